@@ -1,0 +1,88 @@
+"""Which web pages may open a connection: the rules on Origin and Host.
+
+A browser attaches to any server, also one on its own computer, whatever page asks it to. The only thing that tells a foreign page from ours is the
+`Origin` header that the browser puts on the request, and the only thing that tells a tricked name server is the `Host` header.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+from collections.abc import Sequence
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
+
+
+def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | None] | None:
+    """Split `host[:port]` (also `[::1]:80`); None if it is no such thing."""
+    try:
+        parts = urlsplit(f"//{address}")
+        name, port = parts.hostname, parts.port
+    except ValueError:
+        return None
+    if not name or parts.path or parts.query or parts.fragment or parts.username is not None:
+        return None
+    return name, default_port if port is None else port
+
+
+def _may_name_us(name: str) -> bool:
+    """Whether `name` can only mean a machine nearby: a stranger can't point such a name at us (DNS rebinding)."""
+    if name in LOOPBACK_NAMES or "." not in name or name.endswith(".local") or name == socket.gethostname().lower():
+        return True
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+@dataclass(frozen=True)
+class Doorway:
+    """Which web pages may open a connection to this server.
+
+    Attributes:
+        host: the address that the server is bound to.
+        port: its port.
+        extra: further origins that are let in, such as `https://duet.example.org` behind a proxy.
+    """
+
+    host: str
+    port: int
+    extra: tuple[str, ...] = ()
+
+    @property
+    def is_private(self) -> bool:
+        """Whether only this computer can reach the server."""
+        return self.host in LOOPBACK_NAMES or self.host.startswith("127.")
+
+    def admits(self, origins: Sequence[str], hosts: Sequence[str], peer: str) -> bool:
+        """Decide on one websocket request.
+
+        Args:
+            origins: the values of its `Origin` headers; a browser sends exactly one, a program usually none.
+            hosts: the values of its `Host` headers.
+            peer: the address it comes from.
+        """
+        if len(origins) > 1 or len(hosts) != 1:
+            return False
+        if not origins:
+            return peer == "" or peer == "::1" or peer.startswith("127.") or peer.startswith("::ffff:127.")
+        origin = origins[0].strip().lower().rstrip("/")
+        if origin in {entry.strip().lower().rstrip("/") for entry in self.extra}:
+            return True
+        scheme, separator, rest = origin.partition("://")
+        if not separator or scheme not in ("http", "https"):
+            return False
+        default = 443 if scheme == "https" else 80
+        page, asked = _host_and_port(rest, default), _host_and_port(hosts[0].strip().lower(), default)
+        if page is None or asked is None:
+            return False
+        # A loopback server that is asked for by another name is being tricked by somebody's name server.
+        if self.is_private and not (asked[0] in LOOPBACK_NAMES or asked[0] == self.host):
+            return False
+        if page[1] == self.port and (page[0] in LOOPBACK_NAMES or page[0] == self.host):
+            return True
+        # Same origin: holds behind an ssh tunnel or a forwarded port, where our own port number is not the one in the address bar.
+        return page == asked and _may_name_us(page[0])

@@ -1,0 +1,85 @@
+"""The distance budget ḋ = λ v − (1 − λ) u − w and what follows from it in closed form.
+
+Insert eq. (32) into ḋ = J_d q̇ − w with u = −J_d q̇_n: as long as J_d is not singular and no joint limit acts,
+
+    ḋ = λ(d) v − (1 − λ(d)) u − w                                                                                         (R)
+
+whatever the arm, the task and everything orthogonal to J_d do. Signs as in the paper: u and w are counted positive *towards*
+the other body. All distances in m, speeds in m/s.
+"""
+
+import math
+
+from controllers.activation import activation
+
+
+def distance_rate(lam: float, nominal_velocity: float, pull: float, approach: float) -> float:
+    """Return ḋ [m/s], line (R), for one avoiding arm."""
+    return lam * nominal_velocity - (1.0 - lam) * pull - approach
+
+
+def distance_rate_both(lam: float, nominal_velocity: float, pull_left: float, pull_right: float) -> float:
+    """Return ḋ [m/s] when both arms avoid each other: 2 λ v − (1 − λ)(u_L + u_R)."""
+    return 2.0 * lam * nominal_velocity - (1.0 - lam) * (pull_left + pull_right)
+
+
+def resting_activation(nominal_velocity: float, pull: float, approach: float = 0.0) -> float:
+    """Return λ* = (u + w) / (u + v), the activation at which ḋ = 0.
+
+    The value is not clipped: λ* > 1 says that no distance is kept (w > v), λ* ≤ 0 that nothing pulls together.
+    Returns nan when u + v = 0, where every λ is as good as any other.
+    """
+    scale = pull + nominal_velocity
+    return (pull + approach) / scale if scale != 0.0 else math.nan
+
+
+def resting_distance(
+    critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0
+) -> float:
+    """Return d* = d_m [(u + v) / (u + w)]^(1/n), where line (R) comes to rest.
+
+    Returns inf when nothing pulls the bodies together (u + w ≤ 0): the law then pushes at any distance, ever more slowly.
+    Returns nan when there is no stable rest: the obstacle is faster than v (w > v), and d falls at w − v for ever.
+    """
+    if pull + approach <= 0.0:
+        return math.inf
+    if approach > nominal_velocity or pull + nominal_velocity <= 0.0:
+        return math.nan
+    return critical_distance * ((pull + nominal_velocity) / (pull + approach)) ** (1.0 / order)
+
+
+def holds_distance(nominal_velocity: float, approach: float) -> bool:
+    """Return whether d ≥ d_m can be kept by one avoiding arm: if and only if w ≤ v, whatever n, K and u."""
+    return approach <= nominal_velocity
+
+
+def loss_rate(nominal_velocity: float, approach: float) -> float:
+    """Return the speed w − v at which distance is lost below d_m, where λ = 1; 0 if none is lost [m/s]."""
+    return max(0.0, approach - nominal_velocity)
+
+
+def settling_time(critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0) -> float:
+    """Return the time constant of line (R) linearised at its rest, d* / [n (u + w)] [s]; nan or inf where d* is."""
+    rest = resting_distance(critical_distance, order, nominal_velocity, pull, approach)
+    return rest / (order * (pull + approach)) if math.isfinite(rest) else rest
+
+
+def largest_step(critical_distance: float, order: float, nominal_velocity: float, pull: float) -> float:
+    """Return the stability limit of explicit Euler, dt < 2 d_m / [n (v + u)] [s]; below half of it d does not overshoot.
+
+    This is the limit at d_m, where λ is steepest; `largest_step_at_rest` is the sharper one at a given rest.
+    """
+    speed = order * (nominal_velocity + pull)
+    return 2.0 * critical_distance / speed if speed > 0.0 else math.inf
+
+
+def largest_step_at_rest(
+    critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0
+) -> float:
+    """Return the stability limit of explicit Euler around d*: twice the time constant there [s]."""
+    return 2.0 * settling_time(critical_distance, order, nominal_velocity, pull, approach)
+
+
+def far_bias_speed(distance: float, critical_distance: float, order: float, nominal_velocity: float) -> float:
+    """Return λ(d) v, the speed at which an arm with nothing to do is still pushed away at distance d [m/s]."""
+    return activation(distance, critical_distance, order) * nominal_velocity

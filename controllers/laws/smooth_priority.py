@@ -1,0 +1,51 @@
+"""The paper's law: a smooth transition of priority from the task to avoidance and back, eqs (12), (13), (26)–(33)."""
+
+from dataclasses import dataclass
+
+from controllers.activation import activation
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation, along_row
+
+
+@dataclass(frozen=True)
+class SmoothPriority:
+    """q̇ = J_d^# λ(d) v + N' q̇_n with N' = I − λ(d) J_d^# J_d, eqs (32), (33), and q̇_n = J^# ẋ_c.
+
+    J_d is one row, so that eq. (32) is the same as
+
+        q̇ = q̇_n + J_d^# λ (v + u),      u = −J_d q̇_n,
+
+    a blend of two speeds along the line of contact, J_d q̇ = λ v − (1 − λ) u; everything orthogonal to J_d is untouched. No
+    n × n matrix is built.
+
+    Attributes:
+        critical_distance: d_m [m].
+        order: n.
+        nominal_velocity: v [m/s].
+        feed_forward: ours, not the paper's: add the obstacle's approach speed w to v, so that d ≥ d_m for every w.
+        one_sided: ours: never slow down a retreat that is already faster than v, max(v + u, 0).
+    """
+
+    critical_distance: float
+    order: float
+    nominal_velocity: float
+    feed_forward: bool = False
+    one_sided: bool = False
+
+    def activation(self, distance: float) -> float:
+        """Return λ(d), eq. (31)."""
+        return activation(distance, self.critical_distance, self.order)
+
+    def correction(self, distance: float, pull: float, approach: float) -> float:
+        """Return c = λ (v + u) [m/s], what the law adds to the distance rate J_d q̇_n = −u."""
+        wanted = self.nominal_velocity + pull
+        if self.feed_forward:
+            wanted += approach
+        if self.one_sided and wanted < 0.0:
+            return 0.0
+        return self.activation(distance) * wanted
+
+    def __call__(self, situation: Situation) -> Array:
+        """Return q̇ (n,) [rad/s], eq. (32)."""
+        c = self.correction(situation.distance, situation.pull, situation.approach)
+        return along_row(situation.nominal, situation.row, c)

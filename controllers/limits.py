@@ -1,0 +1,132 @@
+"""Joint position and velocity bounds that do not break the avoidance.
+
+Clipping q̇ after the law destroys what the law achieved: the clipped joint's share of the retreat is simply lost. Here the bounds
+are part of the problem instead. Among all velocities inside the box, take the one nearest to the task's that has the distance rate
+the law asked for:
+
+    min |q̇ − q̇_n|²   subject to   J_d q̇ = r,   lower ≤ q̇ ≤ upper.
+
+Its solution is q̇ = clip(q̇_n + c J_dᵀ) with one scalar c: water filling along the row. While no bound bites this is the law's own q̇.
+When even the whole box cannot reach r, the arm is out of authority, and that is said aloud.
+"""
+
+from enum import IntEnum
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from controllers.kinematics import Array
+
+TOLERANCE: Final = 1e-6
+"""A distance rate missed by less than this counts as reached [m/s]."""
+
+
+class Authority(IntEnum):
+    """Why an arm cannot do what the law asks of it."""
+
+    FULL = 0
+    STOP = 1
+    """A joint is at one of its stops."""
+    SPEED = 2
+    """A joint is at its top speed."""
+    LEVERAGE = 3
+    """No joint moves the closest point along the line of contact: J_d is nearly singular."""
+
+
+class Bounded(NamedTuple):
+    """A velocity that the arm can do.
+
+    Attributes:
+        velocities: q̇ (n,) [rad/s].
+        authority: FULL, or why the wanted distance rate cannot be reached.
+        shortfall: by how much it is missed, ≥ 0 [m/s].
+        joint: index of the joint that costs the most of it, −1 if none does.
+    """
+
+    velocities: Array
+    authority: Authority = Authority.FULL
+    shortfall: float = 0.0
+    joint: int = -1
+
+
+class VelocityBox:
+    """The velocities that an arm may have at q: lower ≤ q̇ ≤ upper.
+
+    Far from its stops a joint may have its top speed; near a stop at most g times the way that is left, so that it arrives softly
+    and cannot pass it as long as g dt ≤ 1.
+
+    Args:
+        lower_position, upper_position: joint stops (n,) [rad].
+        top_speed: (n,) [rad/s].
+        gain: g [1/s].
+    """
+
+    def __init__(self, lower_position: Array, upper_position: Array, top_speed: Array, gain: float) -> None:
+        self._lower_position, self._upper_position = lower_position, upper_position
+        self._top_speed = top_speed
+        self._least_speed = -top_speed
+        self.gain = gain
+        self.lower = -top_speed
+        self.upper = top_speed.copy()
+
+    def update(self, positions: Array) -> None:
+        """Compute `lower` and `upper` (n,) [rad/s] at q (n,)."""
+        lower, upper = self.lower, self.upper
+        np.subtract(self._lower_position, positions, out=lower)
+        lower *= self.gain
+        np.maximum(lower, self._least_speed, out=lower)
+        np.subtract(self._upper_position, positions, out=upper)
+        upper *= self.gain
+        np.minimum(upper, self._top_speed, out=upper)
+
+    def clip(self, velocities: Array) -> Array:
+        """Return the velocity in the box nearest to (n,); for a *task's* velocity, never for a law's."""
+        return np.minimum(np.maximum(velocities, self.lower), self.upper)
+
+    def contains(self, velocities: Array) -> bool:
+        """Return whether velocities (n,) lie in the box."""
+        return bool((velocities >= self.lower).all()) and bool((velocities <= self.upper).all())
+
+    def lost_speed(self, direction: Array) -> Array:
+        """Return (n,) how much of its top speed each joint has lost to a stop, in the direction of the signs given [rad/s]."""
+        return np.where(direction > 0.0, self._top_speed - self.upper, self._top_speed + self.lower)
+
+
+def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bounded:
+    """Return the velocity in the box nearest to `nominal` whose distance rate is `rate`, or comes nearest to it.
+
+    Args:
+        nominal: q̇_n (n,) inside the box [rad/s].
+        row: J_d (n,) [m/rad].
+        rate: r = J_d q̇ that the law asks for [m/s].
+    """
+    qn, j, lower, upper = nominal.tolist(), row.tolist(), box.lower.tolist(), box.upper.tolist()
+    missing = rate - sum(a * b for a, b in zip(j, qn, strict=True))
+    sign = 1.0 if missing >= 0.0 else -1.0
+    # Way along the row, in units of c, until each joint meets its bound.
+    ends: list[tuple[float, int]] = []
+    slope = 0.0
+    for i, (ji, qi) in enumerate(zip(j, qn, strict=True)):
+        if ji != 0.0:
+            room = (upper[i] - qi) if sign * ji > 0.0 else (qi - lower[i])
+            ends.append((max(room, 0.0) / abs(ji), i))
+            slope += ji * ji
+    ends.sort()
+    missing, c = abs(missing), 0.0
+    for end, i in ends:
+        gained = slope * (end - c)
+        if gained >= missing:
+            c += missing / slope
+            missing = 0.0
+            break
+        missing -= gained
+        c = end
+        slope = max(slope - j[i] * j[i], 0.0)
+    velocities = box.clip(nominal + row * (sign * c))
+    if missing <= TOLERANCE:
+        return Bounded(velocities)
+    lost = np.abs(row) * box.lost_speed(sign * row)
+    joint = int(np.argmax(lost))
+    if lost[joint] > TOLERANCE:
+        return Bounded(velocities, Authority.STOP, missing, joint)
+    return Bounded(velocities, Authority.SPEED, missing, int(np.argmax(np.abs(row))))

@@ -1,0 +1,151 @@
+"""From shells to GLB files: materials with linear colours, and a cache that may fail without anybody noticing."""
+
+import hashlib
+import json
+import os
+import struct
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import platformdirs
+import trimesh
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Material:
+    """How a surface looks.
+
+    Attributes:
+        colour: sRGB, as a painter or a style sheet would write it, "#rrggbb".
+        roughness: 0 mirror … 1 chalk.
+        metallic: 0 paint … 1 bare metal.
+        opacity: below 1 the material is blended.
+    """
+
+    colour: str
+    roughness: float
+    metallic: float = 0.0
+    opacity: float = 1.0
+
+    def linear(self) -> tuple[float, float, float, float]:
+        """Linear RGBA in 0 … 1: glTF wants light, not sRGB; left as sRGB, KUKA orange turns yellow (IEC 61966-2-1)."""
+        s = np.array([int(self.colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+        light = np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)
+        return (*(float(c) for c in light), self.opacity)
+
+    def gltf(self) -> dict[str, object]:
+        """The material in glTF 2.0 terms."""
+        return {
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [round(c, 5) for c in self.linear()],
+                "roughnessFactor": self.roughness,
+                "metallicFactor": self.metallic,
+            },
+            "alphaMode": "BLEND" if self.opacity < 1 else "OPAQUE",
+        }
+
+
+Palette = Mapping[str, Material]
+
+
+def glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
+    """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as float32.
+
+    Written here because trimesh's exporter rounds colours to 1/255, visible in dark linear ones, and spends four bytes on an index.
+    """
+    body, views, accessors = bytearray(), [], []
+
+    def put(data: NDArray[np.generic], kind: str, target: int) -> int:
+        component = {"float32": 5126, "uint16": 5123, "uint32": 5125}[data.dtype.name]
+        accessor = {"bufferView": len(views), "componentType": component, "count": len(data), "type": kind}
+        if kind == "VEC3":
+            accessor |= {"min": data.min(0).tolist(), "max": data.max(0).tolist()}
+        views.append({"buffer": 0, "byteOffset": len(body), "byteLength": data.nbytes, "target": target})
+        accessors.append(accessor)
+        body.extend(data.tobytes())
+        body.extend(bytes(-len(body) % 4))
+        return len(accessors) - 1
+
+    shapes = []
+    for material, (name, part) in enumerate(meshes.items()):
+        index = part.faces.reshape(-1).astype(np.uint16 if len(part.vertices) < 2**16 - 1 else np.uint32)
+        attributes = {
+            "POSITION": put(part.vertices.astype(np.float32), "VEC3", 34962),
+            "NORMAL": put(part.vertex_normals.astype(np.float32), "VEC3", 34962),
+        }
+        indices = put(index, "SCALAR", 34963)
+        shapes.append({"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": material, "mode": 4}]})
+    head = {
+        "asset": {"version": "2.0", "generator": "lwr-duet"},
+        "scene": 0,
+        "scenes": [{"nodes": list(range(len(shapes)))}],
+        "nodes": [{"name": shape["name"], "mesh": i} for i, shape in enumerate(shapes)],
+        "meshes": shapes,
+        "materials": [{"name": name} | palette[name].gltf() for name in meshes],
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": len(body)}],
+    }
+    text = json.dumps(head, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(body), 0x004E4942) + bytes(body)
+    return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def source_key(files: Iterable[str | Path], *more: object) -> str:
+    """A hash that changes with any of the source files, the libraries that shape the bytes, or the rest of the arguments."""
+    digest = hashlib.sha256(f"{trimesh.__version__} {np.__version__} {more!r}".encode())
+    for file in files:
+        digest.update(Path(file).read_bytes())
+    return digest.hexdigest()
+
+
+def cached(name: str, key: str, build: Callable[[], tuple[bytes, ...]]) -> tuple[bytes, ...]:
+    """What `build` gives, from the user's cache folder where possible.
+
+    The file holds its key and a checksum, so a torn, foreign or stale file is simply built again; a folder that can't be read or
+    written only costs the time to build.
+    """
+    file = Path(platformdirs.user_cache_dir("lwr-duet")) / f"{name}.bin"
+    try:
+        return _unpack(file.read_bytes(), key)
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    blobs = build()
+    try:
+        _write_whole(file, _pack(blobs, key))
+    except OSError:
+        pass
+    return blobs
+
+
+def _pack(blobs: tuple[bytes, ...], key: str) -> bytes:
+    body = b"".join(blobs)
+    head = {"key": key, "sizes": [len(blob) for blob in blobs], "sha256": hashlib.sha256(body).hexdigest()}
+    return json.dumps(head).encode() + b"\n" + body
+
+
+def _unpack(data: bytes, key: str) -> tuple[bytes, ...]:
+    line, separator, body = data.partition(b"\n")
+    head = json.loads(line)
+    if not separator or head["key"] != key or head["sha256"] != hashlib.sha256(body).hexdigest() or sum(head["sizes"]) != len(body):
+        raise ValueError("stale or damaged cache")
+    ends = np.cumsum([0, *head["sizes"]])
+    return tuple(body[a:b] for a, b in zip(ends, ends[1:], strict=False))
+
+
+def _write_whole(file: Path, data: bytes) -> None:
+    """Write beside the file and rename: a reader sees the old file or the new one, never half of one."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    handle, draft = tempfile.mkstemp(dir=file.parent, prefix=file.name)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        os.replace(draft, file)
+    except OSError:
+        Path(draft).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,97 @@
+"""The KUKA LWR 4+ in numbers: kinematics, limits, masses and the lean collision model.
+
+Everything else about the robot (URDF, Pinocchio model, visual shells) is generated from this file, so a number stands once.
+Kinematics: standard DH parameters a = 0, alpha = (+90, -90, -90, +90, +90, -90, 0) deg, d = (310, 0, 400, 0, 390, 0, 78) mm,
+written here as joint origins along the previous z axis. Position, velocity and torque limits: KUKA LWR 4+ data sheet; velocity
+limits as in the IJS RobotBlockSet. KUKA publishes no inertias: masses and centres of mass are the community's usual estimates.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One revolute joint; its frame is the frame of the link behind it and is parallel to the base frame at q = 0.
+
+    Attributes:
+        name: KUKA's number of the joint, "j1" (A1) … "j7" (A6).
+        origin: height of the joint above the joint before it [m]; for j1 above the mounting face.
+        axis: unit axis in the joint frame.
+        position_limit: symmetric [rad].
+        velocity_limit: [rad/s].
+        torque_limit: [Nm].
+    """
+
+    name: str
+    origin: float
+    axis: tuple[int, int, int]
+    position_limit: float
+    velocity_limit: float
+    torque_limit: float
+
+
+def _joint(number: int, origin: float, axis: tuple[int, int, int], position: float, velocity: float, torque: float) -> Joint:
+    return Joint(f"j{number}", origin, axis, float(np.radians(position)), float(np.radians(velocity)), torque)
+
+
+JOINTS: Final = (
+    _joint(1, 0.110, (0, 0, 1), 170, 100, 176),
+    _joint(2, 0.200, (0, -1, 0), 120, 110, 176),
+    _joint(3, 0.200, (0, 0, 1), 170, 100, 100),
+    _joint(4, 0.200, (0, 1, 0), 120, 130, 100),
+    _joint(5, 0.200, (0, 0, 1), 170, 130, 100),
+    _joint(6, 0.190, (0, -1, 0), 120, 180, 38),
+    _joint(7, 0.078, (0, 0, 1), 170, 180, 38),
+)
+
+ACCELERATION_LIMIT: Final = float(np.radians(300))
+"""Per joint [rad/s^2], as used for the LWR by Flacco, De Luca & Khatib (2012)."""
+
+JOINT_LABELS: Final = ("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll")
+"""What a person calls joints 1 … 7."""
+
+MASSES: Final = (1.210, 2.303, 2.303, 2.303, 2.303, 1.601, 1.493, 0.109)
+"""Links 0 (base) … 7 (flange) [kg]."""
+
+CENTRES_OF_MASS: Final = (
+    (0.0, 0.0, 0.048),
+    (0.0, 0.023, 0.118),
+    (0.0, -0.033, 0.074),
+    (0.0, -0.023, 0.118),
+    (0.0, 0.033, 0.074),
+    (0.0, 0.021, 0.086),
+    (0.0, -0.005, -0.003),
+    (0.0, 0.0, -0.016),
+)
+"""Links 0 … 7, in the frame of the link [m]."""
+
+
+@dataclass(frozen=True)
+class CapsuleFact:
+    """A capsule along the z axis of a link frame.
+
+    Attributes:
+        name: part of the arm.
+        link: 0 (base) … 7 (flange), whose frame carries it.
+        start, end: z of the two sphere centres in that frame [m].
+        radius: [m].
+    """
+
+    name: str
+    link: int
+    start: float
+    end: float
+    radius: float
+
+
+CAPSULES: Final = (
+    CapsuleFact("pedestal", 0, 0.0, 0.310, 0.075),
+    CapsuleFact("upper arm", 2, 0.0, 0.400, 0.070),
+    CapsuleFact("forearm", 4, 0.0, 0.390, 0.065),
+    CapsuleFact("hand", 6, 0.0, 0.128, 0.050),
+)
+"""The lean model. A roll joint turns its segment about the segment's own axis and so never moves these capsules: one capsule a
+segment says the same as one a link. The hand reaches 50 mm beyond the flange and stands for the tool."""

@@ -1,0 +1,249 @@
+"""What the LWR 4+ looks like: eight shells made by code, inside the collision capsules at every joint angle.
+
+A pitch joint joins two shells side by side: the link before it bulges to one side of the y axis, the link behind it to the other,
+alternately along the arm, each with a round cover on its bulge. A roll joint joins two tubes end to end with a thin dark ring.
+All shells are drawn in link frames, in metres; z runs along the arm.
+
+The arms are drawn inside the capsules that are checked for collisions, so that what a person sees touch has touched.
+"""
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+import trimesh
+
+from scenes import glb, surfaces
+from scenes.glb import Material
+from scenes.lwr import facts
+from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, swollen
+
+ORANGE: Final = "#ea5c06"
+SILVER: Final = "#c3c8ce"
+ANTHRACITE: Final = "#2b2f35"
+
+PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
+    {
+        "orange": {
+            "body": Material(ORANGE, 0.36, 0.05),
+            "cover": Material(SILVER, 0.34, 0.55),
+            "trim": Material(SILVER, 0.34, 0.55),
+            "ring": Material("#24272c", 0.5, 0.2),
+            "dark": Material(ANTHRACITE, 0.42, 0.1),
+            "metal": Material("#aeb4bb", 0.3, 0.8),
+            "grip": Material("#1d2024", 0.6, 0.05),
+            "mark": Material(ORANGE, 0.4, 0.05),
+        },
+        "silver": {
+            "body": Material("#cdd2d7", 0.36, 0.1),
+            "cover": Material(ORANGE, 0.38, 0.05),
+            "trim": Material(ORANGE, 0.38, 0.05),
+            "ring": Material("#24272c", 0.5, 0.2),
+            "dark": Material(ANTHRACITE, 0.42, 0.1),
+            "metal": Material("#aeb4bb", 0.3, 0.8),
+            "grip": Material("#1d2024", 0.6, 0.05),
+            "mark": Material(ORANGE, 0.4, 0.05),
+        },
+        "ghost": {
+            name: Material("#2f7dff", 0.5, 0.0, 0.24) for name in ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
+        },
+    }
+)
+"""Material of every part by the name of the palette. Ghosts are blended."""
+
+SECTIONS: Final = 56
+"""Around every tube."""
+
+SKIN: Final = 0.0008
+"""How far the shells stay inside the capsules [m]."""
+
+GHOST_INSET: Final = 0.0012
+"""A ghost is drawn this much slimmer [m]."""
+
+GAP: Final = 0.0012
+"""Half of the slit between the two shells of a pitch joint [m]."""
+
+UP: Final = np.eye(3)
+TO_MINUS_Y: Final = np.diag([-1.0, -1.0, 1.0])
+FROM_JOINT_TO_MINUS_Y: Final = np.diag([1.0, -1.0, -1.0])
+FROM_JOINT_TO_PLUS_Y: Final = np.diag([-1.0, 1.0, -1.0])
+"""A casting is drawn from its roll joint up to its pitch joint, bulging to +y; these turn it to where it belongs."""
+
+Y_UP: Final = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
+"""Turns what was revolved about z to the y axis, height along +y."""
+
+Parts = dict[str, trimesh.Trimesh]
+
+
+@dataclass(frozen=True)
+class Casting:
+    """Half of a pitch joint with its tube, drawn from the roll joint (z = 0) to the pitch joint (z = length), bulging to +y.
+
+    Attributes:
+        length: from the roll joint to the pitch joint [m].
+        tube: radius of the tube [m].
+        drum: radius of the joint housing about the pitch axis [m].
+        ball: radius of the capsule's sphere at the pitch joint [m].
+        wall: radius of the capsule along the tube [m].
+        slit: y of the plane in which the two halves meet [m].
+    """
+
+    length: float
+    tube: float
+    drum: float
+    ball: float
+    wall: float
+    slit: float = 0.0
+
+    def form(self, p: Array) -> Array:
+        """Signed function of points (…, 3)."""
+        x, y, z = p[..., 0], p[..., 1], p[..., 2]
+        up = z - self.length
+        radius, rho = np.hypot(x, y), np.hypot(x, up)
+        lip = 0.004 * np.clip(1 - z / 0.007, 0, 1) ** 2
+        tube = smooth_max(radius - (self.tube - lip), up, 0.02)
+        drum = (self.drum + self.ball) / 2 * (((rho / self.drum) ** 2.6 + (np.abs(y) / self.ball) ** 2.6) ** (1 / 2.6) - 1)
+        body = smooth_min(tube, drum, 0.03)
+        # The other half sweeps about the pitch axis: leave it its side as far as two bent tubes need it, then slant out to the full tube.
+        slant = np.maximum(rho - 1.3 * self.drum, 0)
+        side = self.slit + GAP - 1.25 * slant**2 / (slant + 0.012) - y
+        body = smooth_max(body, side, 0.016)
+        body = smooth_max(body, y - 0.8 * (self.ball - SKIN), 0.006)
+        limit = np.minimum(np.sqrt(radius**2 + up**2) - self.ball, np.maximum(radius - self.wall, up))
+        return smooth_max(body, limit + SKIN, 0.004)
+
+    def shell(self) -> trimesh.Trimesh:
+        """The painted shell; its open end hides in the ring of the roll joint."""
+        tube = np.r_[0.0, 0.003, 0.008, np.linspace(0.02, self.length, 27)]
+        cap = np.linspace(0, np.pi / 2, 11)[1:]
+        height = np.r_[tube, np.full(len(cap), self.length)]
+        blend = np.clip((height - 0.02) / (0.4 * self.length), 0, 1)
+        # Near the slit's plane: seen from there, the edge of the slit runs along a meridian all the way to the pole.
+        spine = np.stack([np.zeros(len(height)), (self.slit + 0.012) * blend**2 * (3 - 2 * blend), height], -1)
+        return surfaces.skin(self.form, spine, np.r_[np.zeros(len(tube)), cap], SECTIONS, 0.15)
+
+    def cover(self) -> trimesh.Trimesh:
+        """The round lid on the bulge."""
+        return moved(_lid(self.ball - SKIN), Y_UP, (0, 0, self.length))
+
+    def seam(self) -> trimesh.Trimesh:
+        """The dark disc in the slit and the groove around the lid."""
+        r, y = self.drum - 0.0035, self.slit
+        disc = revolve([(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)], SECTIONS)
+        return moved(join([disc, _groove(self.ball - SKIN)]), Y_UP, (0, 0, self.length))
+
+
+def _lid(ball: float) -> trimesh.Trimesh:
+    """A lid of a housing inside a sphere of radius `ball`, its axis z; on the sphere's flat at 0.8 of the radius."""
+    edge, seat, rise, top = 0.53 * ball, 0.78 * ball, 0.835 * ball, 0.955 * ball
+    bow = np.linspace(0.0, 1.0, 7)[1:]
+    dome = np.stack([(edge - 0.002) * (1 - bow), rise + (top - rise) * (1 - (1 - bow) ** 2)], 1)
+    return revolve(np.vstack([rounded([(edge, seat), (edge, rise), *dome[:1]], 0.0015, 3), dome[1:]]), 40)
+
+
+def _groove(ball: float) -> trimesh.Trimesh:
+    edge, rise = 0.53 * ball, 0.812 * ball
+    return revolve([(edge + 0.0022, rise - 0.003), (edge + 0.0022, rise), (edge - 0.001, rise)], 40)
+
+
+def _ring(z: float, radius: float, half: float = 0.0035) -> trimesh.Trimesh:
+    """The dark ring of a roll joint at height z."""
+    inner = radius - 0.012
+    return revolve(rounded([(inner, z - half), (radius, z - half), (radius, z + half), (inner, z + half)], 0.0012, 2), SECTIONS)
+
+
+def _band(z: float, radius: float, height: float) -> trimesh.Trimesh:
+    """A thin raised band on a tube, from z upwards."""
+    return revolve(
+        rounded([(radius - 0.002, z), (radius + 0.0007, z), (radius + 0.0007, z + height), (radius - 0.002, z + height)], 0.0006, 1), SECTIONS
+    )
+
+
+UPPER: Final = Casting(length=0.2, tube=0.0565, drum=0.0590, ball=0.070, wall=0.070)
+SHOULDER: Final = Casting(length=0.2, tube=0.0580, drum=0.0605, ball=0.075, wall=0.075)
+SHOULDER_UPPER: Final = Casting(length=0.2, tube=0.0565, drum=0.0605, ball=0.075, wall=0.070)
+ELBOW_FORE: Final = Casting(length=0.2, tube=0.0540, drum=0.0590, ball=0.070, wall=0.065)
+WRIST: Final = Casting(length=0.19, tube=0.0540, drum=0.0560, ball=0.065, wall=0.065, slit=0.013)
+
+
+def _cast(casting: Casting, turn: Array, ring: bool, band: bool) -> Parts:
+    """The parts of one link: turned upside down when the pitch joint comes first."""
+    shift = (0.0, 0.0, casting.length if turn[2, 2] < 0 else 0.0)
+    parts = {"body": [casting.shell()], "cover": [casting.cover()], "ring": [casting.seam()] if turn[2, 2] > 0 else []}
+    if turn[2, 2] < 0:
+        parts["ring"].append(moved(_groove(casting.ball - SKIN), Y_UP, (0, 0, casting.length)))
+    if ring:
+        parts["ring"].append(_ring(0.0, casting.tube - 0.001))
+    if band:
+        parts["trim"] = [_band(0.012, casting.tube, 0.005)]
+    return {name: moved(join(some), turn, shift) for name, some in parts.items() if some}
+
+
+def _base() -> Parts:
+    """Link 0: a foot with bolts, and a pedestal up to the first roll joint."""
+    foot = rounded([(0, 0), (0.0742, 0), (0.0742, 0.010), (0.066, 0.0125), (0.0615, 0.022), (0.0585, 0.060), (0.0585, 0.102), (0.0545, 0.106)], 0.004)
+    bolt = revolve(rounded([(0.0032, 0.008), (0.0032, 0.0135), (0, 0.0135)], 0.0008, 2), 12)
+    turns = np.arange(8) * np.pi / 4 + np.pi / 8
+    bolts = [moved(bolt, shift=(0.0695 * np.cos(a), 0.0695 * np.sin(a), 0)) for a in turns]
+    return {"dark": revolve(foot, SECTIONS), "metal": join(bolts), "ring": _ring(0.110, 0.0565)}
+
+
+def _wrist() -> Parts:
+    """Link 6: the dark ball beside the end of the forearm, and the neck of the flange."""
+    ball, slit = facts.CAPSULES[2].radius - SKIN, WRIST.slit - GAP
+    radius, flat = ball - 0.001, 0.79 * ball
+    bow = np.linspace(np.arcsin(-slit / radius) + 0.06, np.arcsin(flat / radius), 16)
+    outline = [(0.04, -slit), (0.0575, -slit), *np.stack([radius * np.cos(bow), radius * np.sin(bow)], 1), (0.03, flat)]
+    to_minus_y = Y_UP @ np.diag([1.0, -1.0, -1.0])
+    neck = rounded([(0.0465, 0.030), (0.0445, 0.045), (0.0365, 0.052), (0.0365, 0.058)], 0.006, 5)
+    return {
+        "dark": join([moved(revolve(outline, SECTIONS), to_minus_y), revolve(neck, SECTIONS)]),
+        "cover": moved(_lid(ball), to_minus_y),
+        "ring": moved(_groove(ball), to_minus_y),
+    }
+
+
+def _tool() -> Parts:
+    """Link 7: the 80 mm flange disc, and beyond it a slim handle to guide the hand by; it fills part of the hand capsule."""
+    disc = rounded([(0.030, -0.019), (0.040, -0.019), (0.040, 0.0), (0.0, 0.0)], 0.0018, 3)
+    neck = rounded([(0.031, 0.0), (0.031, 0.006), (0.0235, 0.010), (0.0185, 0.019), (0.0185, 0.022)], 0.004, 3)
+    grip_line = [(0.0200, 0.0255), (0.0212, 0.030), (0.0190, 0.040), (0.0182, 0.050), (0.0194, 0.060), (0.0215, 0.069), (0.0205, 0.075)]
+    knob = [(0.0215 * np.cos(a), 0.076 + 0.0105 * np.sin(a)) for a in np.linspace(0, np.pi / 2, 8)]
+    return {
+        "metal": join([revolve(disc, SECTIONS), revolve(neck, 36)]),
+        "mark": revolve(rounded([(0.015, 0.0215), (0.0202, 0.0215), (0.0202, 0.0255), (0.015, 0.0255)], 0.0008, 2), 40),
+        "grip": revolve(np.vstack([[(0.017, 0.0255)], rounded(grip_line, 0.006, 3), knob]), 36),
+    }
+
+
+@functools.cache
+def link_meshes() -> tuple[Parts, ...]:
+    """Links 0 (base) … 7 (flange and handle): material name → mesh in the link frame [m]. Shared: do not change them."""
+    return (
+        _base(),
+        _cast(SHOULDER, UP, ring=False, band=True),
+        _cast(SHOULDER_UPPER, FROM_JOINT_TO_MINUS_Y, ring=True, band=False),
+        _cast(UPPER, TO_MINUS_Y, ring=False, band=True),
+        _cast(ELBOW_FORE, FROM_JOINT_TO_PLUS_Y, ring=True, band=False),
+        _cast(WRIST, UP, ring=False, band=True),
+        _wrist(),
+        _tool(),
+    )
+
+
+@functools.cache
+def link_glbs(palette: str) -> tuple[bytes, ...]:
+    """Links 0 … 7 as GLB files in one of the PALETTES."""
+    if palette not in PALETTES:
+        raise ValueError(f"no palette {palette!r}; there are {', '.join(PALETTES)}")
+    # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
+    by = -GHOST_INSET if palette == "ghost" else 0.0
+    key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette)
+
+    def build() -> tuple[bytes, ...]:
+        return tuple(glb.glb({name: swollen(part, by) for name, part in parts.items()}, PALETTES[palette]) for parts in link_meshes())
+
+    return glb.cached(f"lwr-{palette}", key, build)

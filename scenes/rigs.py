@@ -1,0 +1,80 @@
+"""Where the two arms stand, how they start, and from where one looks at them."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+
+from controllers.kinematics import Array
+from scenes.settings import RigName
+
+MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+"""Turns a posture of one arm into the mirrored posture of the other, where the bases mirror each other."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A view. position, look_at: world [m]; fov: vertical [rad]."""
+
+    position: tuple[float, float, float]
+    look_at: tuple[float, float, float]
+    fov: float
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Two bases and a start.
+
+    Attributes:
+        name: of the rig.
+        left_base, right_base: poses in the world.
+        left_start, right_start: postures (7,) [rad].
+        camera: a view that shows both arms.
+    """
+
+    name: RigName
+    left_base: pin.SE3
+    right_base: pin.SE3
+    left_start: Array
+    right_start: Array
+    camera: Camera
+
+
+def _turn(roll: float, pitch: float, yaw: float) -> Array:
+    """Return Ry(pitch) Rx(roll) Rz(yaw); degrees."""
+    x, y, z = np.radians([roll, pitch, yaw])
+    return pin.rpy.rpyToMatrix(0.0, y, 0.0) @ pin.rpy.rpyToMatrix(x, 0.0, 0.0) @ pin.rpy.rpyToMatrix(0.0, 0.0, z)
+
+
+def _torso() -> Rig:
+    # The authors' laboratory: bases from the second author's own two-LWR example.
+    start = np.radians([-78.0, 58.0, 62.0, -84.0, 0.0, -35.0, 0.0])
+    return Rig(
+        "torso",
+        pin.SE3(_turn(-60.0, 35.0, 120.0), np.array([0.0, 0.0765, 0.92])),
+        pin.SE3(_turn(60.0, 35.0, -120.0), np.array([0.0, -0.0765, 0.92])),
+        start * MIRROR,
+        start,
+        Camera((3.1, 0.0, 1.75), (0.15, 0.0, 0.78), float(np.radians(36.0))),
+    )
+
+
+TABLE_HEIGHT: Final = 0.75
+TABLE_SEPARATION: Final = 1.1
+
+
+def _table() -> Rig:
+    start = np.radians([0.0, 15.0, 0.0, 100.0, 0.0, -70.0, 0.0])
+    half = TABLE_SEPARATION / 2.0
+    return Rig(
+        "table",
+        pin.SE3(np.eye(3), np.array([-half, 0.0, TABLE_HEIGHT])),
+        pin.SE3(_turn(0.0, 0.0, 180.0), np.array([half, 0.0, TABLE_HEIGHT])),
+        start,
+        start.copy(),
+        Camera((0.0, -3.2, 1.75), (0.0, 0.0, 1.0), float(np.radians(36.0))),
+    )
+
+
+RIGS: Final[dict[RigName, Rig]] = {"torso": _torso(), "table": _table()}

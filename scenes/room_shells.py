@@ -1,0 +1,144 @@
+"""What the arms stand on: a slender torso for two shoulders, and a workbench for two upright arms; made by code, as GLB files.
+
+World frame: z up, floor at z = 0, metres. The furniture is for the eye only and is no obstacle. Greys without a hue, neither black nor
+white, so that orange arms stand out before them in light and in dark mode.
+"""
+
+import functools
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+import trimesh
+
+from scenes import glb, surfaces
+from scenes.glb import Material
+from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min
+
+MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
+    {
+        "light": Material("#b4b9c0", 0.5, 0.05),
+        "dark": Material("#3a3e44", 0.48, 0.1),
+        "black": Material("#24272c", 0.55, 0.1),
+        "metal": Material("#a4aab1", 0.34, 0.6),
+    }
+)
+
+TABLE_HEIGHT: Final = 0.75
+"""World z of the mounting face under both arms of the table [m]."""
+
+PLATE: Final = 0.012
+"""Thickness of a mounting plate; the table's top lies this much lower [m]."""
+
+SHOULDER_HEIGHT: Final = 0.92
+SHOULDER_OFFSET: Final = 0.0765
+"""World z and |y| of the base points of both arms on the torso [m]."""
+
+
+def _turn(axis: str, degrees: float) -> Array:
+    """Rotation matrix (3, 3) about "x", "y" or "z"."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    R = np.eye(3)
+    R[[i, j], [i, j]] = c
+    R[i, j], R[j, i] = -s, s
+    return R
+
+
+def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Trimesh:
+    """Bolt heads in a circle about the z axis, standing on the given height."""
+    head = revolve(rounded([(size, height - 0.002), (size, height + 0.7 * size), (0, height + 0.7 * size)], 0.25 * size, 2), 16)
+    angles = (np.arange(count) + 0.5) * 2 * np.pi / count
+    return join(moved(head, shift=(radius * np.cos(a), radius * np.sin(a), 0)) for a in angles)
+
+
+def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.Trimesh:
+    """One soft casting behind both flanges and down to the column, skinned from its heart (3,)."""
+
+    def form(p: Array) -> Array:
+        body = smooth_max(np.hypot(p[..., 0] - heart[0], p[..., 1]) - 0.056, heart[2] - 0.105 - p[..., 2], 0.004)
+        body = smooth_max(body, p[..., 2] - heart[2], 0.02)
+        for position, R in bases:
+            local = (p - position) @ R
+            stub = smooth_max(np.hypot(local[..., 0], local[..., 1]) - 0.0725, np.abs(local[..., 2] + 0.055) - 0.047, 0.012)
+            body = smooth_min(body, stub, 0.05)
+        return body
+
+    lift = np.linspace(-np.pi / 2, np.pi / 2, 45)
+    return surfaces.skin(form, np.broadcast_to(heart, (45, 3)), lift, 64, 0.3, first=0.0)
+
+
+@functools.cache
+def torso_meshes() -> dict[str, trimesh.Trimesh]:
+    """Material name → mesh in the world frame [m]. Shared: do not change them."""
+    bases = []
+    for side in (-1, 1):
+        R = _turn("y", 35) @ _turn("x", -60 * side) @ _turn("z", 120 * side)
+        bases.append((np.array([0, side * SHOULDER_OFFSET, SHOULDER_HEIGHT]), R))
+    heart = np.array([-0.028, 0.0, 0.875])
+    column_top = heart[2] - 0.095
+    foot = rounded([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008)
+    column = rounded(
+        [(0.098, 0.020), (0.094, 0.030), (0.066, 0.060), (0.056, 0.20), (0.050, 0.55), (0.050, column_top - 0.03), (0.050, column_top)], 0.05, 8
+    )
+    collar = rounded([(0.040, -0.012), (0.0565, -0.012), (0.0565, 0.004), (0.040, 0.004)], 0.002, 3)
+    flange = rounded([(0.06, -0.016), (0.079, -0.016), (0.079, 0.0), (0.0, 0.0)], 0.003, 3)
+    groove = rounded([(0.060, -0.0195), (0.0745, -0.0195), (0.0745, -0.0155), (0.060, -0.0155)], 0.001, 1)
+    standing = (heart[0], 0.0, 0.0)
+    return {
+        "light": _shoulder_block(bases, heart),
+        "dark": join(
+            [moved(revolve(foot, 96), shift=standing), moved(revolve(column, 56), shift=standing)]
+            + [moved(revolve(flange, 64), R, tuple(position)) for position, R in bases]
+        ),
+        "black": join(moved(revolve(groove, 64), R, tuple(position)) for position, R in bases),
+        "metal": join(
+            [moved(revolve(collar, 56), shift=(heart[0], 0.0, column_top)), moved(_bolts(0.180, 8, 0.022, 0.009), shift=standing)]
+        ),
+    }
+
+
+@functools.cache
+def table_meshes(separation: float) -> dict[str, trimesh.Trimesh]:
+    """Material name → mesh in the world frame [m]. Shared: do not change them."""
+    half_x, half_y, corner, top = separation / 2 + 0.22, 0.30, 0.045, TABLE_HEIGHT - PLATE
+    board = rounded([(0, top - 0.032), (corner, top - 0.032), (corner, top), (0, top)], 0.006, 4)
+    apron = [(0.012, top - 0.095), (0.012, top - 0.030)]
+    apron = rounded([(0, top - 0.095), *apron], 0.004, 2)
+    leg = rounded([(0.0, 0.018), (0.012, 0.018), (0.012, top - 0.035)], 0.003, 2)
+    glide = rounded([(0.0, 0.0), (0.024, 0.0), (0.024, 0.008), (0.012, 0.012), (0.012, 0.020)], 0.003, 2)
+    rail = rounded([(0.0, 0.16), (0.008, 0.16), (0.008, 0.20), (0.0, 0.20)], 0.004, 2)
+    plate = rounded([(0.105, top - 0.001), (0.105, TABLE_HEIGHT), (0.0, TABLE_HEIGHT)], 0.004, 4)
+    leg_x, leg_y = half_x - 0.075, half_y - 0.060
+    corners = [(x, y, 0.0) for x in (-leg_x, leg_x) for y in (-leg_y, leg_y)]
+    places = [(x, 0.0, 0.0) for x in (-separation / 2, separation / 2)]
+    return {
+        "light": revolve(board, 40, stretch=(half_x - corner, half_y - corner)),
+        "dark": join(
+            [revolve(apron, 16, stretch=(leg_x + 0.015, leg_y + 0.015))]
+            + [moved(revolve(leg, 16, stretch=(0.016, 0.016)), shift=place) for place in corners]
+            + [moved(revolve(rail, 16, stretch=(0.008, leg_y - 0.02)), shift=(x, 0.0, 0.0)) for x in (-leg_x, leg_x)]
+            + [revolve(rail, 16, stretch=(leg_x, 0.008))]
+        ),
+        "black": join([moved(revolve(plate, 72), shift=place) for place in places]),
+        "metal": join(
+            [moved(_bolts(0.091, 6, TABLE_HEIGHT, 0.006), shift=place) for place in places] + [moved(revolve(glide, 24), shift=place) for place in corners]
+        ),
+    }
+
+
+@functools.cache
+def torso_glb() -> bytes:
+    """The stand of the rig "torso"."""
+    return glb.cached("torso", _key(), lambda: (glb.glb(torso_meshes(), MATERIALS),))[0]
+
+
+@functools.cache
+def table_glb(separation: float = 1.1) -> bytes:
+    """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other."""
+    return glb.cached(f"table-{separation:.3f}", _key(separation), lambda: (glb.glb(table_meshes(separation), MATERIALS),))[0]
+
+
+def _key(*more: object) -> str:
+    return glb.source_key([__file__, glb.__file__, surfaces.__file__], *more)

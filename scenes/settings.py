@@ -1,0 +1,251 @@
+"""The settings of a run: one frozen tree, and for every field what a person may set it to.
+
+The same declaration makes the command line, the page's controls, the deep link, the header of an export and the check of every
+value that comes from outside.
+"""
+
+import math
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Final, Literal, TypeVar, cast, get_args
+
+from controllers.errors import BadSetting
+from controllers.proximity import Treatment
+from controllers.tasks import HoldTask
+
+RigName = Literal["torso", "table"]
+LawName = Literal["smooth_priority", "unprotected"]
+SceneName = Literal["hold"]
+ArmName = Literal["left", "right"]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What a person may set one field to.
+
+    Attributes:
+        key: its short name on the command line (`--dm`) and in a link (`?dm=`).
+        label: its name on the page, at most 11 characters.
+        help: one line that explains it.
+        unit: SI unit; "" for a pure number.
+        low, high: range of a number.
+        step: step of its slider, in page units.
+        page_unit, page_scale: unit on the page, and page value = scale · SI value.
+        choices: of a choice, in the order shown.
+        choice_labels: what a person reads for each of them.
+    """
+
+    key: str
+    label: str
+    help: str
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    step: float = 0.0
+    page_unit: str = ""
+    page_scale: float = 1.0
+    choices: tuple[str, ...] = ()
+    choice_labels: tuple[str, ...] = ()
+
+
+_SPEC: Final = "spec"
+
+
+def _number(default: float, spec: Spec) -> float:
+    return field(default=default, metadata={_SPEC: spec})
+
+
+def _flag(key: str, label: str, text: str) -> bool:
+    return field(default=False, metadata={_SPEC: Spec(key, label, text)})
+
+
+def _choice(default: str, kind: Any, spec: Spec) -> Any:
+    return field(default=default, metadata={_SPEC: replace(spec, choices=get_args(kind))})
+
+
+@dataclass(frozen=True)
+class LawSettings:
+    """How the avoiding arm divides itself between its task and keeping clear. SI units."""
+
+    law: LawName = _choice(
+        "smooth_priority",
+        LawName,
+        Spec(
+            "law",
+            "law",
+            "The paper's smooth change of priority, or no avoidance at all.",
+            choice_labels=("Smooth priority (paper)", "Unprotected (task only)"),
+        ),
+    )
+    pairs: Treatment = _choice(
+        "soft",
+        Treatment,
+        Spec(
+            "pairs",
+            "pairs",
+            "Which pairs of bodies the law sees: the closest one (the paper), or a smooth minimum over all, which never jumps.",
+            choice_labels=("Closest pair (paper)", "Smooth minimum"),
+        ),
+    )
+    critical_distance: float = _number(
+        0.15,
+        Spec("dm", "d_m", "Critical distance: below it avoidance has full priority.", "m", 0.03, 0.30, 5.0, "mm", 1000.0),
+    )
+    order: float = _number(6.0, Spec("n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5))
+    nominal_velocity: float = _number(
+        0.30,
+        Spec(
+            "v", "v", "Speed of retreat at full priority; a hand faster than this gets closer than d_m.",
+            "m/s", 0.0, 1.0, 0.01, "m/s",
+        ),
+    )  # fmt: skip
+    beta: float = _number(
+        100.0,
+        Spec("beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.", "1/m", 20.0, 400.0, 5.0, "1/m"),
+    )
+    feed_forward: bool = _flag("ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then holds at any hand speed.")
+    one_sided: bool = _flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """Who stands where and what they are asked to do. SI units."""
+
+    scene: SceneName = _choice(
+        "hold",
+        SceneName,
+        Spec("scene", "scene", "One arm holds its place, a person moves the other (Fig. 5).", choice_labels=("Hold (Fig. 5)",)),
+    )
+    rig: RigName = _choice(
+        "torso",
+        RigName,
+        Spec("rig", "rig", "Where the two arms stand.", choice_labels=("Torso (the paper's laboratory)", "Table, face to face")),
+    )
+    guided: ArmName = _choice(
+        "right", ArmName, Spec("guided", "your arm", "The arm that you move.", choice_labels=("Left", "Right"))
+    )
+    task: HoldTask = _choice(
+        "position",
+        HoldTask,
+        Spec(
+            "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
+            choice_labels=("Hold position", "Hold pose"),
+        ),
+    )  # fmt: skip
+    gain: float = _number(
+        2.0, Spec("k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s")
+    )
+    hand_speed: float = _number(
+        0.25,
+        Spec("wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.", "m/s", 0.05, 1.0, 0.01, "m/s"),
+    )
+    dt: float = _number(
+        0.005, Spec("dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0)
+    )
+    limit_gain: float = _number(
+        10.0, Spec("g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
+    )
+    seed: int = field(
+        default=1, metadata={_SPEC: Spec("seed", "seed", "Seed of the autopilot: another number, another person.", "", 0, 9999, 1)}
+    )
+    law: LawSettings = field(default_factory=LawSettings)
+
+
+def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
+    """Return key → `Spec` of every field of the tree, in order."""
+    found: dict[str, Spec] = {}
+    for f in fields(settings_type):
+        if _SPEC in f.metadata:
+            spec: Spec = f.metadata[_SPEC]
+            found[spec.key] = spec
+        else:
+            found |= specs(cast(type, f.default_factory))
+    return found
+
+
+def values(settings: Any) -> dict[str, Any]:
+    """Return key → value of every field of the tree, in order."""
+    found: dict[str, Any] = {}
+    for f in fields(settings):
+        value = getattr(settings, f.name)
+        if _SPEC in f.metadata:
+            found[f.metadata[_SPEC].key] = value
+        else:
+            found |= values(value)
+    return found
+
+
+def changed(settings: T, key: str, value: object) -> T:
+    """Return the settings with one field, named by its key, set to a checked value.
+
+    Args:
+        value: of the field's own type, or text that reads as one.
+
+    Raises:
+        BadSetting: unknown key, wrong type, not finite, out of range or not among the choices; the settings are untouched.
+    """
+    for f in fields(cast(Any, settings)):
+        if _SPEC not in f.metadata:
+            branch = getattr(settings, f.name)
+            if key in specs(type(branch)):
+                return replace(cast(Any, settings), **{f.name: changed(branch, key, value)})
+        elif f.metadata[_SPEC].key == key:
+            return replace(cast(Any, settings), **{f.name: checked(f.metadata[_SPEC], getattr(settings, f.name), value)})
+    raise BadSetting(f"There is no setting {key!r}; choose from {', '.join(specs(type(settings)))}.")
+
+
+def checked(spec: Spec, present: object, value: object) -> Any:
+    """Return a value from outside as a value of the field, whose present value gives the type.
+
+    Raises:
+        BadSetting: it is none.
+    """
+    if spec.choices:
+        if isinstance(value, str) and value in spec.choices:
+            return value
+        raise BadSetting(f"{spec.key} = {_shown(value)} is not possible; choose from {', '.join(spec.choices)}.")
+    if isinstance(present, bool):
+        return _checked_flag(spec, value)
+    unit = f" {spec.unit}" if spec.unit else ""
+    remedy = f"give a number from {spec.low:g} to {spec.high:g}{unit}."
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise BadSetting(f"{spec.key} = {_shown(value)} is not a number; {remedy}")
+    try:
+        number = float(value)
+    except (ValueError, OverflowError):
+        raise BadSetting(f"{spec.key} = {_shown(value)} is not a number; {remedy}") from None
+    # A slider's value comes back through its own page unit: the last bit must not push it over the edge.
+    slack = 1e-9 * max(1.0, abs(spec.low), abs(spec.high))
+    if not math.isfinite(number) or number < spec.low - slack or number > spec.high + slack:
+        raise BadSetting(f"{spec.key} = {_shown(value)} is out of range; {remedy}")
+    number = min(max(number, spec.low), spec.high)
+    if isinstance(present, int):
+        if number != int(number):
+            raise BadSetting(f"{spec.key} = {_shown(value)} is not a whole number; {remedy}")
+        return int(number)
+    return number
+
+
+def _checked_flag(spec: Spec, value: object) -> bool:
+    if isinstance(value, bool):
+        return value
+    words = {"1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False}
+    if isinstance(value, str) and value.lower() in words:
+        return words[value.lower()]
+    raise BadSetting(f"{spec.key} = {_shown(value)} is neither on nor off; give 1 or 0.")
+
+
+def validate(settings: RunSettings) -> RunSettings:
+    """Return the settings if every field is inside its range.
+
+    Raises:
+        BadSetting: naming the first field that is not.
+    """
+    for key, value in values(settings).items():
+        changed(settings, key, value)
+    return settings
+
+
+def _shown(value: object) -> str:
+    text = repr(value) if isinstance(value, str) else str(value)
+    return text if len(text) <= 40 else text[:37] + "…"

@@ -1,0 +1,197 @@
+"""Smooth surfaces with true normals, made from numbers: revolved profiles, and skins of implicit forms.
+
+Two ways are enough for a robot: what a lathe makes is a revolved profile; what a casting makes is the zero level of a signed
+function, cut and blended with rounded edges, and skinned by shooting rays from a curve inside it. Lengths in metres.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Final
+
+import numpy as np
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Form = Callable[[Array], Array]
+"""Signed function of points (…, 3): negative inside, metre-like near its zero level; (…,)."""
+
+CREASE: Final = float(np.radians(32))
+"""A profile that turns by more keeps a sharp edge."""
+
+NORMAL_STEP: Final = 2e-4
+"""Half step of the central differences behind the normals of a skin [m]."""
+
+
+def mesh(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh.Trimesh:
+    """A mesh that keeps exactly these vertices (n, 3), faces (m, 3) and unit normals (n, 3)."""
+    return trimesh.Trimesh(vertices, faces, vertex_normals=normals, process=False)
+
+
+def _strip(rows: int, columns: int, closed: bool) -> NDArray[np.int64]:
+    """Faces of a grid of vertices, row-major; counter-clockwise seen with rows going up and columns to the right; (m, 3)."""
+    row, column = np.meshgrid(np.arange(rows - 1), np.arange(columns if closed else columns - 1), indexing="ij")
+    right = (column + 1) % columns
+    a, b = row * columns + column, row * columns + right
+    c, d = a + columns, b + columns
+    return np.stack([np.stack([a, b, d], -1), np.stack([a, d, c], -1)], -2).reshape(-1, 3)
+
+
+def _without_slivers(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces at a pole collapse to lines: leave them out."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    return faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-12]
+
+
+def rounded(points: ArrayLike, radius: float, steps: int = 4) -> Array:
+    """A polyline (n, 2) with its inner corners replaced by arcs of this radius, or as large as the sides allow; (m, 2)."""
+    corner = np.asarray(points, float)
+    out = [corner[0]]
+    for before, here, after in zip(corner, corner[1:], corner[2:], strict=False):
+        into, onto = here - before, after - here
+        length_in, length_out = np.linalg.norm(into), np.linalg.norm(onto)
+        into, onto = into / length_in, onto / length_out
+        turn = np.arccos(np.clip(into @ onto, -1, 1))
+        if turn < 1e-3:
+            out.append(here)
+            continue
+        cut = min(radius * np.tan(turn / 2), 0.49 * length_in, 0.49 * length_out)
+        side = np.array([-into[1], into[0]]) * np.sign(into[0] * onto[1] - into[1] * onto[0])
+        arc_radius = cut / np.tan(turn / 2)
+        centre = here - into * cut + side * arc_radius
+        for angle in np.linspace(0, turn, steps + 1):
+            out.append(centre - arc_radius * (side * np.cos(angle) - into * np.sin(angle)))
+    out.append(corner[-1])
+    return np.array(out)
+
+
+def revolve(profile: ArrayLike, sections: int = 56, stretch: tuple[float, float] = (0.0, 0.0)) -> trimesh.Trimesh:
+    """Turn a profile (n, 2) of (radius, height) about the z axis; going up along it, the outside is on its right.
+
+    Args:
+        sections: around the axis; a multiple of 4 when stretched.
+        stretch: pull the four quarters apart by ± this much in x and y [m]: a disc becomes a slab with round corners.
+    """
+    line = np.asarray(profile, float)
+    line = line[np.r_[True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-9]]
+    along = np.diff(line, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    outward = np.stack([along[:, 1], -along[:, 0]], 1)
+    if any(stretch):
+        quarter = np.linspace(0, np.pi / 2, sections // 4 + 1)
+        angle = np.concatenate([quarter + k * np.pi / 2 for k in range(4)])
+        corner = np.repeat(np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * stretch, len(quarter), axis=0)
+    else:
+        angle = np.linspace(0, 2 * np.pi, sections, endpoint=False)
+        corner = np.zeros((sections, 2))
+    around = np.stack([np.cos(angle), np.sin(angle)], 1)
+
+    def turned(radial: Array, axial: Array, shift: Array) -> Array:
+        flat = radial[:, None, None] * around + shift
+        return np.concatenate([flat, np.broadcast_to(axial[:, None, None], (*flat.shape[:2], 1))], -1)
+
+    pieces = []
+    start = 0
+    for i in range(1, len(line)):
+        if i < len(line) - 1 and along[i - 1] @ along[i] > np.cos(CREASE):
+            continue
+        run, face = line[start : i + 1], outward[start:i]
+        normal = np.vstack([face[:1], face[:-1] + face[1:], face[-1:]])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        vertices = turned(run[:, 0], run[:, 1], corner).reshape(-1, 3)
+        faces = _without_slivers(vertices, _strip(len(run), len(angle), closed=True))
+        pieces.append(mesh(vertices, faces, turned(normal[:, 0], normal[:, 1], np.zeros_like(corner)).reshape(-1, 3)))
+        start = i
+    if all(stretch):
+        pieces += [_lid(height, stretch, up) for (radius, height), up in ((line[0], -1.0), (line[-1], 1.0)) if radius == 0]
+    return join(pieces)
+
+
+def _lid(height: float, half: tuple[float, float], up: float) -> trimesh.Trimesh:
+    """The rectangle that a stretched profile leaves open where it meets the axis."""
+    x, y = half
+    vertices = np.array([(-x, -y, height), (x, -y, height), (x, y, height), (-x, y, height)])
+    faces = np.array([(0, 1, 2), (0, 2, 3)])
+    return mesh(vertices, faces if up > 0 else faces[:, ::-1], np.tile([0.0, 0.0, up], (4, 1)))
+
+
+def _first_way_out(form: Form, origins: Array, directions: Array, reach: float) -> Array:
+    """Where rays (…, 3) leave a form, by bisection; (…, 3)."""
+    near, far = np.zeros(directions.shape[:-1]), np.full(directions.shape[:-1], reach)
+    for _ in range(24):
+        middle = (near + far) / 2
+        inside = form(origins + middle[..., None] * directions) < 0
+        near, far = np.where(inside, middle, near), np.where(inside, far, middle)
+    return origins + near[..., None] * directions
+
+
+def _fan(angle: Array, lift: Array) -> Array:
+    """Directions (rows, columns, 3) at angles (rows, columns) from the +x axis, lifted (rows,) from the horizontal."""
+    flat = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], -1)
+    return np.cos(lift)[:, None, None] * flat + np.sin(lift)[:, None, None] * np.array([0.0, 0, 1])
+
+
+def skin(form: Form, spine: Array, lift: Array, columns: int, reach: float, first: float = np.pi / 2) -> trimesh.Trimesh:
+    """Skin a form from inside: a ring of rays from every point of a curve, to the first way out.
+
+    The rays of a ring crowd where the outline turns, so that rounded edges run along the columns of the mesh instead of across them.
+
+    Args:
+        form: negative on the spine, positive at `reach` along every ray.
+        spine: start of the rays of every ring (rows, 3) [m].
+        lift: angle of every ring of rays from the horizontal (rows,), growing [rad].
+        columns: rays of a ring.
+        reach: length of the rays [m].
+        first: angle of the first column; the crowding of the others starts there, so put it on a plane of symmetry [rad].
+    """
+    fine = np.broadcast_to(first + np.linspace(0, 2 * np.pi, 361), (len(spine), 361))
+    outline = _first_way_out(form, spine[:, None], _fan(fine, lift), reach)
+    side = np.diff(outline, axis=1)
+    length = np.linalg.norm(side, axis=-1)
+    unit = side / np.maximum(length, 1e-9)[..., None]
+    turn = np.arccos(np.clip(np.sum(unit * np.roll(unit, 1, axis=1), -1), -1, 1))
+    turn = np.where(length > 1e-6, turn, 0.0)
+    turn = sum(np.roll(turn, k, axis=1) for k in range(-4, 5)) / 9
+    share = length / np.maximum(length.sum(1, keepdims=True), 1e-9) + 0.8 * turn / np.maximum(turn.sum(1, keepdims=True), 1e-9) + 0.2 / 360
+    share = (share + share[:, ::-1]) / 2
+    for _ in range(2):
+        share[1:-1] = (share[:-2] + 2 * share[1:-1] + share[2:]) / 4
+    mass = np.cumsum(share, 1) / share.sum(1, keepdims=True)
+    even = np.linspace(0, 1, columns, endpoint=False)
+    angle = np.array([np.interp(even, np.r_[0.0, row], fine[0]) for row in mass])
+    vertices = _first_way_out(form, spine[:, None], _fan(angle, lift), reach).reshape(-1, 3)
+    step = NORMAL_STEP * np.eye(3)
+    gradient = np.stack([form(vertices + h) - form(vertices - h) for h in step], -1)
+    normals = gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12)
+    return mesh(vertices, _without_slivers(vertices, _strip(len(spine), columns, closed=True)), normals)
+
+
+def join(meshes: Iterable[trimesh.Trimesh]) -> trimesh.Trimesh:
+    """One mesh of several, vertices and normals untouched."""
+    parts = list(meshes)
+    shift = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    return mesh(
+        np.vstack([part.vertices for part in parts]),
+        np.vstack([part.faces + k for part, k in zip(parts, shift, strict=False)]),
+        np.vstack([part.vertex_normals for part in parts]),
+    )
+
+
+def moved(part: trimesh.Trimesh, rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), shift: Sequence[float] = (0, 0, 0)) -> trimesh.Trimesh:
+    """The mesh turned by a rotation matrix (3, 3) and then shifted (3,)."""
+    R = np.asarray(rotation, float)
+    return mesh(part.vertices @ R.T + np.asarray(shift, float), np.array(part.faces), part.vertex_normals @ R.T)
+
+
+def smooth_max(a: Array, b: Array, width: float) -> Array:
+    """max(a, b) with a rounded edge: what is inside both forms, never more than that."""
+    return np.maximum(a, b) + np.maximum(width - np.abs(a - b), 0) ** 2 / (4 * width)
+
+
+def smooth_min(a: Array, b: Array, width: float) -> Array:
+    """min(a, b) with a filled corner: what is inside either form, and a fillet between them."""
+    return -smooth_max(-a, -b, width)
+
+
+def swollen(part: trimesh.Trimesh, by: float) -> trimesh.Trimesh:
+    """The mesh with its surface moved out along the normals [m]; shrunk when negative."""
+    return mesh(part.vertices + by * part.vertex_normals, np.array(part.faces), np.array(part.vertex_normals))
