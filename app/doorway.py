@@ -1,7 +1,8 @@
 """Which web pages may open a connection: the rules on Origin and Host.
 
-A browser attaches to any server, also one on its own computer, whatever page asks it to. The only thing that tells a foreign page from ours is the
-`Origin` header that the browser puts on the request, and the only thing that tells a tricked name server is the `Host` header.
+A browser attaches to any server, also one on its own computer, whatever page asks it to. The only thing that tells a foreign
+page from ours is the `Origin` header that the browser puts on the request; the only thing that tells a tricked name server is
+the `Host` header.
 """
 
 from __future__ import annotations
@@ -84,5 +85,5 @@ class Doorway:
             return False
         if page[1] == self.port and (page[0] in LOOPBACK_NAMES or page[0] == self.host):
             return True
-        # Same origin: holds behind an ssh tunnel or a forwarded port, where our own port number is not the one in the address bar.
+        # Same origin: holds behind an ssh tunnel or a forwarded port too, where the address bar shows another port than ours.
         return page == asked and _may_name_us(page[0])

@@ -1,8 +1,8 @@
 """What a browser may say to the server: which of its messages are let through.
 
-viser believes every message. It lets a client overwrite any attribute of a slider, send NaN or a gigabyte, and show all of that to
-everybody else. This file holds the rules that stop this, as plain functions of the decoded message. It knows nothing of viser:
-what exists on the page is asked of `Elements`.
+viser believes every message. It lets a client overwrite any attribute of a slider, send NaN or a gigabyte, and show all of
+that to everybody else. This file holds the rules that stop this, as plain functions of the decoded message. It knows nothing of
+viser: what exists on the page is asked of `Elements`.
 
 Two outcomes besides "let through":
 - `Malformed`: no real browser would send this. The connection is closed, nobody else notices.
@@ -146,7 +146,8 @@ def _row(length: int | None, item: Check) -> Check:
 
 def _whole(value: object) -> None:
     _number(0)(value)
-    if value != int(value):  # type: ignore[call-overload]  # pyright: ignore[reportArgumentType]
+    assert isinstance(value, (int, float))
+    if value != int(value):
         raise Malformed("not a whole number")
 
 
@@ -214,7 +215,12 @@ SHAPES: Mapping[str, Mapping[str, Check]] = {
         "part_count": _whole,
         "size_bytes": _whole,
     },
-    "FileTransferPart": {"source_component_uuid": _or_none(_name), "transfer_uuid": _text(64), "part_index": _whole, "content": _blob},
+    "FileTransferPart": {
+        "source_component_uuid": _or_none(_name),
+        "transfer_uuid": _text(64),
+        "part_index": _whole,
+        "content": _blob,
+    },
     "TransformControlsUpdateMessage": {**_owned, "wxyz": _rotation, "position": _point},
     "TransformControlsDragStartMessage": _owned,
     "TransformControlsDragEndMessage": _owned,
@@ -265,15 +271,15 @@ def check_value(control: Control, value: object, limits: Limits) -> None:
         if control.options is not None and value not in control.options:
             raise Refused("not one of the options")
     elif isinstance(present, (int, float, tuple)):
-        is_row = isinstance(present, tuple)
-        if is_row:
+        if isinstance(present, tuple):
             _row(len(present), _number())(value)
         else:
             _number()(value)
-        entries = value if is_row and isinstance(value, (list, tuple)) else (value,)
+        entries: Any = value if isinstance(present, tuple) else (value,)
         for index, entry in enumerate(entries):
             low, high = _bound(control.low, index), _bound(control.high, index)
-            slack = 1e-6 * max(1e-3, abs(low or 0.0), abs(high or 0.0))  # the browser computes min + k step in its own rounding
+            # The browser computes min + k step in its own rounding.
+            slack = 1e-6 * max(1e-3, abs(low or 0.0), abs(high or 0.0))
             if (low is not None and entry < low - slack) or (high is not None and entry > high + slack):
                 raise Refused("number out of range")
     else:

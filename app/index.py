@@ -1,4 +1,4 @@
-"""The pages that Duet serves itself: viser's page with a few additions of ours, and the page for a room that is full.
+"""The pages that Duet serves itself: viser's with a few additions of ours, and the one for a room that is full.
 
 viser's client is one HTML file that opens its websocket from a worker. A short script put before it
 - hands the page's own query (`/?dm=0.1`) to the websocket, so that every tab brings its own deep link along,
@@ -11,21 +11,28 @@ from __future__ import annotations
 
 import html
 import json
-from urllib.parse import parse_qsl, urlsplit
+import re
+from urllib.parse import parse_qsl, quote, urlsplit
 
 ROOM_IS_FULL = "duet: every place is taken"
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
+_DRAWING = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32" fill="none" stroke-width="4.5" stroke-linecap="round"
+ stroke-linejoin="round"><path d="M6 28V18l7-8 4 5" stroke="#f26a0a"/><path d="M26 28V16l-5-11-4 5" stroke="#8a9099"/></svg>"""
+_ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(_DRAWING)}">'
+
 _STYLE = """
-#duet-connection{position:fixed;top:18px;left:50%;transform:translateX(-50%);z-index:2147483647;display:flex;align-items:center;gap:.7em;
- padding:.62em 1.25em;border-radius:999px;font:600 19px/1.25 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans",sans-serif;white-space:nowrap;
- max-width:calc(100vw - 24px);box-sizing:border-box;color:#3a1d00;background:#fff4e5;border:2px solid #e07a10;
+#duet-connection{position:fixed;top:18px;left:50%;transform:translateX(-50%);z-index:2147483647;display:flex;align-items:center;
+ gap:.7em;padding:.62em 1.25em;border-radius:999px;white-space:nowrap;max-width:calc(100vw - 24px);
+ font:600 19px/1.25 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans",sans-serif;
+ box-sizing:border-box;color:#3a1d00;background:#fff4e5;border:2px solid #e07a10;
  box-shadow:0 6px 28px rgba(0,0,0,.28);pointer-events:none}
 #duet-connection:empty{display:none}
-[data-mantine-color-scheme=dark] #duet-connection{color:#ffe9d0;background:#3a2408;border-color:#f29a3c;box-shadow:0 6px 28px rgba(0,0,0,.6)}
-#duet-connection i{flex:none;width:.78em;height:.78em;border-radius:50%;border:3px solid currentColor;border-top-color:transparent;
- animation:duet-turn 1s linear infinite}
+[data-mantine-color-scheme=dark] #duet-connection{color:#ffe9d0;background:#3a2408;border-color:#f29a3c;
+ box-shadow:0 6px 28px rgba(0,0,0,.6)}
+#duet-connection i{flex:none;width:.78em;height:.78em;border-radius:50%;border:3px solid currentColor;
+ border-top-color:transparent;animation:duet-turn 1s linear infinite}
 @keyframes duet-turn{to{transform:rotate(1turn)}}
 @media (prefers-reduced-motion:reduce){#duet-connection i{animation:none;border-top-color:currentColor;opacity:.6}}
 @media (max-width:36em){#duet-connection{font-size:16px;top:10px}}
@@ -39,7 +46,7 @@ _SCRIPT = """
   given.delete("websocket");
   let query = given.toString();
   if (query.length > ours.longest) query = "";
-  let retry = 0;
+  let retry = 0, leaving = false;
   const pill = () => {
     let node = document.getElementById("duet-connection");
     if (!node && document.body) {
@@ -59,7 +66,9 @@ _SCRIPT = """
     if (text) node.append(document.createElement("i"), text);
   };
   const lost = (worker, reason) => {
+    if (leaving) return;
     if (reason === ours.full) {
+      leaving = true;
       setTimeout(() => location.reload(), 300 + 700 * Math.random());
       return;
     }
@@ -76,6 +85,8 @@ _SCRIPT = """
   const Native = window.Worker;
   window.Worker = class extends Native {
     postMessage(message, ...rest) {
+      // Being turned away counts as connected for a moment, so viser would try again at once, and again.
+      if (leaving && message && message.type === "retry") return;
       if (message && message.type === "set_server" && typeof message.server === "string") {
         this.addEventListener("message", ({ data }) => {
           if (data && data.type === "connected") found();
@@ -108,6 +119,7 @@ def patched_index(client_html: str, *, title: str, run: str) -> str:
         raise ValueError("viser's page has no title to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "longest": _LONGEST_QUERY, "lost": "Connection lost – trying again…"}
     script = _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
+    head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
     return f"{head}<title>{html.escape(title)}</title><style>{_STYLE}</style><script>{script}</script>{rest}"
 
@@ -131,15 +143,16 @@ def page_query(request_path: str) -> dict[str, str]:
 
 _FULL_PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Duet – every place is taken</title><noscript><meta http-equiv="refresh" content="10"></noscript>
+<title>Duet – every place is taken</title>__ICON__<noscript><meta http-equiv="refresh" content="10"></noscript>
 <style>
 :root{color-scheme:light dark;--paper:#f3f4f6;--card:#fff;--ink:#1f2328;--soft:#57606a;--arm:#8a9099;--line:#d8dce1}
-@media (prefers-color-scheme:dark){:root{--paper:#16181c;--card:#212429;--ink:#eceef1;--soft:#a3abb5;--arm:#767e88;--line:#353a41}}
+@media (prefers-color-scheme:dark){:root{--paper:#16181c;--card:#212429;--ink:#eceef1;--soft:#a3abb5;
+ --arm:#767e88;--line:#353a41}}
 *{box-sizing:border-box}
 body{margin:0;min-height:100vh;display:grid;place-items:center;padding:24px;background:var(--paper);color:var(--ink);
  font:17px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans",sans-serif}
-main{max-width:30rem;padding:40px 40px 32px;border-radius:20px;border:1px solid var(--line);background:var(--card);text-align:center;
- box-shadow:0 12px 40px rgba(0,0,0,.10)}
+main{max-width:30rem;padding:40px 40px 32px;border-radius:20px;border:1px solid var(--line);background:var(--card);
+ text-align:center;box-shadow:0 12px 40px rgba(0,0,0,.10)}
 svg{width:168px;height:auto;display:block;margin:0 auto 20px}
 h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5em;letter-spacing:-.01em}
 p{margin:0 0 1em;color:var(--soft)}
@@ -170,5 +183,6 @@ p{margin:0 0 1em;color:var(--soft)}
 
 def full_page(limit: int) -> str:
     """The page for whoever comes when all `limit` places are taken; it asks again by itself and needs nothing from elsewhere."""
-    places = "This Duet has one place, and somebody is in it." if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
-    return _FULL_PAGE.replace("__PLACES__", places)
+    one = "This Duet has one place, and somebody is in it."
+    places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
+    return _FULL_PAGE.replace("__ICON__", _ICON).replace("__PLACES__", places)

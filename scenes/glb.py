@@ -35,7 +35,7 @@ class Material:
         """Linear RGBA in 0 … 1: glTF wants light, not sRGB; left as sRGB, KUKA orange turns yellow (IEC 61966-2-1)."""
         s = np.array([int(self.colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
         light = np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)
-        return (*(float(c) for c in light), self.opacity)
+        return float(light[0]), float(light[1]), float(light[2]), self.opacity
 
     def gltf(self) -> dict[str, object]:
         """The material in glTF 2.0 terms."""
@@ -55,7 +55,8 @@ Palette = Mapping[str, Material]
 def glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
     """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as float32.
 
-    Written here because trimesh's exporter rounds colours to 1/255, visible in dark linear ones, and spends four bytes on an index.
+    Written here because trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes
+    on an index.
     """
     body, views, accessors = bytearray(), [], []
 
@@ -78,7 +79,9 @@ def glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
             "NORMAL": put(part.vertex_normals.astype(np.float32), "VEC3", 34962),
         }
         indices = put(index, "SCALAR", 34963)
-        shapes.append({"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": material, "mode": 4}]})
+        shapes.append(
+            {"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": material, "mode": 4}]}
+        )
     head = {
         "asset": {"version": "2.0", "generator": "lwr-duet"},
         "scene": 0,
@@ -132,7 +135,12 @@ def _pack(blobs: tuple[bytes, ...], key: str) -> bytes:
 def _unpack(data: bytes, key: str) -> tuple[bytes, ...]:
     line, separator, body = data.partition(b"\n")
     head = json.loads(line)
-    if not separator or head["key"] != key or head["sha256"] != hashlib.sha256(body).hexdigest() or sum(head["sizes"]) != len(body):
+    if (
+        not separator
+        or head["key"] != key
+        or head["sha256"] != hashlib.sha256(body).hexdigest()
+        or sum(head["sizes"]) != len(body)
+    ):
         raise ValueError("stale or damaged cache")
     ends = np.cumsum([0, *head["sizes"]])
     return tuple(body[a:b] for a, b in zip(ends, ends[1:], strict=False))

@@ -56,7 +56,7 @@ def _torso() -> Rig:
         pin.SE3(_turn(60.0, 35.0, -120.0), np.array([0.0, -0.0765, 0.92])),
         start * MIRROR,
         start,
-        Camera((3.1, 0.0, 1.75), (0.15, 0.0, 0.78), float(np.radians(36.0))),
+        Camera((2.75, -0.45, 1.62), (0.28, 0.0, 0.93), float(np.radians(32.0))),
     )
 
 
@@ -73,7 +73,7 @@ def _table() -> Rig:
         pin.SE3(_turn(0.0, 0.0, 180.0), np.array([half, 0.0, TABLE_HEIGHT])),
         start,
         start.copy(),
-        Camera((0.0, -3.2, 1.75), (0.0, 0.0, 1.0), float(np.radians(36.0))),
+        Camera((0.45, -2.75, 1.75), (0.0, 0.0, 1.08), float(np.radians(32.0))),
     )
 
 

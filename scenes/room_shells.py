@@ -1,7 +1,7 @@
 """What the arms stand on: a slender torso for two shoulders, and a workbench for two upright arms; made by code, as GLB files.
 
-World frame: z up, floor at z = 0, metres. The furniture is for the eye only and is no obstacle. Greys without a hue, neither black nor
-white, so that orange arms stand out before them in light and in dark mode.
+World frame: z up, floor at z = 0, metres. The furniture is for the eye only and is no obstacle. Greys without a hue, neither
+black nor white, so that orange arms stand out before them in light and in dark mode.
 """
 
 import functools
@@ -18,9 +18,9 @@ from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, sm
 
 MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
     {
-        "light": Material("#b4b9c0", 0.5, 0.05),
-        "dark": Material("#3a3e44", 0.48, 0.1),
-        "black": Material("#24272c", 0.55, 0.1),
+        "light": Material("#74787d", 0.55, 0.05),
+        "dark": Material("#3a3b3d", 0.5, 0.05),
+        "black": Material("#252628", 0.55, 0.05),
         "metal": Material("#a4aab1", 0.34, 0.6),
     }
 )
@@ -48,7 +48,7 @@ def _turn(axis: str, degrees: float) -> Array:
 
 def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Trimesh:
     """Bolt heads in a circle about the z axis, standing on the given height."""
-    head = revolve(rounded([(size, height - 0.002), (size, height + 0.7 * size), (0, height + 0.7 * size)], 0.25 * size, 2), 16)
+    head = revolve(rounded([(size, height - 0.002), (size, height + 0.7 * size), (0, height + 0.7 * size)], 0.25 * size, 2), 12)
     angles = (np.arange(count) + 0.5) * 2 * np.pi / count
     return join(moved(head, shift=(radius * np.cos(a), radius * np.sin(a), 0)) for a in angles)
 
@@ -57,7 +57,7 @@ def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.T
     """One soft casting behind both flanges and down to the column, skinned from its heart (3,)."""
 
     def form(p: Array) -> Array:
-        body = smooth_max(np.hypot(p[..., 0] - heart[0], p[..., 1]) - 0.056, heart[2] - 0.105 - p[..., 2], 0.004)
+        body = smooth_max(np.hypot(p[..., 0] - heart[0], p[..., 1]) - 0.056, heart[2] - 0.097 - p[..., 2], 0.03)
         body = smooth_max(body, p[..., 2] - heart[2], 0.02)
         for position, R in bases:
             local = (p - position) @ R
@@ -65,8 +65,8 @@ def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.T
             body = smooth_min(body, stub, 0.05)
         return body
 
-    lift = np.linspace(-np.pi / 2, np.pi / 2, 45)
-    return surfaces.skin(form, np.broadcast_to(heart, (45, 3)), lift, 64, 0.3, first=0.0)
+    lift = np.linspace(-np.pi / 2, np.pi / 2, 37)
+    return surfaces.skin(form, np.broadcast_to(heart, (37, 3)), lift, 60, 0.3, first=0.0)
 
 
 @functools.cache
@@ -80,21 +80,31 @@ def torso_meshes() -> dict[str, trimesh.Trimesh]:
     column_top = heart[2] - 0.095
     foot = rounded([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008)
     column = rounded(
-        [(0.098, 0.020), (0.094, 0.030), (0.066, 0.060), (0.056, 0.20), (0.050, 0.55), (0.050, column_top - 0.03), (0.050, column_top)], 0.05, 8
+        [
+            (0.098, 0.020),
+            (0.094, 0.030),
+            (0.066, 0.060),
+            (0.056, 0.20),
+            (0.050, 0.55),
+            (0.050, column_top - 0.03),
+            (0.050, column_top),
+        ],
+        0.05,
+        4,
     )
-    collar = rounded([(0.040, -0.012), (0.0565, -0.012), (0.0565, 0.004), (0.040, 0.004)], 0.002, 3)
+    collar = rounded([(0.040, -0.010), (0.0585, -0.010), (0.0585, 0.012), (0.040, 0.012)], 0.002, 3)
     flange = rounded([(0.06, -0.016), (0.079, -0.016), (0.079, 0.0), (0.0, 0.0)], 0.003, 3)
     groove = rounded([(0.060, -0.0195), (0.0745, -0.0195), (0.0745, -0.0155), (0.060, -0.0155)], 0.001, 1)
     standing = (heart[0], 0.0, 0.0)
     return {
         "light": _shoulder_block(bases, heart),
         "dark": join(
-            [moved(revolve(foot, 96), shift=standing), moved(revolve(column, 56), shift=standing)]
-            + [moved(revolve(flange, 64), R, tuple(position)) for position, R in bases]
+            [moved(revolve(foot, 72), shift=standing), moved(revolve(column, 44), shift=standing)]
+            + [moved(revolve(flange, 56), R, tuple(position)) for position, R in bases]
         ),
-        "black": join(moved(revolve(groove, 64), R, tuple(position)) for position, R in bases),
+        "black": join(moved(revolve(groove, 56), R, tuple(position)) for position, R in bases),
         "metal": join(
-            [moved(revolve(collar, 56), shift=(heart[0], 0.0, column_top)), moved(_bolts(0.180, 8, 0.022, 0.009), shift=standing)]
+            [moved(revolve(collar, 44), shift=(heart[0], 0.0, column_top)), moved(_bolts(0.180, 8, 0.022, 0.009), shift=standing)]
         ),
     }
 
@@ -123,7 +133,8 @@ def table_meshes(separation: float) -> dict[str, trimesh.Trimesh]:
         ),
         "black": join([moved(revolve(plate, 72), shift=place) for place in places]),
         "metal": join(
-            [moved(_bolts(0.091, 6, TABLE_HEIGHT, 0.006), shift=place) for place in places] + [moved(revolve(glide, 24), shift=place) for place in corners]
+            [moved(_bolts(0.091, 6, TABLE_HEIGHT, 0.006), shift=place) for place in places]
+            + [moved(revolve(glide, 24), shift=place) for place in corners]
         ),
     }
 

@@ -36,10 +36,19 @@ def _strip(rows: int, columns: int, closed: bool) -> NDArray[np.int64]:
     return np.stack([np.stack([a, b, d], -1), np.stack([a, d, c], -1)], -2).reshape(-1, 3)
 
 
-def _without_slivers(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Faces at a pole collapse to lines: leave them out."""
-    a, b, c = (vertices[faces[:, i]] for i in range(3))
-    return faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-12]
+def welded(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh.Trimesh:
+    """A mesh in which vertices with one place and one normal are one vertex, and faces that collapse to lines are gone.
+
+    viser 1.1.1 throws the normals of a GLB away and computes its own from the faces that share a vertex: two copies of a vertex
+    show as a crease, one vertex as a smooth surface.
+    """
+    same = np.round(np.hstack([vertices * 1e6, normals * 1e3])).astype(np.int64)
+    _, first, inverse = np.unique(same, axis=0, return_index=True, return_inverse=True)
+    faces = inverse.reshape(-1)[faces]
+    a, b, c = (vertices[first][faces[:, i]] for i in range(3))
+    faces = faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-12]
+    used, compact = np.unique(faces, return_inverse=True)
+    return mesh(vertices[first][used], compact.reshape(-1, 3), normals[first][used])
 
 
 def rounded(points: ArrayLike, radius: float, steps: int = 4) -> Array:
@@ -97,9 +106,12 @@ def revolve(profile: ArrayLike, sections: int = 56, stretch: tuple[float, float]
         run, face = line[start : i + 1], outward[start:i]
         normal = np.vstack([face[:1], face[:-1] + face[1:], face[-1:]])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        # A run that ends flat on the axis ends in one point, which has no side to lean to.
+        on_axis = (run[:, 0] < 1e-9) & (np.abs(normal[:, 1]) > np.cos(CREASE))
+        normal[on_axis] = np.stack([np.zeros(on_axis.sum()), np.sign(normal[on_axis, 1])], 1)
         vertices = turned(run[:, 0], run[:, 1], corner).reshape(-1, 3)
-        faces = _without_slivers(vertices, _strip(len(run), len(angle), closed=True))
-        pieces.append(mesh(vertices, faces, turned(normal[:, 0], normal[:, 1], np.zeros_like(corner)).reshape(-1, 3)))
+        normals = turned(normal[:, 0], normal[:, 1], np.zeros_like(corner)).reshape(-1, 3)
+        pieces.append(welded(vertices, _strip(len(run), len(angle), closed=True), normals))
         start = i
     if all(stretch):
         pieces += [_lid(height, stretch, up) for (radius, height), up in ((line[0], -1.0), (line[-1], 1.0)) if radius == 0]
@@ -130,39 +142,58 @@ def _fan(angle: Array, lift: Array) -> Array:
     return np.cos(lift)[:, None, None] * flat + np.sin(lift)[:, None, None] * np.array([0.0, 0, 1])
 
 
-def skin(form: Form, spine: Array, lift: Array, columns: int, reach: float, first: float = np.pi / 2) -> trimesh.Trimesh:
-    """Skin a form from inside: a ring of rays from every point of a curve, to the first way out.
-
-    The rays of a ring crowd where the outline turns, so that rounded edges run along the columns of the mesh instead of across them.
-
-    Args:
-        form: negative on the spine, positive at `reach` along every ray.
-        spine: start of the rays of every ring (rows, 3) [m].
-        lift: angle of every ring of rays from the horizontal (rows,), growing [rad].
-        columns: rays of a ring.
-        reach: length of the rays [m].
-        first: angle of the first column; the crowding of the others starts there, so put it on a plane of symmetry [rad].
-    """
-    fine = np.broadcast_to(first + np.linspace(0, 2 * np.pi, 361), (len(spine), 361))
-    outline = _first_way_out(form, spine[:, None], _fan(fine, lift), reach)
+def _crowded(form: Form, spine: Array, lift: Array, columns: int, reach: float, first: float) -> Array:
+    """Angles (rows, columns) of the rays of every ring: by length of the outline, closer where it turns."""
+    fine = first + np.linspace(0, 2 * np.pi, 361)
+    outline = _first_way_out(form, spine[:, None], _fan(np.broadcast_to(fine, (len(spine), 361)), lift), reach)
     side = np.diff(outline, axis=1)
     length = np.linalg.norm(side, axis=-1)
     unit = side / np.maximum(length, 1e-9)[..., None]
     turn = np.arccos(np.clip(np.sum(unit * np.roll(unit, 1, axis=1), -1), -1, 1))
     turn = np.where(length > 1e-6, turn, 0.0)
-    turn = sum(np.roll(turn, k, axis=1) for k in range(-4, 5)) / 9
-    share = length / np.maximum(length.sum(1, keepdims=True), 1e-9) + 0.8 * turn / np.maximum(turn.sum(1, keepdims=True), 1e-9) + 0.2 / 360
+    turn = np.mean([np.roll(turn, k, axis=1) for k in range(-4, 5)], axis=0)
+    share = length / np.maximum(length.sum(1, keepdims=True), 1e-9) + 0.2 / 360
+    share += 0.8 * turn / np.maximum(turn.sum(1, keepdims=True), 1e-9)
     share = (share + share[:, ::-1]) / 2
     for _ in range(2):
         share[1:-1] = (share[:-2] + 2 * share[1:-1] + share[2:]) / 4
     mass = np.cumsum(share, 1) / share.sum(1, keepdims=True)
     even = np.linspace(0, 1, columns, endpoint=False)
-    angle = np.array([np.interp(even, np.r_[0.0, row], fine[0]) for row in mass])
+    return np.array([np.interp(even, np.r_[0.0, row], fine) for row in mass])
+
+
+def skin(
+    form: Form, spine: Array, lift: Array, columns: int, reach: float, first: float = np.pi / 2, dome: int = 0
+) -> trimesh.Trimesh:
+    """Skin a form from inside: a ring of rays from every point of a curve, to the first way out.
+
+    The rays of a ring crowd where the outline turns, so that rounded edges run along the columns of the mesh, not across.
+
+    Args:
+        form: negative on the spine, positive at `reach` along every ray.
+        spine: start of the rays of every ring (rows, 3) [m].
+        lift: angle of every ring of rays from the horizontal (rows,), growing [rad].
+        columns: rays of a ring, an even number.
+        reach: length of the rays [m].
+        first: angle of the first column, on a plane of symmetry of the form: the crowding is made symmetric about it [rad].
+        dome: close the last ring, a horizontal one, with so many strips: its first half (from `first` = the +y axis) turned about
+            the y axis until it lies on its second half. An edge about the y axis then runs on along one column, without a pole.
+    """
+    angle = _crowded(form, spine, lift, columns, reach, first)
     vertices = _first_way_out(form, spine[:, None], _fan(angle, lift), reach).reshape(-1, 3)
+    faces = _strip(len(spine), columns, closed=True)
+    if dome:
+        half = angle[-1, : columns // 2 + 1]
+        turn = np.linspace(0, np.pi, dome + 1)[:, None]
+        rays = np.stack(
+            [np.cos(half) * np.cos(turn), np.broadcast_to(np.sin(half), (dome + 1, len(half))), -np.cos(half) * np.sin(turn)], -1
+        )
+        faces = np.vstack([faces, len(vertices) + _strip(dome + 1, len(half), closed=False)])
+        vertices = np.vstack([vertices, _first_way_out(form, spine[-1], rays, reach).reshape(-1, 3)])
     step = NORMAL_STEP * np.eye(3)
     gradient = np.stack([form(vertices + h) - form(vertices - h) for h in step], -1)
     normals = gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12)
-    return mesh(vertices, _without_slivers(vertices, _strip(len(spine), columns, closed=True)), normals)
+    return welded(vertices, faces, normals)
 
 
 def join(meshes: Iterable[trimesh.Trimesh]) -> trimesh.Trimesh:
@@ -176,7 +207,9 @@ def join(meshes: Iterable[trimesh.Trimesh]) -> trimesh.Trimesh:
     )
 
 
-def moved(part: trimesh.Trimesh, rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), shift: Sequence[float] = (0, 0, 0)) -> trimesh.Trimesh:
+def moved(
+    part: trimesh.Trimesh, rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), shift: Sequence[float] = (0, 0, 0)
+) -> trimesh.Trimesh:
     """The mesh turned by a rotation matrix (3, 3) and then shifted (3,)."""
     R = np.asarray(rotation, float)
     return mesh(part.vertices @ R.T + np.asarray(shift, float), np.array(part.faces), part.vertex_normals @ R.T)

@@ -21,14 +21,14 @@ from scenes.glb import Material
 from scenes.lwr import facts
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, swollen
 
-ORANGE: Final = "#ea5c06"
+ORANGE: Final = "#e15404"
 SILVER: Final = "#c3c8ce"
 ANTHRACITE: Final = "#2b2f35"
 
 PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
     {
         "orange": {
-            "body": Material(ORANGE, 0.36, 0.05),
+            "body": Material(ORANGE, 0.4, 0.05),
             "cover": Material(SILVER, 0.34, 0.55),
             "trim": Material(SILVER, 0.34, 0.55),
             "ring": Material("#24272c", 0.5, 0.2),
@@ -48,7 +48,8 @@ PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
             "mark": Material(ORANGE, 0.4, 0.05),
         },
         "ghost": {
-            name: Material("#2f7dff", 0.5, 0.0, 0.24) for name in ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
+            name: Material("#2f7dff", 0.5, 0.0, 0.24)
+            for name in ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
         },
     }
 )
@@ -107,9 +108,10 @@ class Casting:
         tube = smooth_max(radius - (self.tube - lip), up, 0.02)
         drum = (self.drum + self.ball) / 2 * (((rho / self.drum) ** 2.6 + (np.abs(y) / self.ball) ** 2.6) ** (1 / 2.6) - 1)
         body = smooth_min(tube, drum, 0.03)
-        # The other half sweeps about the pitch axis: leave it its side as far as two bent tubes need it, then slant out to the full tube.
-        slant = np.maximum(rho - 1.3 * self.drum, 0)
-        side = self.slit + GAP - 1.25 * slant**2 / (slant + 0.012) - y
+        # The other half sweeps about the pitch axis: leave it its side as far as two bent tubes need it, then slant
+        # out to the full tube.
+        slant = np.maximum(rho - 1.22 * self.drum, 0)
+        side = self.slit + GAP - 0.95 * slant**2 / (slant + 0.026) - y
         body = smooth_max(body, side, 0.016)
         body = smooth_max(body, y - 0.8 * (self.ball - SKIN), 0.006)
         limit = np.minimum(np.sqrt(radius**2 + up**2) - self.ball, np.maximum(radius - self.wall, up))
@@ -117,13 +119,10 @@ class Casting:
 
     def shell(self) -> trimesh.Trimesh:
         """The painted shell; its open end hides in the ring of the roll joint."""
-        tube = np.r_[0.0, 0.003, 0.008, np.linspace(0.02, self.length, 27)]
-        cap = np.linspace(0, np.pi / 2, 11)[1:]
-        height = np.r_[tube, np.full(len(cap), self.length)]
+        height = np.r_[0.0, 0.003, 0.008, np.linspace(0.02, self.length, 27)]
         blend = np.clip((height - 0.02) / (0.4 * self.length), 0, 1)
-        # Near the slit's plane: seen from there, the edge of the slit runs along a meridian all the way to the pole.
-        spine = np.stack([np.zeros(len(height)), (self.slit + 0.012) * blend**2 * (3 - 2 * blend), height], -1)
-        return surfaces.skin(self.form, spine, np.r_[np.zeros(len(tube)), cap], SECTIONS, 0.15)
+        spine = np.stack([np.zeros(len(height)), (self.slit + 0.016) * blend**2 * (3 - 2 * blend), height], -1)
+        return surfaces.skin(self.form, spine, np.zeros(len(height)), SECTIONS, 0.15, dome=20)
 
     def cover(self) -> trimesh.Trimesh:
         """The round lid on the bulge."""
@@ -158,7 +157,10 @@ def _ring(z: float, radius: float, half: float = 0.0035) -> trimesh.Trimesh:
 def _band(z: float, radius: float, height: float) -> trimesh.Trimesh:
     """A thin raised band on a tube, from z upwards."""
     return revolve(
-        rounded([(radius - 0.002, z), (radius + 0.0007, z), (radius + 0.0007, z + height), (radius - 0.002, z + height)], 0.0006, 1), SECTIONS
+        rounded(
+            [(radius - 0.002, z), (radius + 0.0007, z), (radius + 0.0007, z + height), (radius - 0.002, z + height)], 0.0006, 1
+        ),
+        SECTIONS,
     )
 
 
@@ -184,7 +186,19 @@ def _cast(casting: Casting, turn: Array, ring: bool, band: bool) -> Parts:
 
 def _base() -> Parts:
     """Link 0: a foot with bolts, and a pedestal up to the first roll joint."""
-    foot = rounded([(0, 0), (0.0742, 0), (0.0742, 0.010), (0.066, 0.0125), (0.0615, 0.022), (0.0585, 0.060), (0.0585, 0.102), (0.0545, 0.106)], 0.004)
+    foot = rounded(
+        [
+            (0, 0),
+            (0.0742, 0),
+            (0.0742, 0.010),
+            (0.066, 0.0125),
+            (0.0615, 0.022),
+            (0.0585, 0.060),
+            (0.0585, 0.102),
+            (0.0545, 0.106),
+        ],
+        0.004,
+    )
     bolt = revolve(rounded([(0.0032, 0.008), (0.0032, 0.0135), (0, 0.0135)], 0.0008, 2), 12)
     turns = np.arange(8) * np.pi / 4 + np.pi / 8
     bolts = [moved(bolt, shift=(0.0695 * np.cos(a), 0.0695 * np.sin(a), 0)) for a in turns]
@@ -210,7 +224,15 @@ def _tool() -> Parts:
     """Link 7: the 80 mm flange disc, and beyond it a slim handle to guide the hand by; it fills part of the hand capsule."""
     disc = rounded([(0.030, -0.019), (0.040, -0.019), (0.040, 0.0), (0.0, 0.0)], 0.0018, 3)
     neck = rounded([(0.031, 0.0), (0.031, 0.006), (0.0235, 0.010), (0.0185, 0.019), (0.0185, 0.022)], 0.004, 3)
-    grip_line = [(0.0200, 0.0255), (0.0212, 0.030), (0.0190, 0.040), (0.0182, 0.050), (0.0194, 0.060), (0.0215, 0.069), (0.0205, 0.075)]
+    grip_line = [
+        (0.0200, 0.0255),
+        (0.0212, 0.030),
+        (0.0190, 0.040),
+        (0.0182, 0.050),
+        (0.0194, 0.060),
+        (0.0215, 0.069),
+        (0.0205, 0.075),
+    ]
     knob = [(0.0215 * np.cos(a), 0.076 + 0.0105 * np.sin(a)) for a in np.linspace(0, np.pi / 2, 8)]
     return {
         "metal": join([revolve(disc, SECTIONS), revolve(neck, 36)]),
@@ -244,6 +266,8 @@ def link_glbs(palette: str) -> tuple[bytes, ...]:
     key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette)
 
     def build() -> tuple[bytes, ...]:
-        return tuple(glb.glb({name: swollen(part, by) for name, part in parts.items()}, PALETTES[palette]) for parts in link_meshes())
+        return tuple(
+            glb.glb({name: swollen(part, by) for name, part in parts.items()}, PALETTES[palette]) for parts in link_meshes()
+        )
 
     return glb.cached(f"lwr-{palette}", key, build)

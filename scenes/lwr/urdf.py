@@ -2,9 +2,9 @@
 
 No <capsule>: yourdfpy cannot read it, so a capsule stands as a cylinder and two spheres. No mesh files.
 
-Inertias: KUKA publishes none. A link is taken as a solid cylinder of uniform density with its mass, as thick as its capsule and as long
-as its share of the segment (the two links of a segment meet at its roll joint), placed with its centre in the link's centre of mass.
-Such a body exists, so the tensor is positive definite and keeps the triangle inequality.
+Inertias: KUKA publishes none. A link is taken as a solid cylinder of uniform density with its mass, as thick as its capsule and
+as long as its share of the segment (the two links of a segment meet at its roll joint), placed with its centre in the link's
+centre of mass. Such a body exists, so the tensor is positive definite and keeps the triangle inequality.
 
     python -m scenes.lwr.urdf        writes lwr.urdf again
 """
@@ -41,7 +41,9 @@ def _numbers(*values: float) -> str:
     return " ".join(f"{value:.10g}" for value in values)
 
 
-def _shape(parent: xml.Element, tag: str, z: float, radius: float, length: float | None = None, material: str | None = None) -> None:
+def _shape(
+    parent: xml.Element, tag: str, z: float, radius: float, length: float | None = None, material: str | None = None
+) -> None:
     """A sphere, or with a length an upright cylinder, centred at height z."""
     element = xml.SubElement(parent, tag)
     xml.SubElement(element, "origin", xyz=_numbers(0, 0, z), rpy="0 0 0")

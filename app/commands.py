@@ -1,0 +1,204 @@
+"""The command line: `lwr-duet serve` (the default), `run` and `bench`; every setting of the tree is an option."""
+
+import json
+import logging
+import sys
+import webbrowser
+from dataclasses import asdict, dataclass, field, make_dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final, cast
+
+import tyro
+from tqdm import tqdm
+
+from app.settings import Settings
+from controllers.errors import BadSetting, DuetError
+from scenes.settings import RunSettings, Spec, changed, specs, values
+
+
+def _options(tree: type, name: str) -> type:
+    """Return a dataclass with one text option for every setting of a tree.
+
+    Text, so that a bad value gets the one line that names the choices, here as in a link.
+    """
+    fields: list[tuple[str, Any, Any]] = []
+    for key, spec in specs(tree).items():
+        default = values(tree())[key]
+        about = tyro.conf.arg(name=key.replace("_", "-"), help=_help(spec), metavar=_metavar(spec, default))
+        kind: Any = bool if isinstance(default, bool) else str
+        fields.append((key, Annotated[kind, about], field(default=default if isinstance(default, bool) else _text(default))))
+    return make_dataclass(name, fields, frozen=True)
+
+
+def _help(spec: Spec) -> str:
+    if spec.choices or spec.low == -float("inf"):
+        return spec.help
+    unit = f" {spec.unit}" if spec.unit else ""
+    return f"{spec.help} {spec.low:g} to {spec.high:g}{unit}."
+
+
+def _metavar(spec: Spec, default: object) -> str:
+    if spec.choices:
+        return "{" + ",".join(spec.choices) + "}"
+    return "INT" if isinstance(default, int) else "NUMBER"
+
+
+def _text(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+RunOptions = _options(RunSettings, "RunOptions")
+AllOptions = _options(Settings, "AllOptions")
+
+
+def chosen(options: object, start: Any) -> Any:
+    """Return the settings that the options ask for.
+
+    Raises:
+        BadSetting: an option's value is not possible.
+    """
+    for key, value in asdict(cast(Any, options)).items():
+        start = changed(start, key, value)
+    return start
+
+
+Flat = tyro.conf.OmitArgPrefixes
+
+
+@dataclass(frozen=True)
+class Serve:
+    """Open the page: two arms in the browser, one is yours, the other keeps clear."""
+
+    host: str = "127.0.0.1"
+    """Address to listen on; 0.0.0.0 lets the whole network in."""
+    port: int = 8080
+    """Port to listen on."""
+    open: bool = True
+    """Open the browser."""
+    sessions: int = 8
+    """How many tabs may have a session of their own at once."""
+    lecture: bool = False
+    """All tabs see one stage; the first one, or the one with the key, has the controls."""
+    key: str | None = None
+    """In a lecture: who opens the page with ?key=KEY has the controls."""
+    settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
+    """What the page shows at first."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """Simulate without a page, as fast as it goes, and print a JSON summary."""
+
+    seconds: float = 46.0
+    """Simulated time [s]."""
+    inputs: Path | None = None
+    """CSV with the header t,x,y,z[,qw,qx,qy,qz]: where the person's hand wants to be; without it the autopilot moves it."""
+    csv: Path | None = None
+    """Write every step to this CSV file."""
+    settings: Flat[RunOptions] = field(default_factory=RunOptions)  # type: ignore[valid-type]
+    """The experiment."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Measure the step, and what a visitor costs the server; print a table and save JSON."""
+
+    out: Path | None = None
+    """Save the figures to this JSON file."""
+    compare: Path | None = None
+    """Print ratios to the figures in this JSON file."""
+    seconds: float = 10.0
+    """How long a visitor is watched [s]."""
+    steps: int = 9200
+    """Steps measured of each scene."""
+
+
+COMMANDS: Final[dict[str, type]] = {"serve": Serve, "run": Run, "bench": Bench}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit code: 0, or 2 after one line on stderr that says what is wrong."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help")):
+        arguments.insert(0, "serve")
+    command = tyro.extras.subcommand_cli_from_dict(
+        COMMANDS,
+        prog="lwr-duet",
+        description="Duet: smooth transition between tasks, shown on two KUKA LWR arms (Petrič & Žlajpah, ROBIO 2011). "
+        "Without a command it serves the page.",
+        args=arguments,
+    )
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    try:
+        match command:
+            case Serve():
+                return serve(command)
+            case Run():
+                return run(command)
+            case _:
+                return bench(command)
+    except DuetError as error:
+        print(f"lwr-duet: {error}", file=sys.stderr)
+        return 2
+
+
+def serve(command: Serve) -> int:
+    """Serve the page until Ctrl+C."""
+    if command.sessions < 1:
+        raise BadSetting(f"sessions = {command.sessions} leaves no place; give a number from 1.")
+    if command.key is not None and not command.lecture:
+        raise BadSetting("--key has a meaning in a lecture only; add --lecture.")
+    settings = chosen(command.settings, Settings())
+    from app.hosts import open_house
+
+    house = open_house(command.host, command.port, settings, command.sessions, command.lecture, command.key)
+    link = house.url + (f"/?key={command.key}" if command.key else "")
+    print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
+    if command.open:
+        webbrowser.open(link)
+    try:
+        house.wait()
+    except KeyboardInterrupt:
+        print()
+    finally:
+        house.close()
+    return 0
+
+
+def run(command: Run) -> int:
+    """Simulate, and print the summary."""
+    from scenes.headless import run as simulate
+    from scenes.recording import read_inputs, write_table
+
+    settings: RunSettings = chosen(command.settings, RunSettings())
+    if not 0.0 < command.seconds <= 86_400.0:
+        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to 86400.")
+    person = read_inputs(command.inputs) if command.inputs else None
+    if command.csv is not None and not command.csv.parent.is_dir():
+        raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.parent}; make it first.")
+    steps = round(command.seconds / settings.dt)
+    with tqdm(total=steps, unit="step", disable=None, delay=1.0, leave=False) as bar:
+        done = simulate(settings, command.seconds, person, on_progress=bar.update)
+    if command.csv is not None:
+        header = {**values(settings), "seconds": command.seconds, "inputs": command.inputs.name if command.inputs else "autopilot"}
+        try:
+            with command.csv.open("w", encoding="utf-8", newline="\n") as out:
+                write_table(out, done.table, done.simulation.detector.pair_names, header)
+        except OSError as error:
+            raise BadSetting(f"csv = {command.csv}: cannot be written ({error.strerror}).") from None
+    print(json.dumps(asdict(done.summary), indent=2))
+    return 0
+
+
+def bench(command: Bench) -> int:
+    """Measure, print and save."""
+    from app.bench import compare, measure, read_figures, table_text
+
+    before = read_figures(command.compare) if command.compare else None
+    figures = measure(command.steps, command.seconds)
+    print(table_text(figures))
+    if before is not None:
+        print(compare(figures, before))
+    if command.out is not None:
+        command.out.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+    return 0

@@ -1,0 +1,252 @@
+"""Who sees what: a private session for every tab, or one stage for a whole lecture."""
+
+import logging
+import secrets
+import threading
+import warnings
+from time import perf_counter
+from typing import Final, Protocol
+
+import viser
+
+
+from app.page.page import Operation, View
+from app.server import DuetServer, request_query, start_server
+from app.session import Session
+from app.settings import Settings, from_query
+
+log = logging.getLogger("duet.hosts")
+
+# A tab that closes in the middle of a frame is no news; the next frame is drawn without it.
+warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
+
+FRAME: Final = 1.0 / 32.0
+"""Wall time of a frame [s]."""
+
+
+class Host(Protocol):
+    """Joins visitors and sessions; all methods run on the frame loop's thread but `joined` and `left`, which only note the fact."""
+
+    def frame(self, now: float, elapsed: float) -> None:
+        """Advance and draw everything. `now`, `elapsed`: wall time [s]."""
+        ...
+
+
+class _Stand:
+    """One visitor's private stand: a session, what is seen of it, and what is operated."""
+
+    def __init__(self, client: viser.ClientHandle, settings: Settings, problems: tuple[str, ...]) -> None:
+        self.client = client
+        self.session = Session(settings)
+        with client.atomic():
+            self.view = View(client, self.session, lambda: [client])
+            self.operation = Operation(client, self.session, self.view)
+            self.view.welcome(client)
+            self.operation.notify_problems(problems)
+
+    def frame(self, now: float, elapsed: float) -> None:
+        moved = self.session.advance(elapsed) > 0
+        with self.client.atomic():
+            self.view.show(now, moved)
+            self.operation.show()
+        self.client.flush()
+
+
+class PrivateHost:
+    """Every tab has its own session.
+
+    Args:
+        server: viser's.
+        start: what a link without a query shows.
+    """
+
+    def __init__(self, server: DuetServer, start: Settings) -> None:
+        self._server, self._start = server, start
+        self._stands: dict[int, _Stand] = {}
+        self._arrivals: list[viser.ClientHandle] = []
+        self._departures: list[int] = []
+        self._lock = threading.Lock()
+
+        @server.on_client_connect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._arrivals.append(client)
+
+        @server.on_client_disconnect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._departures.append(client.client_id)
+
+    @property
+    def sessions(self) -> dict[int, Session]:
+        """The live sessions by client id."""
+        return {number: stand.session for number, stand in self._stands.items()}
+
+    def frame(self, now: float, elapsed: float) -> None:
+        """Advance and draw every session."""
+        with self._lock:
+            arrivals, self._arrivals = self._arrivals, []
+            departures, self._departures = self._departures, []
+        gone = set(departures)
+        for client in arrivals:
+            if client.client_id in gone:
+                continue
+            settings, problems = from_query(request_query(client), self._start)
+            try:
+                self._stands[client.client_id] = _Stand(client, settings, problems)
+            except Exception:
+                log.exception("a visitor's page could not be built")
+        for number in gone:
+            self._stands.pop(number, None)
+        for number, stand in list(self._stands.items()):
+            try:
+                stand.frame(now, elapsed)
+            except Exception:
+                # One broken page must not stop the others; a tab that is just closing ends up here too.
+                if number in self._server.get_clients():
+                    log.exception("a frame of a visitor's page failed")
+
+
+class LectureHost:
+    """All tabs see one stage; one of them has the controls: the first, or the one that came with the key.
+
+    Args:
+        server: viser's.
+        start: what the stage shows at first.
+        key: a word that the lecturer's link carries (`?key=…`); None gives the controls to the first tab.
+    """
+
+    def __init__(self, server: DuetServer, start: Settings, key: str | None) -> None:
+        self._server, self._key = server, key
+        self.session = Session(start)
+        self._clients: dict[int, viser.ClientHandle] = {}
+        self._operation: Operation | None = None
+        self._operator: int | None = None
+        self._arrivals: list[viser.ClientHandle] = []
+        self._departures: list[int] = []
+        self._lock = threading.Lock()
+        self._view = View(server, self.session, lambda: list(self._clients.values()))
+
+        @server.on_client_connect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._arrivals.append(client)
+
+        @server.on_client_disconnect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._departures.append(client.client_id)
+
+    @property
+    def operator(self) -> int | None:
+        """Id of the client that has the controls, None if nobody has."""
+        return self._operator
+
+    def frame(self, now: float, elapsed: float) -> None:
+        """Advance the one session and draw it for all."""
+        with self._lock:
+            arrivals, self._arrivals = self._arrivals, []
+            departures, self._departures = self._departures, []
+        for client in arrivals:
+            if client.client_id not in departures:
+                self._clients[client.client_id] = client
+                self._view.welcome(client)
+        for number in departures:
+            self._clients.pop(number, None)
+            if number == self._operator:
+                self._operator, self._operation = None, None
+                self.session.hold(None)
+        if self._operator is None:
+            self._hand_over()
+        moved = self.session.advance(elapsed) > 0
+        with self._server.atomic():
+            self._view.show(now, moved)
+        if self._operation is not None:
+            self._operation.show()
+        self._server.flush()
+
+    def _hand_over(self) -> None:
+        for number, client in self._clients.items():
+            given = request_query(client).get("key", "")
+            if self._key is None or secrets.compare_digest(given.encode(), self._key.encode()):
+                self._operator = number
+                self._operation = Operation(client, self.session, self._view)
+                return
+
+
+class FrameLoop:
+    """The one thread that simulates and draws, `1 / FRAME` times a second.
+
+    Args:
+        host: what is advanced and drawn.
+    """
+
+    def __init__(self, host: Host) -> None:
+        self._host = host
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End, and wait until the last frame is done."""
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        last = due = perf_counter()
+        while not self._stop.is_set():
+            now = perf_counter()
+            try:
+                self._host.frame(now, now - last)
+            except Exception:
+                log.exception("a frame failed")
+            last = now
+            due = max(due + FRAME, perf_counter() - FRAME)
+            self._stop.wait(max(due - perf_counter(), 0.001))
+
+
+class House:
+    """A running server with its host and its frame loop; made by `open_house`.
+
+    Attributes:
+        server, host: as made.
+        url: where the page is.
+    """
+
+    def __init__(self, server: DuetServer, host: PrivateHost | LectureHost) -> None:
+        self.server, self.host, self.url = server, host, server.url
+        self._loop = FrameLoop(host)
+        self._loop.start()
+        self._closed = threading.Event()
+
+    def wait(self) -> None:
+        """Block until `close` is called or Ctrl+C."""
+        while not self._closed.wait(0.5):
+            pass
+
+    def close(self) -> None:
+        """End the frames, close every connection and release the port."""
+        self._loop.stop()
+        self.server.stop()
+        self._closed.set()
+
+
+def open_house(host: str, port: int, settings: Settings, sessions: int = 8, lecture: bool = False, key: str | None = None) -> House:
+    """Start to serve the page.
+
+    Args:
+        host, port: where; port 0 takes any free one.
+        settings: what the page shows at first.
+        sessions: how many private sessions there may be at once; a lecture has no limit.
+        lecture: one stage for all.
+        key: of the lecturer, or None.
+
+    Raises:
+        PortInUse, BadSetting: see `app.server.start_server`.
+    """
+    server = start_server(host, port, label="Duet", max_clients=None if lecture else sessions)
+    server.scene.world_axes.visible = False
+    return House(server, LectureHost(server, settings, key) if lecture else PrivateHost(server, settings))

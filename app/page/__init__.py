@@ -1,0 +1,1 @@
+"""What is drawn: theme, stage, gizmos, controls, plots, numbers, equation, keys."""

@@ -1,0 +1,128 @@
+"""The controls, made from the settings' own declarations: a slider, a drop-down or a box for every field a visitor may change."""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import viser
+
+from app.page.keys import help_html
+from app.session import SPEEDS, Session
+from app.settings import Settings
+from controllers.errors import BadSetting
+from scenes.settings import Spec, specs, values
+
+TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
+    ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, ("law", "dm", "n", "v", "k", "pairs", "beta", "ff", "one_sided")),
+    ("Arms", viser.Icon.ROBOT, ("rig", "guided", "task", "autopilot", "wmax", "seed", "dt", "g")),
+    ("View", viser.Icon.EYE, ("theme", "profile")),
+)
+"""Where each setting is found; `plot` and `speed` have places of their own."""
+
+Handle = Any
+
+
+class Controls:
+    """All controls of one session.
+
+    Args:
+        gui: of whoever operates it; the caller has opened the container.
+        session: what is operated.
+        act: does a hotkey's action by name.
+        notify: shows a message to the visitor.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, act: Callable[[str], None], notify: Callable[[str, str], None]
+    ) -> None:
+        self._gui, self._session, self._act, self._notify = gui, session, act, notify
+        self._specs: dict[str, Spec] = specs(Settings)
+        self._handles: dict[str, Handle] = {}
+        self._shown: dict[str, Any] = {}
+        present = values(session.settings)
+        self._transport()
+        self._tabs = gui.add_tab_group()
+        for name, icon, keys in TABS:
+            with self._tabs.add_tab(name, icon):
+                for key in keys:
+                    self._handles[key] = self._control(key, self._specs[key], present[key])
+        with self._tabs.add_tab("Keys", viser.Icon.KEYBOARD):
+            gui.add_html(f'<div class="duet">{help_html()}</div>')
+
+    def _transport(self) -> None:
+        gui, session = self._gui, self._session
+        clock = gui.add_button_group("", ("Pause", "Step", "Reset"), hint="Space · . · R")
+
+        @clock.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            action = event.target.value.lower()
+            if action in ("pause", "step", "reset"):
+                session.post(lambda: self._act(action))
+
+        labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
+        pace = gui.add_button_group("", labels, hint="Slow motion: [ and ]")
+
+        @pace.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            if event.target.value in labels:
+                self._post("speed", SPEEDS[labels.index(event.target.value)])
+
+    def _control(self, key: str, spec: Spec, value: Any) -> Handle:
+        gui = self._gui
+        if spec.choices:
+            handle: Handle = gui.add_dropdown(
+                spec.label, spec.choice_labels, initial_value=spec.choice_labels[spec.choices.index(value)], hint=spec.help
+            )
+        elif isinstance(value, bool):
+            handle = gui.add_checkbox(spec.label, value, hint=spec.help)
+        elif isinstance(value, int):
+            handle = gui.add_number(spec.label, value, min=int(spec.low), max=int(spec.high), step=1, hint=spec.help)
+        else:
+            k = spec.page_scale
+            label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
+            handle = gui.add_slider(label, spec.low * k, spec.high * k, spec.step, _rounded(value * k), hint=spec.help)
+        self._shown[key] = value
+
+        @handle.on_update
+        async def _(event: viser.GuiEvent[Any]) -> None:
+            # What the server writes comes back here too, without a client.
+            if event.client_id is None:
+                return
+            raw = event.target.value
+            if spec.choices:
+                raw = spec.choices[spec.choice_labels.index(raw)] if raw in spec.choice_labels else raw
+            elif isinstance(raw, float):
+                raw /= spec.page_scale
+            self._post(key, raw)
+
+        return handle
+
+    def _post(self, key: str, value: object) -> None:
+        def change() -> None:
+            try:
+                self._session.change(key, value)
+            except BadSetting as error:
+                self._notify("This value is not possible", str(error))
+                self._shown.pop(key, None)
+
+        self._session.post(change)
+
+    def show(self) -> None:
+        """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls."""
+        present = values(self._session.settings)
+        for key, handle in self._handles.items():
+            if key in self._shown and self._shown[key] == present[key]:
+                continue
+            value, spec = present[key], self._specs[key]
+            self._shown[key] = value
+            if spec.choices:
+                handle.value = spec.choice_labels[spec.choices.index(value)]
+            elif isinstance(value, float):
+                if abs(handle.value / spec.page_scale - value) > 1e-9:
+                    handle.value = _rounded(value * spec.page_scale)
+            else:
+                handle.value = value
+
+
+def _rounded(value: float) -> float:
+    """Return a page value without the last bits of its conversion: 150.0, not 150.00000000000003."""
+    return float(f"{value:.9g}")

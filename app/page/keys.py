@@ -1,0 +1,71 @@
+"""The hotkeys: one table, which is the key bindings, the help, and the entries of the command palette at once."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import viser
+from viser._messages import HotkeyKey, KeyModifier
+
+
+@dataclass(frozen=True)
+class Hotkey:
+    """One row.
+
+    Attributes:
+        action: its name in the code.
+        shown: the key as a person knows it.
+        text: what it does.
+        key, modifier: what viser is told to listen to.
+        relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its camera; the page
+            turns it into `key` with `modifier`.
+        icon: in the palette.
+    """
+
+    action: str
+    shown: str
+    text: str
+    key: HotkeyKey
+    modifier: KeyModifier | None = None
+    relayed: str = ""
+    icon: viser.IconName | None = None
+
+
+HOTKEYS: Final = (
+    Hotkey("pause", "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
+    Hotkey("step", ".", "one single step", "1", "alt+shift", ".", viser.Icon.PLAYER_SKIP_FORWARD),
+    Hotkey("slower", "[", "slower", "2", "alt+shift", "[", viser.Icon.PLAYER_TRACK_PREV),
+    Hotkey("faster", "]", "faster", "3", "alt+shift", "]", viser.Icon.PLAYER_TRACK_NEXT),
+    Hotkey("reset", "R", "start anew", "R", icon=viser.Icon.REFRESH),
+    Hotkey("autopilot", "A", "autopilot on or off", "A", icon=viser.Icon.ROBOT),
+    Hotkey("left", "←", "your hand 2 cm to the left", "4", "alt+shift", "ArrowLeft", viser.Icon.ARROW_LEFT),
+    Hotkey("right", "→", "your hand 2 cm to the right", "5", "alt+shift", "ArrowRight", viser.Icon.ARROW_RIGHT),
+    Hotkey("up", "↑", "your hand 2 cm up", "6", "alt+shift", "ArrowUp", viser.Icon.ARROW_UP),
+    Hotkey("down", "↓", "your hand 2 cm down", "7", "alt+shift", "ArrowDown", viser.Icon.ARROW_DOWN),
+    Hotkey("away", "Page ↑", "your hand 2 cm away from you", "pageup", icon=viser.Icon.ARROW_BAR_TO_UP),
+    Hotkey("near", "Page ↓", "your hand 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
+    Hotkey("view", "V", "the first view again", "V", icon=viser.Icon.CAMERA),
+    Hotkey("law", "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
+)
+
+
+def relay_script() -> str:
+    """Return JavaScript that turns the relayed keys into the ones that viser listens to, unless they are meant for a widget."""
+    table = {h.relayed: h.key for h in HOTKEYS if h.relayed}
+    return (
+        "(()=>{const to=" + repr(table) + ";"
+        "addEventListener('keydown',e=>{"
+        "const k=to[e.key],t=e.target;"
+        "if(!k||(e.ctrlKey||e.metaKey||e.altKey)&&!e.getModifierState('AltGraph'))return;"
+        "if(t instanceof Element&&t.closest('input,textarea,select,[contenteditable=true],[role=slider],[role=tab],[role=listbox],"
+        "[role=combobox],[role=dialog]'))return;"
+        "e.preventDefault();e.stopImmediatePropagation();"
+        "document.documentElement.dispatchEvent(new KeyboardEvent('keydown',"
+        "{key:k,code:'Digit'+k,altKey:true,shiftKey:true,bubbles:true}));"
+        "},true);})();"
+    )
+
+
+def help_html() -> str:
+    """Return the table as HTML."""
+    rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{h.text}</td></tr>" for h in HOTKEYS)
+    return f'<table>{rows}<tr><td><kbd>Ctrl K</kbd></td><td>every command by name</td></tr></table>'

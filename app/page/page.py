@@ -1,0 +1,182 @@
+"""One session's page, put together from its parts and drawn frame by frame.
+
+What is seen (stage, plots, numbers) and what is operated (controls, handles, keys) are built apart, so that a lecture can show the
+first to everybody and hand the second to one.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import viser
+
+from app.page.controls import Controls
+from app.page.gizmos import NUDGE, Gizmos
+from app.page.keys import HOTKEYS
+from app.page.logo import titlebar
+from app.page.plots import Plots
+from app.page.readout import Readout
+from app.page.stage import Stage, place_camera
+from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_HEIGHT, scale, style_sheet
+from app.session import Session
+from scenes.rigs import RIGS
+
+
+class View:
+    """What is seen of a session, on the page of one visitor or of everybody.
+
+    Args:
+        host: the server or one client; viser gives both a `.scene` and a `.gui`.
+        session: what is shown.
+        clients: whose cameras follow when the rig changes.
+    """
+
+    def __init__(
+        self, host: viser.ViserServer | viser.ClientHandle, session: Session, clients: Callable[[], list[viser.ClientHandle]]
+    ) -> None:
+        self._host, self._session, self._clients = host, session, clients
+        page = session.settings.page
+        gui = host.gui
+        self._style = gui.add_html(style_sheet(page.profile))
+        self._readout = Readout(gui)
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
+        self._plots_panel = gui.add_panel()
+        self._plots_tab = self._plots_panel.add_tab("Live plots", viser.Icon.CHART_LINE)
+        with self._plots_tab:
+            self._plots = Plots(gui, page)
+        self._plots_panel.float(x=14, y=-14, width=760)
+        self._look = page.theme, page.profile
+        self._rig = session.settings.run.rig
+        self._configure_theme()
+        self._stage = Stage(host.scene, session.simulation, page)
+
+    def _configure_theme(self) -> None:
+        self._host.gui.configure_theme(
+            titlebar_content=titlebar(),
+            dark_mode=self._session.settings.page.theme == "dark",
+            show_logo=False,
+            show_share_button=False,
+            brand_color=BRAND,
+        )
+
+    def welcome(self, client: viser.ClientHandle) -> None:
+        """Give a newcomer the view of the present rig."""
+        place_camera(client, RIGS[self._session.settings.run.rig].camera, self.covered(client))
+
+    def covered(self, client: viser.ClientHandle) -> float:
+        """Return the share of a client's canvas that the plots cover at its bottom."""
+        height = max(client.camera.image_height, 1)
+        return min((PLOTS_HEIGHT + 90.0) * scale(self._session.settings.page.profile) / height, 0.5)
+
+    def show(self, now: float, moved: bool) -> None:
+        """Draw a frame. `now`: wall time [s]; `moved`: whether the simulation made a step since the last one."""
+        session, page = self._session, self._session.settings.page
+        if self._look != (page.theme, page.profile):
+            self._change_look()
+        if self._rig != session.settings.run.rig:
+            self._rig = session.settings.run.rig
+            for client in self._clients():
+                self.welcome(client)
+        sample = session.simulation.sample()
+        self._stage.show(session.simulation, sample, page)
+        self._readout.show(session, sample, now, force=not moved)
+        self._plots.choose(page.details)
+        if moved or session.simulation.history.count == 0:
+            self._plots.show(session.simulation, now)
+
+    def _change_look(self) -> None:
+        page = self._session.settings.page
+        self._look = page.theme, page.profile
+        self._style.content = style_sheet(page.profile)
+        self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
+        buffer = self._plots.buffer
+        self._plots.remove()
+        with self._plots_tab:
+            self._plots = Plots(self._host.gui, page)
+        self._plots.buffer = buffer
+        self._configure_theme()
+
+
+class Operation:
+    """What a visitor operates: controls, handles, keys.
+
+    Args:
+        client: whose hands it is in.
+        session: what is operated.
+        view: what is seen of it.
+    """
+
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+        self._client, self._session, self._view = client, session, view
+        self._actions: dict[str, Callable[[], None]] = {
+            "pause": session.toggle_pause,
+            "step": session.single_step,
+            "slower": lambda: session.change_speed(-1),
+            "faster": lambda: session.change_speed(1),
+            "reset": self._reset,
+            "autopilot": lambda: session.change("autopilot", not session.settings.page.autopilot),
+            "view": lambda: view.welcome(client),
+            "law": lambda: session.change(
+                "law", "unprotected" if session.settings.run.law.law == "smooth_priority" else "smooth_priority"
+            ),
+        }
+        for name, right, up, away in (
+            ("left", -1, 0, 0),
+            ("right", 1, 0, 0),
+            ("up", 0, 1, 0),
+            ("down", 0, -1, 0),
+            ("away", 0, 0, 1),
+            ("near", 0, 0, -1),
+        ):
+            self._actions[name] = lambda way=(right, up, away): session.nudge(self._in_view(*way))
+        self._controls = Controls(client.gui, session, self.act, self._notify)
+        self._gizmos = Gizmos(client.scene, session)
+        self._commands = [self._command(hotkey.action) for hotkey in HOTKEYS]
+
+    def _command(self, action: str) -> viser.CommandHandle:
+        hotkey = next(h for h in HOTKEYS if h.action == action)
+        command = self._client.gui.add_command(
+            hotkey.text.capitalize(),
+            description=f"Key: {hotkey.shown}" if hotkey.relayed else None,
+            hotkey=hotkey.key,
+            modifier=hotkey.modifier,
+            icon=hotkey.icon,
+        )
+
+        @command.on_trigger
+        async def _(event: viser.CommandEvent) -> None:
+            del event
+            self._session.post(lambda: self.act(action))
+
+        return command
+
+    def act(self, action: str) -> None:
+        """Do what a hotkey or a button stands for; on the session's thread."""
+        self._actions[action]()
+
+    def _reset(self) -> None:
+        self._session.reset()
+        self._gizmos.forget_drag()
+
+    def _in_view(self, right: float, up: float, away: float) -> np.ndarray:
+        """Return a step of the hand (3,) [m] as the visitor sees it: across the view, up, and away from them, along the floor."""
+        camera = self._client.camera
+        forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
+        forward[2] = 0.0
+        length = float(np.linalg.norm(forward))
+        forward = forward / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
+        across = np.array([forward[1], -forward[0], 0.0])
+        return NUDGE * (right * across + up * np.array([0.0, 0.0, 1.0]) + away * forward)
+
+    def _notify(self, title: str, text: str) -> None:
+        self._client.add_notification(title, text, color="orange", auto_close_seconds=8.0)
+
+    def notify_problems(self, problems: tuple[str, ...]) -> None:
+        """Name what was wrong with the link that the visitor came by."""
+        for problem in problems[:5]:
+            self._notify("A part of the link was left out", problem)
+
+    def show(self) -> None:
+        """Bring controls and handles up to date with the session."""
+        self._controls.show()
+        self._gizmos.show()

@@ -1,0 +1,204 @@
+"""The stage: room, light, both arms, the line between their closest points, the place to hold, and the hand's trace."""
+
+from collections import deque
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from app.page.arms import ArmView
+from app.page.theme import PALETTES, blend, rgb, scale
+from app.settings import PageSettings
+from scenes.history import Sample
+from scenes.rigs import Camera
+from scenes.room import SIDES
+from scenes.room_shells import table_glb, torso_glb
+from scenes.simulation import Simulation
+
+TRACE_POINTS: Final = 60
+TRACE_PERIOD: Final = 0.08
+"""Simulated time between two points of the trace [s]."""
+
+
+class Stage:
+    """What is seen of a simulation; nothing here can be operated.
+
+    Args:
+        scene: of one visitor, or of everybody in a lecture.
+        simulation: what is shown.
+        page: how it is to look.
+    """
+
+    def __init__(self, scene: viser.SceneApi, simulation: Simulation, page: PageSettings) -> None:
+        self.scene = scene
+        self._light()
+        self._room: viser.GlbHandle | None = None
+        self._arms: tuple[ArmView, ...] = ()
+        self._built: tuple[str, str] | None = None
+        self._dressed: tuple[str, str] | None = None
+        self._trace_points: deque[np.ndarray] = deque(maxlen=TRACE_POINTS)
+        self._trace_time = -np.inf
+        self._width = 0.0
+        line = np.zeros((1, 2, 3), np.float32)
+        self._line = scene.add_line_segments("/closest/line", line, (0, 0, 0), thickness=3, thickness_units="screen")
+        self._ends = [scene.add_icosphere(f"/closest/end{i}", radius=0.011, cast_shadow=False) for i in (0, 1)]
+        self._label = scene.add_label("/closest/distance", "", anchor="bottom-center")
+        self._place = scene.add_icosphere("/place/ball", radius=0.017, color=(255, 255, 255), opacity=0.9, cast_shadow=False)
+        self._ring = scene.add_mesh_simple("/place/ring", *_ring(0.040, 0.005), color=(255, 255, 255), cast_shadow=False)
+        self._error = scene.add_line_segments("/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False)
+        self._trace = scene.add_line_segments("/trace", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False)
+        self.show(simulation, simulation.sample(), page)
+
+    def _light(self) -> None:
+        scene = self.scene
+        scene.configure_default_lights(enabled=False)
+        scene.add_light_directional("/light/key", intensity=2.0, cast_shadow=True, position=(2.4, -2.0, 4.0))
+        scene.add_light_directional("/light/fill", intensity=0.7, position=(-2.5, 2.0, 2.0), color=(205, 222, 255))
+
+    def _dress(self, page: PageSettings) -> None:
+        """Set everything that depends on the theme and the profile."""
+        scene, palette, dark = self.scene, PALETTES[page.theme], page.theme == "dark"
+        top, bottom = (np.array(c, float) for c in palette.background)
+        ramp = np.linspace(0.0, 1.0, 256)[:, None, None]
+        scene.set_background_image(np.tile(top + (bottom - top) * ramp, (1, 8, 1)).round().astype(np.uint8), format="png")
+        scene.configure_environment_map("studio", environment_intensity=0.42 if dark else 0.55)
+        scene.add_grid(
+            "/floor",
+            width=6,
+            height=6,
+            cell_size=0.1,
+            section_size=0.5,
+            cell_thickness=0.6,
+            section_thickness=1.0,
+            cell_color=palette.cell,
+            section_color=palette.section,
+            infinite_grid=False,
+            fade_distance=6,
+            fade_from="origin",
+            fade_strength=1.2,
+            shadow_opacity=0.3,
+            plane_opacity=0.0,
+        )
+        error, ink = rgb(palette.error), (40, 44, 50) if not dark else (235, 240, 245)
+        self._place.color = error
+        self._ring.color = error
+        self._error.colors = np.tile(np.array(error, np.uint8), (1, 2, 1))
+        self._trace_colour = np.array(error, np.uint8), np.array(palette.background[1], np.uint8)
+        self._scale = scale(page.profile)
+        self._label.font_screen_scale = 1.15 * self._scale
+        for end in self._ends:
+            end.color = ink
+
+    def _build(self, simulation: Simulation) -> None:
+        """Put up the rig's room and arms; the guided arm is orange, the avoiding one silver."""
+        if self._room is not None:
+            self._room.remove()
+        for arm in self._arms:
+            arm.remove()
+        rig, guided = simulation.room.rig, simulation.settings.guided
+        self._room = self.scene.add_glb("/room", torso_glb() if rig.name == "torso" else table_glb())
+        self._arms = tuple(
+            ArmView(self.scene, f"/arms/{side}", base, "orange" if side == guided else "silver")
+            for side, base in zip(SIDES, (rig.left_base, rig.right_base), strict=True)
+        )
+
+    def show(self, simulation: Simulation, sample: Sample, page: PageSettings) -> None:
+        """Draw one state; called by the frame loop, or once at the start."""
+        if self._dressed != (page.theme, page.profile):
+            self._dress(page)
+            self._dressed = page.theme, page.profile
+        built = simulation.settings.rig, simulation.settings.guided
+        if self._built != built:
+            self._build(simulation)
+            self._built = built
+            self.clear_trace()
+        positions = simulation.positions
+        for arm, view in zip(simulation.room.arms, self._arms, strict=True):
+            view.show(positions[arm.joints])
+        self._show_closest(simulation, sample, page)
+        self._show_place(simulation)
+
+    def clear_trace(self) -> None:
+        """Forget where the hand has been."""
+        self._trace_points.clear()
+        self._trace_time = -np.inf
+        self._trace.visible = False
+
+    def _show_closest(self, simulation: Simulation, sample: Sample, page: PageSettings) -> None:
+        a, b = simulation.detector.witness_points(sample.pair)
+        self._line.points = np.array([[a, b]], np.float32)
+        for end, point in zip(self._ends, (a, b), strict=True):
+            end.position = point
+        palette, lam = PALETTES[page.theme], sample.activation
+        self._line.colors = np.tile(np.array(blend(palette.calm, palette.activation, lam), np.uint8), (1, 2, 1))
+        # The width is the second cue of λ: 2 px when the law is idle, 8 px when avoidance has full priority.
+        width = round((2.0 + 6.0 * lam) * self._scale * 2.0) / 2.0
+        if width != self._width:
+            self._line.thickness = self._width = width
+        self._label.position = (a + b) / 2.0 + np.array([0.0, 0.0, 0.02])
+        text = f"d = {sample.distance * 1000.0:.0f} mm"
+        if text != self._label.text:
+            self._label.text = text
+
+    def _show_place(self, simulation: Simulation) -> None:
+        hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
+        place = simulation.place
+        if tuple(place) != tuple(self._place.position):
+            self._place.position = self._ring.position = place
+            turn = pin.Quaternion(simulation.place_rotation)
+            self._ring.wxyz = (turn.w, turn.x, turn.y, turn.z)
+            self.clear_trace()
+        away = float(np.linalg.norm(hand - place))
+        self._error.visible = away > 0.004
+        if away > 0.004:
+            self._error.points = np.array([[place, hand]], np.float32)
+        if simulation.time < self._trace_time:
+            self.clear_trace()
+        if simulation.time - self._trace_time < TRACE_PERIOD:
+            return
+        self._trace_time = simulation.time
+        points = self._trace_points
+        points.append(hand.copy())
+        if len(points) < 3 or float(np.ptp(np.array(points), axis=0).max()) < 0.002:
+            self._trace.visible = False
+            return
+        way = np.array(points, np.float32)
+        share = np.linspace(0.25, 1.0, len(way))[:, None]
+        old, new = self._trace_colour[1], self._trace_colour[0]
+        colours = (old + (new.astype(float) - old) * share).round().astype(np.uint8)
+        self._trace.points = np.stack([way[:-1], way[1:]], axis=1)
+        self._trace.colors = np.stack([colours[:-1], colours[1:]], axis=1)
+        self._trace.visible = True
+
+
+def place_camera(client: viser.ClientHandle, camera: Camera, panel_share: float) -> None:
+    """Move a client's camera to a view, further back on narrow windows.
+
+    Args:
+        panel_share: share of the canvas' height that the panel at its bottom covers; the view is lifted above it.
+    """
+    aspect = client.camera.aspect
+    position, target = np.array(camera.position), np.array(camera.look_at)
+    back = 1.0 if aspect >= 1.15 else (1.15 / max(aspect, 0.3)) ** 0.85
+    away = (position - target) * back
+    # Looking below the middle of the arms moves them up, into the part of the canvas that nothing covers.
+    drop = float(np.linalg.norm(away)) * np.tan(camera.fov / 2.0) * panel_share
+    target = target - np.array([0.0, 0.0, drop])
+    client.camera.up_direction = (0.0, 0.0, 1.0)
+    client.camera.position = target + away
+    client.camera.look_at = target
+    client.camera.fov = camera.fov
+
+
+def _ring(radius: float, tube: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (k, 3) and faces (m, 3) of a torus about z [m]."""
+    rounds, sides = 40, 8
+    u, v = np.meshgrid(np.arange(rounds), np.arange(sides), indexing="ij")
+    a, b = 2.0 * np.pi * u / rounds, 2.0 * np.pi * v / sides
+    r = radius + tube * np.cos(b)
+    vertices = np.stack([r * np.cos(a), r * np.sin(a), tube * np.sin(b)], axis=-1).reshape(-1, 3)
+    corner = lambda i, j: (i % rounds) * sides + j % sides  # noqa: E731
+    p, q, s, t = corner(u, v), corner(u + 1, v), corner(u + 1, v + 1), corner(u, v + 1)
+    faces = np.concatenate([np.stack([p, q, s], -1).reshape(-1, 3), np.stack([p, s, t], -1).reshape(-1, 3)])
+    return vertices.astype(np.float32), faces.astype(np.uint32)

@@ -1,0 +1,101 @@
+"""The page's own settings, and every way in which settings come in or go out: deep link, command line, header of an export."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+from urllib.parse import urlencode
+
+from controllers.errors import BadSetting
+from scenes.settings import RunSettings, Spec, changed, specs, values
+
+Theme = Literal["light", "dark"]
+Profile = Literal["desk", "projector"]
+Details = Literal["none", "lambda", "joints", "rates", "speeds"]
+
+
+@dataclass(frozen=True)
+class PageSettings:
+    """How the page looks and who moves at the start; none of it reaches the simulation's numbers."""
+
+    theme: Theme = field(
+        default="light",
+        metadata={"spec": Spec("theme", "colours", "Light or dark.", choices=("light", "dark"), choice_labels=("Light", "Dark"))},
+    )
+    profile: Profile = field(
+        default="desk",
+        metadata={
+            "spec": Spec(
+                "profile",
+                "text",
+                "Larger text and stronger lines for a projector.",
+                choices=("desk", "projector"),
+                choice_labels=("Desk", "Projector"),
+            )
+        },
+    )
+    autopilot: bool = field(
+        default=True,
+        metadata={"spec": Spec("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.")},
+    )
+    speed: float = field(
+        default=1.0, metadata={"spec": Spec("speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)}
+    )
+    details: Details = field(
+        default="none",
+        metadata={
+            "spec": Spec(
+                "plot",
+                "more plots",
+                "A third plot.",
+                choices=("none", "lambda", "joints", "rates", "speeds"),
+                choice_labels=("None", "λ", "q", "q̇", "u v w"),
+            )
+        },
+    )
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The whole tree: the run and the page."""
+
+    run: RunSettings = field(default_factory=RunSettings)
+    page: PageSettings = field(default_factory=PageSettings)
+
+
+def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tuple[str, ...]]:
+    """Return the settings that a link asks for, and a message for every part of it that is not possible and was left as it was.
+
+    Args:
+        query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Keys that are viser's own are skipped.
+        start: what the link does not say.
+    """
+    problems: list[str] = []
+    for key, text in query.items():
+        if key in FOREIGN_KEYS or key.startswith("initialCamera"):
+            continue
+        try:
+            start = changed(start, key, text)
+        except BadSetting as error:
+            problems.append(str(error))
+    return start, tuple(problems)
+
+
+FOREIGN_KEYS = frozenset({"websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"})
+"""Keys of a link that are not settings: viser's own, and the key of a lecture."""
+
+
+def to_query(settings: Settings) -> str:
+    """Return the link's query that leads to these settings: what differs from the defaults, in the order of the tree."""
+    usual = values(Settings())
+    return urlencode({key: _text(value) for key, value in values(settings).items() if value != usual[key]})
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "1" if value else "0"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def run_keys() -> tuple[str, ...]:
+    """Return the keys of the run's settings, in order."""
+    return tuple(specs(RunSettings))

@@ -1,0 +1,118 @@
+"""A run without a page: as fast as it goes, summed up in a few numbers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter_ns
+from typing import Protocol
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.autopilot import Autopilot
+from scenes.guide import HandTarget
+from scenes.history import COLUMN
+from scenes.recording import pair_label
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+
+
+class Person(Protocol):
+    """Whoever moves the guided hand."""
+
+    def target(self, time: float) -> HandTarget | None:
+        """Return where the hand should be at a time [s], or None to leave it alone."""
+        ...
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run came to. SI units; joint figures are those of the avoiding arm.
+
+    Attributes:
+        d_min, d_min_pair: smallest distance [m], and between which bodies.
+        share_below: share of the steps with d < d_m.
+        e2_max, e2_end: squared position error, largest and last [m²].
+        dq_step_max: largest change of one joint's velocity from one step to the next [rad/s].
+        ddq_max: the same over dt [rad/s²].
+        pair_switches: how often another pair became the closest.
+        out_of_authority_s: time during which the arm could not do what the law asked for [s].
+        steps: number of them.
+        step_us_median: median wall time of one step, person included [µs].
+    """
+
+    d_min: float
+    d_min_pair: str
+    share_below: float
+    e2_max: float
+    e2_end: float
+    dq_step_max: float
+    ddq_max: float
+    pair_switches: int
+    out_of_authority_s: float
+    steps: int
+    step_us_median: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished run: the simulation at its end, every step of it (rows, columns of `scenes.history`), and its summary."""
+
+    simulation: Simulation
+    table: Array
+    summary: Summary
+
+
+def run(
+    settings: RunSettings,
+    seconds: float,
+    person: Person | None = None,
+    start: Array | None = None,
+    on_progress: Callable[[int], object] | None = None,
+) -> Run:
+    """Simulate from a fresh start.
+
+    Args:
+        settings: checked.
+        seconds: simulated time; rounded to whole steps, at least one.
+        person: who moves the guided hand; None for the autopilot of the settings' seed.
+        start: q (nv,) [rad], None for the rig's start posture.
+        on_progress: called now and then with the number of steps made since the last call.
+    """
+    steps = max(1, round(seconds / settings.dt))
+    simulation = Simulation(settings, steps)
+    if start is not None:
+        simulation.reset(start)
+    mover = person or Autopilot(simulation.room, settings.guided, settings.seed)
+    times = np.empty(steps + 1, dtype=np.int64)
+    times[0] = perf_counter_ns()
+    for i in range(steps):
+        simulation.step(mover.target(simulation.time))
+        times[i + 1] = perf_counter_ns()
+        if on_progress and i % 500 == 499:
+            on_progress(500)
+    if on_progress:
+        on_progress(steps % 500)
+    table = simulation.history.table()
+    return Run(simulation, table, summarise(simulation, table, float(np.median(np.diff(times))) / 1000.0))
+
+
+def summarise(simulation: Simulation, table: Array, step_us_median: float = float("nan")) -> Summary:
+    """Return the summary of a history table (rows ≥ 1, columns) of a simulation with its present settings."""
+    dt = simulation.settings.dt
+    distance = table[:, COLUMN["d"]]
+    nearest = int(distance.argmin())
+    velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
+    largest = float(np.abs(np.diff(velocities, axis=0)).max()) if len(table) > 1 else 0.0
+    return Summary(
+        d_min=float(distance[nearest]),
+        d_min_pair=pair_label(simulation.detector.pair_names[int(table[nearest, COLUMN["pair"]])]),
+        share_below=float((distance < simulation.settings.law.critical_distance).mean()),
+        e2_max=float(table[:, COLUMN["e2"]].max()),
+        e2_end=float(table[-1, COLUMN["e2"]]),
+        dq_step_max=largest,
+        ddq_max=largest / dt,
+        pair_switches=int(np.count_nonzero(np.diff(table[:, COLUMN["pair"]]))),
+        out_of_authority_s=float(np.count_nonzero(table[:, COLUMN["authority"]]) * dt),
+        steps=len(table),
+        step_us_median=step_us_median,
+    )

@@ -1,0 +1,132 @@
+"""Inputs and outcomes as CSV: where a person's hand wants to be, and what the arms then did."""
+
+import csv
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, TextIO
+
+import numpy as np
+import pinocchio as pin
+
+from controllers.errors import BadInputFile
+from controllers.kinematics import Array
+from scenes.guide import HandTarget
+from scenes.history import COLUMN, SCALARS
+
+POSITION_HEADER: Final = ("t", "x", "y", "z")
+POSE_HEADER: Final = (*POSITION_HEADER, "qw", "qx", "qy", "qz")
+REACH: Final = 10.0
+"""Largest believable coordinate of a hand [m]; more is a file in millimetres."""
+
+
+class Recording:
+    """A hand's wanted path through samples: straight between two of them, at rest after the last.
+
+    Args:
+        times: (k,) [s], strictly increasing.
+        positions: (k, 3) world [m].
+        quaternions: (k, 4) as w, x, y, z of unit length, or None if only the place matters.
+    """
+
+    def __init__(self, times: Array, positions: Array, quaternions: Array | None = None) -> None:
+        self.times, self.positions = times, positions
+        self._rotations = None if quaternions is None else [pin.Quaternion(w, x, y, z) for w, x, y, z in quaternions]
+
+    def target(self, time: float) -> HandTarget:
+        """Return where the hand should be at a time [s]."""
+        i = int(np.searchsorted(self.times, time, side="right")) - 1
+        last = len(self.times) - 1
+        i, part = max(i, 0), 0.0
+        if i < last and time > self.times[i]:
+            part = float((time - self.times[i]) / (self.times[i + 1] - self.times[i]))
+        j = min(i + 1, last)
+        position = self.positions[i] + (self.positions[j] - self.positions[i]) * part
+        if self._rotations is None:
+            return HandTarget(position)
+        return HandTarget(position, self._rotations[i].slerp(part, self._rotations[j]).toRotationMatrix())
+
+
+def read_inputs(path: Path) -> Recording:
+    """Return the recording in a CSV file with the header `t,x,y,z` or `t,x,y,z,qw,qx,qy,qz`; lines that start with # are skipped.
+
+    Raises:
+        BadInputFile: no such file, or not such a file; names the line.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except OSError as error:
+        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+    except UnicodeDecodeError:
+        raise BadInputFile(f"{path}: is not a text file; give a CSV file with the header t,x,y,z.") from None
+    rows: list[list[float]] = []
+    header: tuple[str, ...] = ()
+    for number, line in enumerate(lines, 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        cells = next(csv.reader([line]))
+        if not header:
+            header = tuple(cell.strip().lower() for cell in cells)
+            if header not in (POSITION_HEADER, POSE_HEADER):
+                raise BadInputFile(f"{path}, line {number}: the header must be t,x,y,z or t,x,y,z,qw,qx,qy,qz.")
+            continue
+        rows.append(_checked_row(path, number, header, cells, rows[-1][0] if rows else -math.inf))
+    if not rows:
+        raise BadInputFile(f"{path}: holds no samples; give a header t,x,y,z and at least one row.")
+    table = np.array(rows)
+    quaternions = None
+    if header == POSE_HEADER:
+        quaternions = table[:, 4:] / np.linalg.norm(table[:, 4:], axis=1, keepdims=True)
+    return Recording(table[:, 0], table[:, 1:4], quaternions)
+
+
+def _checked_row(path: Path, number: int, header: tuple[str, ...], cells: list[str], before: float) -> list[float]:
+    where = f"{path}, line {number}"
+    if len(cells) != len(header):
+        raise BadInputFile(f"{where}: has {len(cells)} values, but the header names {len(header)}.")
+    row: list[float] = []
+    for name, cell in zip(header, cells, strict=True):
+        try:
+            value = float(cell)
+        except ValueError:
+            raise BadInputFile(f"{where}: {name} = {cell.strip()[:40]!r} is not a number.") from None
+        if not math.isfinite(value):
+            raise BadInputFile(f"{where}: {name} = {cell.strip()[:40]} is not finite.")
+        if name in ("x", "y", "z") and abs(value) > REACH:
+            raise BadInputFile(f"{where}: {name} = {value:g} m is out of any reach; positions are in metres.")
+        row.append(value)
+    if row[0] <= before:
+        raise BadInputFile(f"{where}: t = {row[0]:g} does not come after {before:g}; times must increase.")
+    if len(row) > 4 and math.hypot(*row[4:]) < 1e-6:
+        raise BadInputFile(f"{where}: qw, qx, qy, qz are all zero, which is no orientation.")
+    return row
+
+
+CSV_SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "pair")
+CSV_HEADER: Final = (
+    *CSV_SCALARS,
+    *(f"{side}_{what}{i}" for what in ("q", "dq") for side in ("left", "right") for i in range(1, 8)),
+)
+
+
+def pair_label(names: tuple[str, str]) -> str:
+    """Return what a person calls a pair of bodies."""
+    return f"{names[0]} / {names[1]}"
+
+
+def write_table(out: TextIO, table: Array, pair_names: tuple[tuple[str, str], ...], settings: Mapping[str, Any]) -> None:
+    """Write a history table (rows, columns) as CSV, the settings as # lines on top. Same table and settings, same bytes.
+
+    Args:
+        settings: key → value, in order.
+    """
+    for key, value in settings.items():
+        out.write(f"# {key} = {value}\n")
+    out.write(",".join(CSV_HEADER) + "\n")
+    head = len(SCALARS)
+    scalars = [COLUMN[name] for name in CSV_SCALARS[:-1]]
+    for row in table.tolist():
+        cells = [repr(row[i]) for i in scalars]
+        cells.append(pair_label(pair_names[int(row[COLUMN["pair"]])]))
+        cells.extend(map(repr, row[head:]))
+        out.write(",".join(cells) + "\n")

@@ -1,0 +1,294 @@
+"""A real browser with a real mouse, for tests.
+
+No test sleeps: every wait is for something that can be seen in the page (an element, a pose, a number of drawn frames).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Playwright, sync_playwright
+
+FAILED = pytest.StashKey[bool]()
+FLAGS = (
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+)
+_NAMES = ("google-chrome", "google-chrome-stable", "chromium", "chromium-browser", "microsoft-edge", "chrome", "msedge")
+_MAC = ("Google Chrome", "Chromium", "Microsoft Edge")
+_WINDOWS = (r"Google\Chrome\Application\chrome.exe", r"Chromium\Application\chrome.exe", r"Microsoft\Edge\Application\msedge.exe")
+
+# Said by the browser and by three.js about software rendering, and about servers that a test stops on purpose.
+_HARMLESS = (
+    r"GPU stall due to ReadPixels",
+    r"WebGL-.*GL Driver Message",
+    r"Automatic fallback to software WebGL",
+    r"software WebGL",
+    r"WebSocket connection to .* failed",
+    r"net::ERR_CONNECTION_(REFUSED|RESET)",
+    r"THREE\.THREE\.Clock",
+    r"THREE\.WebGLRenderer: (Context Lost|KHR_parallel_shader_compile)",
+)
+
+
+def free_port() -> int:
+    """A port that nobody listens on now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def installed_browser() -> str | None:
+    """The path of a browser of the Chromium family: `DUET_BROWSER`, or one installed at a usual place.
+
+    Raises:
+        FileNotFoundError: `DUET_BROWSER` names nothing that exists.
+    """
+    wanted = os.environ.get("DUET_BROWSER")
+    if wanted:
+        path = shutil.which(wanted)
+        if path is None:
+            raise FileNotFoundError(
+                f"DUET_BROWSER={wanted} does not exist; name the executable of Chrome, Chromium or Edge, or unset it"
+            )
+        return path
+    candidates = [path for path in map(shutil.which, _NAMES) if path]
+    if sys.platform == "darwin":
+        roots = (Path("/Applications"), Path.home() / "Applications")
+        candidates += [str(root / f"{name}.app/Contents/MacOS/{name}") for root in roots for name in _MAC]
+    if sys.platform == "win32":
+        folders = [os.environ.get(name, "") for name in ("PROGRAMFILES", "PROGRAMFILES(X86)", "LOCALAPPDATA")]
+        candidates += [str(Path(folder) / name) for folder in folders if folder for name in _WINDOWS]
+    return next((path for path in candidates if Path(path).is_file()), None)
+
+
+def _run(command: Sequence[str]) -> str:
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"{' '.join(command)}: {error}"
+    return "" if done.returncode == 0 else f"{' '.join(command)}: {(done.stderr or done.stdout).strip()[-300:]}"
+
+
+def launch(playwright: Playwright) -> Browser:
+    """Start a browser; install one if there is none.
+
+    Raises:
+        RuntimeError: none can be had; the message lists all that was tried.
+    """
+    tried: list[str] = []
+
+    def start(path: str | None) -> Browser | None:
+        try:
+            return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS))
+        except Error as error:
+            tried.append(f"{path or 'Playwright’s own Chromium'}: {error.message.splitlines()[0]}")
+            return None
+
+    found = installed_browser()
+    started = start(found) if found else start(None)
+    if started is None:
+        tried.append(_run([sys.executable, "-m", "playwright", "install", "chromium"]))
+        started = start(None)
+    is_debian_root = hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None
+    if started is None and is_debian_root:
+        tried.append(_run(["apt-get", "update"]))
+        tried.append(_run(["apt-get", "install", "-y", "--no-install-recommends", "chromium"]))
+        found = installed_browser()
+        started = start(found) if found else None
+    if started is None:
+        raise RuntimeError(
+            "no browser for the browser tests; install Chrome, Chromium or Edge, or name one in DUET_BROWSER.\nTried:\n  "
+            + "\n  ".join(entry for entry in tried if entry)
+        )
+    return started
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """One browser for all tests; a missing browser is a failure, never a skip."""
+    with sync_playwright() as playwright:
+        try:
+            started = launch(playwright)
+        except (RuntimeError, FileNotFoundError) as error:
+            pytest.fail(str(error), pytrace=False)
+        yield started
+        started.close()
+
+
+PageAt = Callable[..., Page]
+
+
+@pytest.fixture
+def page_at(browser: Browser, request: pytest.FixtureRequest) -> Iterator[PageAt]:
+    """`page_at(width, height, expect=(…))` opens an empty tab of that size.
+
+    A console error or an uncaught exception in the page fails the test, unless it matches one of the regular expressions in
+    `expect`. A failed test leaves a picture of every tab in the artefact folder.
+    """
+    contexts, complaints, pages = [], [], []
+
+    def open_page(width: int = 800, height: int = 600, *, expect: Sequence[str] = (), **options: Any) -> Page:
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        context.set_default_timeout(30_000)
+        page = context.new_page()
+        forgiven = re.compile("|".join((*_HARMLESS, *expect)))
+
+        def on_console(message: ConsoleMessage) -> None:
+            if message.type == "error" and not forgiven.search(f"{message.text} {message.location.get('url', '')}"):
+                complaints.append(f"console: {message.text}")
+
+        def on_error(error: Error) -> None:
+            if not forgiven.search(str(error)):
+                complaints.append(f"uncaught: {error}")
+
+        page.on("console", on_console)
+        page.on("pageerror", on_error)
+        contexts.append(context)
+        pages.append(page)
+        return page
+
+    yield open_page
+    if complaints or request.node.stash.get(FAILED, False):
+        for index, page in enumerate(pages):
+            name = re.sub(r"[^\w.-]+", "_", request.node.nodeid)[-120:]
+            try:
+                screenshot(page, f"{name}-{index}")
+            except Error as error:
+                print(f"no picture of tab {index}: {error.message}")
+    for context in contexts:
+        context.close()
+    assert not complaints, "the page complained:\n" + "\n".join(complaints)
+
+
+def artefacts() -> Path:
+    """Where pictures go: `DUET_ARTIFACTS`, else `.artifacts` at the root of the repository."""
+    folder = Path(os.environ.get("DUET_ARTIFACTS") or Path(__file__).parents[1] / ".artifacts")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def screenshot(page: Page, name: str) -> Path:
+    """Save a picture as `name`.png, without viser's note about software rendering."""
+    page.evaluate(
+        """() => { for (const note of document.querySelectorAll('[class*=Notification-root]'))
+             if (/software webgl/i.test(note.textContent)) note.querySelector('button')?.click(); }"""
+    )
+    page.wait_for_function(
+        """() => ![...document.querySelectorAll('[class*=Notification-root]')]
+             .some(note => /software webgl/i.test(note.textContent))"""
+    )
+    path = artefacts() / f"{name}.png"
+    page.screenshot(path=path, animations="disabled")
+    return path
+
+
+def wait_frames(page: Page, count: int = 2) -> None:
+    """Wait until the page has drawn `count` more frames."""
+    page.evaluate(
+        "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })",
+        count,
+    )
+
+
+_CANVAS = "(__viserMutable.canvas.querySelector?.('canvas') ?? document.querySelector('canvas[data-engine]'))"
+
+
+def wait_ready(page: Page, node: str, timeout: float = 30.0) -> None:
+    """Wait until the scene node `node` exists and the canvas has faded in."""
+    page.wait_for_function(
+        f"name => window.__viserMutable?.nodeRefFromName?.[name] && +{_CANVAS}?.style.opacity === 1",
+        arg=node,
+        timeout=timeout * 1000,
+    )
+    wait_frames(page)
+
+
+def world_position(page: Page, node: str) -> np.ndarray:
+    """Where the page has drawn the origin of a node, in the scene's coordinates (z up).
+
+    Not for a gizmo under the mouse: until the server moves it, its node stays where the drag began.
+    """
+    return np.array(
+        page.evaluate(
+            """name => { const all = __viserMutable.nodeRefFromName, node = all[name], point = node.position.clone();
+                 node.updateWorldMatrix(true, false); node.getWorldPosition(point); all[""].worldToLocal(point);
+                 return point.toArray(); }""",
+            node,
+        )
+    )
+
+
+def world_to_px(page: Page, point: Sequence[float] | np.ndarray) -> tuple[float, float]:
+    """Where a point of the scene is in the window, in CSS pixels."""
+    x, y = page.evaluate(
+        """p => { const { camera, nodeRefFromName, canvas } = __viserMutable, box = canvas.getBoundingClientRect();
+             const v = camera.position.clone().set(...p); nodeRefFromName[""].localToWorld(v); v.project(camera);
+             return [box.left + (1 + v.x) / 2 * box.width, box.top + (1 - v.y) / 2 * box.height]; }""",
+        [float(value) for value in point],
+    )
+    return float(x), float(y)
+
+
+def drag_arrow(
+    page: Page,
+    origin: Sequence[float] | np.ndarray,
+    axis: int | Sequence[float],
+    scale: float,
+    distance: float,
+    *,
+    steps: int = 20,
+    grip: float = 0.6,
+    frames_per_step: int = 1,
+) -> None:
+    """Take an arrow of a gizmo with the mouse and pull it.
+
+    Args:
+        page: a tab wider than 576 px (below, viser's bottom sheet may cover the scene).
+        origin: where the gizmo is.
+        axis: 0, 1, 2, or a unit vector if the gizmo is turned.
+        scale: length of the arrow, as given to `add_transform_controls`.
+        distance: how far to pull, in metres along the arrow.
+        steps: number of mouse moves.
+        grip: where on the arrow to take hold, as a fraction of its length.
+        frames_per_step: drawn frames to wait for after every move.
+    """
+    direction = np.eye(3)[axis] if isinstance(axis, int) else np.asarray(axis, float)
+    start = np.asarray(origin, float) + direction * grip * scale
+    x0, y0 = world_to_px(page, start)
+    x1, y1 = world_to_px(page, start + direction * distance)
+    for x, y in ((x0, y0), (x1, y1)):
+        on_top = page.evaluate("([x, y]) => document.elementFromPoint(x, y) === __viserMutable.canvas", [x, y])
+        assert on_top, f"something covers the scene at ({x:.0f}, {y:.0f}) px"
+    mouse = page.mouse
+    # The gizmo looks for the pointer when it moves, so it must have seen it on the arrow before the button goes down.
+    mouse.move(x0 - 3, y0 - 3)
+    wait_frames(page)
+    mouse.move(x0, y0)
+    wait_frames(page, 3)
+    mouse.down()
+    wait_frames(page)
+    for step in range(1, steps + 1):
+        mouse.move(x0 + (x1 - x0) * step / steps, y0 + (y1 - y0) * step / steps)
+        wait_frames(page, frames_per_step)
+    wait_frames(page, 3)
+    mouse.up()
+    wait_frames(page)

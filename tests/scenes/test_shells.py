@@ -1,0 +1,367 @@
+"""The visual shells: inside the capsules, lit correctly, small, and cached without harm."""
+
+import io
+import json
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import platformdirs
+import pytest
+import trimesh
+from numpy.testing import assert_allclose
+from trimesh.visual.material import PBRMaterial
+from trimesh.visual.texture import TextureVisuals
+
+from scenes import glb, room_shells
+from scenes.lwr import facts, shells
+from scenes.surfaces import mesh, revolve, rounded, skin, smooth_max, smooth_min
+
+MEGABYTE = 1_000_000
+
+
+@pytest.fixture(autouse=True)
+def cache_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Every test has a cache of its own, in memory and on disk."""
+    folder = tmp_path / "cache"
+    monkeypatch.setattr(platformdirs, "user_cache_dir", lambda *_: str(folder))
+    memories = (shells.link_glbs, room_shells.torso_glb, room_shells.table_glb)
+    for memory in memories:
+        memory.cache_clear()
+    yield folder
+    for memory in memories:
+        memory.cache_clear()
+
+
+# ---- inside the capsules ------------------------------------------------------------------------------------------------------
+
+
+def rigid_capsules(link: int) -> list[tuple[float, float, float]]:
+    """(start, end, radius) on the z axis of a link's frame, of all that this link can never leave, whatever the joints do.
+
+    That is its segment's capsule (a roll joint turns about the segment's axis), and the spheres at the segment's two pitch joints
+    where the neighbours' capsules end and start (a pitch joint turns about their centre).
+    """
+    index = max(i for i, capsule in enumerate(facts.CAPSULES) if capsule.link <= link)
+    own = facts.CAPSULES[index]
+    shift = 0.0 if own.link == link else facts.JOINTS[own.link].origin
+    found = [(own.start - shift, own.end - shift, own.radius)]
+    if index > 0:
+        found.append((own.start - shift, own.start - shift, facts.CAPSULES[index - 1].radius))
+    if index + 1 < len(facts.CAPSULES):
+        found.append((own.end - shift, own.end - shift, facts.CAPSULES[index + 1].radius))
+    return found
+
+
+def outside(link: int, points: np.ndarray) -> np.ndarray:
+    """How far points (n, 3) are outside the union of capsules, negative inside [m]."""
+    distances = []
+    for start, end, radius in rigid_capsules(link):
+        beyond = points[:, 2] - np.clip(points[:, 2], start, end)
+        distances.append(np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2 + beyond**2) - radius)
+    return np.min(distances, axis=0)
+
+
+def test_the_rigid_capsules_are_those_of_the_robot() -> None:
+    assert rigid_capsules(0) == [(0.0, 0.31, 0.075), (0.31, 0.31, 0.07)]
+    assert_allclose(rigid_capsules(1), [(-0.11, 0.2, 0.075), (0.2, 0.2, 0.07)])
+    assert_allclose(rigid_capsules(3), [(-0.2, 0.2, 0.07), (-0.2, -0.2, 0.075), (0.2, 0.2, 0.065)])
+    assert_allclose(rigid_capsules(7), [(-0.078, 0.05, 0.05), (-0.078, -0.078, 0.065)])
+
+
+@pytest.mark.parametrize("link", range(8))
+def test_every_vertex_is_inside_the_capsules(link: int) -> None:
+    for name, part in shells.link_meshes()[link].items():
+        assert outside(link, part.vertices).max() < 0, name
+
+
+@pytest.mark.parametrize("link", range(8))
+def test_positive_control_a_bump_of_three_centimetres_is_found(link: int) -> None:
+    points = np.vstack([part.vertices for part in shells.link_meshes()[link].values()])
+    widest = np.argmax(np.hypot(points[:, 0], points[:, 1]))
+    points[widest, :2] *= 1 + 0.03 / np.linalg.norm(points[widest, :2])
+    assert np.flatnonzero(outside(link, points) > 0).tolist() == [widest]
+
+
+def test_the_tool_ends_inside_the_hand() -> None:
+    tip = max(part.vertices[:, 2].max() for part in shells.link_meshes()[7].values())
+    assert 0.12 < tip + facts.JOINTS[6].origin < 0.17
+
+
+# ---- shape and light ----------------------------------------------------------------------------------------------------------
+
+
+def all_meshes() -> list[tuple[str, trimesh.Trimesh]]:
+    groups = [*shells.link_meshes(), room_shells.torso_meshes(), room_shells.table_meshes(1.1)]
+    return [(f"{i} {name}", part) for i, group in enumerate(groups) for name, part in group.items()]
+
+
+def test_normals_are_unit_and_agree_with_the_faces() -> None:
+    for name, part in all_meshes():
+        normals = part.vertex_normals
+        assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6, err_msg=name)
+        a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
+        cross = np.cross(b - a, c - a)
+        size = np.linalg.norm(cross, axis=1)
+        agree = np.einsum("ij,ij->i", cross, normals[part.faces].mean(1)) / np.maximum(size, 1e-15)
+        assert (agree[size > 1e-8] > 0).all(), name
+
+
+def test_shells_are_smooth_also_where_the_viewer_computes_the_normals() -> None:
+    """viser 1.1.1 discards the normals of a GLB and takes the mean of the faces around a vertex, weighted by their areas."""
+    for name, part in all_meshes():
+        a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
+        seen = np.zeros_like(part.vertices)
+        for corner in range(3):
+            np.add.at(seen, part.faces[:, corner], np.cross(b - a, c - a))
+        seen /= np.linalg.norm(seen, axis=1, keepdims=True)
+        off = np.degrees(np.arccos(np.clip(np.sum(seen * part.vertex_normals, 1), -1, 1)))
+        assert np.mean(off) < 8 and np.percentile(off, 99) < 20, (name, np.mean(off), np.percentile(off, 99))
+        places = np.round(np.hstack([part.vertices * 1e6, part.vertex_normals * 1e2]))
+        # The lids of slabs touch flat faces with copies of their corners, which nobody sees; links have none at all.
+        assert len(np.unique(places, axis=0)) > 0.95 * len(places), name
+
+
+def test_the_halves_of_a_pitch_joint_share_no_space() -> None:
+    """At the joint one half is on +y and the other on −y, alternately along the arm."""
+    near = 0.05
+    for link, z, side in ((1, 0.2, 1), (2, 0.0, -1), (3, 0.2, -1), (4, 0.0, 1)):
+        body = shells.link_meshes()[link]["body"].vertices
+        at_joint = body[np.hypot(body[:, 0], body[:, 2] - z) < near]
+        assert len(at_joint) > 20
+        assert (side * at_joint[:, 1]).min() > 0
+        assert (side * at_joint[:, 1]).max() > 0.05
+
+
+def test_the_torso_carries_both_flanges() -> None:
+    """A disc around each base point, facing along the arm's z axis: Ry(35°) Rx(±60°) e_z."""
+    vertices = room_shells.torso_meshes()["dark"].vertices
+    for side in (-1, 1):
+        base = np.array([0, side * 0.0765, 0.92])
+        axis = np.array([0.5 * np.sin(np.radians(35)), side * np.sqrt(3) / 2, 0.5 * np.cos(np.radians(35))])
+        near = vertices[np.linalg.norm(vertices - base, axis=1) < 0.082] - base
+        assert len(near) > 100
+        assert (near @ axis).max() == pytest.approx(0, abs=1e-9)
+
+
+def test_the_table_carries_both_plates() -> None:
+    vertices = room_shells.table_meshes(1.3)["black"].vertices
+    assert vertices[:, 2].max() == pytest.approx(room_shells.TABLE_HEIGHT)
+    for x in (-0.65, 0.65):
+        assert (np.hypot(vertices[:, 0] - x, vertices[:, 1]) < 0.11).sum() == len(vertices) / 2
+
+
+@pytest.mark.parametrize("build", [room_shells.torso_meshes, lambda: room_shells.table_meshes(1.1)])
+def test_furniture_stands_on_the_floor(build) -> None:
+    assert min(part.vertices[:, 2].min() for part in build().values()) == pytest.approx(0, abs=1e-9)
+
+
+# ---- surfaces -----------------------------------------------------------------------------------------------------------------
+
+
+def test_a_revolved_half_circle_is_a_sphere() -> None:
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 40)
+    ball = revolve(np.stack([np.cos(angle), np.sin(angle)], 1), 40)
+    assert_allclose(np.linalg.norm(ball.vertices, axis=1), 1, atol=1e-9)
+    assert_allclose(np.sum(ball.vertex_normals * ball.vertices, 1), 1, atol=2e-3)
+    assert ball.volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
+
+
+def test_a_stretched_disc_is_a_closed_slab() -> None:
+    slab = revolve([(0, 0), (0.1, 0), (0.1, 0.05), (0, 0.05)], 64, stretch=(0.4, 0.2))
+    area = 1.0 * 0.6 - (4 - np.pi) * 0.1**2
+    assert slab.volume == pytest.approx(area * 0.05, rel=1e-3)
+
+
+def test_a_skinned_sphere_is_a_sphere() -> None:
+    lift = np.linspace(-np.pi / 2, np.pi / 2, 31)
+    ball = skin(lambda p: np.linalg.norm(p, axis=-1) - 0.3, np.tile([0.05, 0.0, 0.0], (31, 1)), lift, 40, 1.0)
+    assert_allclose(np.linalg.norm(ball.vertices, axis=1), 0.3, atol=1e-6)
+    assert_allclose(ball.vertex_normals, ball.vertices / 0.3, atol=1e-4)
+    assert ball.volume == pytest.approx(4 / 3 * np.pi * 0.3**3, rel=0.03)
+
+
+def test_smooth_edges_only_take_away_and_smooth_corners_only_add() -> None:
+    a, b = np.random.default_rng(3).normal(size=(2, 500))
+    assert (smooth_max(a, b, 0.3) >= np.maximum(a, b)).all()
+    assert (smooth_min(a, b, 0.3) <= np.minimum(a, b)).all()
+    assert_allclose(smooth_max(a, b, 0.3)[np.abs(a - b) > 0.3], np.maximum(a, b)[np.abs(a - b) > 0.3])
+
+
+def test_a_rounded_corner_has_its_radius() -> None:
+    line = rounded([(0, 0), (1, 0), (1, 1)], 0.2, 8)
+    arc = line[1:-1]
+    assert_allclose(np.linalg.norm(arc - [0.8, 0.2], axis=1), 0.2, atol=1e-12)
+
+
+# ---- files --------------------------------------------------------------------------------------------------------------------
+
+
+def head_of(data: bytes) -> dict:
+    magic, version, length = struct.unpack("<III", data[:12])
+    assert (magic, version, length) == (0x46546C67, 2, len(data))
+    size, kind = struct.unpack("<II", data[12:20])
+    assert kind == 0x4E4F534A
+    return json.loads(data[20 : 20 + size])
+
+
+@pytest.mark.parametrize("palette", shells.PALETTES)
+def test_a_robot_fits_in_a_megabyte(palette: str) -> None:
+    blobs = shells.link_glbs(palette)
+    assert len(blobs) == 8
+    assert sum(map(len, blobs)) <= MEGABYTE
+
+
+def test_rooms_are_small() -> None:
+    assert len(room_shells.torso_glb()) <= 300_000
+    assert len(room_shells.table_glb()) <= 300_000
+    assert len(room_shells.table_glb(1.4)) <= 300_000
+
+
+@pytest.mark.parametrize("link", range(8))
+def test_glbs_load_back(link: int) -> None:
+    scene = trimesh.load_scene(io.BytesIO(shells.link_glbs("orange")[link]), file_type="glb")
+    parts = shells.link_meshes()[link]
+    assert set(scene.geometry) == set(parts)
+    for name, loaded in scene.geometry.items():
+        assert isinstance(loaded, trimesh.Trimesh)
+        assert isinstance(loaded.visual, TextureVisuals)
+        assert_allclose(loaded.vertices, parts[name].vertices, atol=1e-6)
+        assert_allclose(loaded.vertex_normals, parts[name].vertex_normals, atol=1e-5)
+        assert_allclose(loaded.faces, parts[name].faces)
+        material = loaded.visual.material
+        assert isinstance(material, PBRMaterial)
+        assert material.roughnessFactor == pytest.approx(shells.PALETTES["orange"][name].roughness)
+
+
+def test_colours_are_linear() -> None:
+    assert_allclose(glb.Material("#ff8000", 0.5).linear(), (1, 0.21586, 0, 1), atol=1e-5)
+    assert_allclose(glb.Material("#0a0a0a", 0.5).linear()[:3], 10 / 255 / 12.92)
+    materials = {m["name"]: m for m in head_of(shells.link_glbs("orange")[1])["materials"]}
+    factor = np.array(materials["body"]["pbrMetallicRoughness"]["baseColorFactor"])
+    shown = np.where(factor[:3] <= 0.0031308, 12.92 * factor[:3], 1.055 * factor[:3] ** (1 / 2.4) - 0.055)
+    assert_allclose(shown * 255, [int(shells.ORANGE[i : i + 2], 16) for i in (1, 3, 5)], atol=0.1)
+
+
+def test_ghosts_are_blended_and_slimmer() -> None:
+    for data, solid in zip(shells.link_glbs("ghost"), shells.link_glbs("orange"), strict=True):
+        for material in head_of(data)["materials"]:
+            assert material["alphaMode"] == "BLEND"
+            assert 0 < material["pbrMetallicRoughness"]["baseColorFactor"][3] < 0.5
+        assert all(material["alphaMode"] == "OPAQUE" for material in head_of(solid)["materials"])
+        assert head_of(data)["accessors"][0]["max"][0] < head_of(solid)["accessors"][0]["max"][0]
+
+
+def test_all_palettes_dress_every_part() -> None:
+    names = {name for parts in shells.link_meshes() for name in parts}
+    assert {"orange", "silver", "ghost"} <= set(shells.PALETTES)
+    assert all(names <= set(palette) for palette in shells.PALETTES.values())
+
+
+def test_an_unknown_palette_names_the_valid_ones() -> None:
+    with pytest.raises(ValueError, match="orange"):
+        shells.link_glbs("mauve")
+
+
+def test_large_meshes_get_wide_indices() -> None:
+    n = 70_000
+    points = np.random.default_rng(1).normal(size=(n, 3))
+    faces = np.array([[0, 1, n - 1]])
+    big = mesh(points, faces, points / np.linalg.norm(points, axis=1, keepdims=True))
+    loaded = trimesh.load_scene(io.BytesIO(glb.glb({"body": big}, shells.PALETTES["orange"])), file_type="glb").geometry["body"]
+    assert_allclose(np.asarray(loaded.vertices)[loaded.faces[0]], points[faces[0]], atol=1e-5)
+
+
+# ---- the cache ----------------------------------------------------------------------------------------------------------------
+
+
+class Builder:
+    """Builds, and counts how often."""
+
+    def __init__(self) -> None:
+        self.times = 0
+
+    def __call__(self) -> tuple[bytes, ...]:
+        self.times += 1
+        return (b"one", b"", b"three\n")
+
+
+def test_a_hit_gives_the_same_bytes() -> None:
+    build = Builder()
+    assert glb.cached("thing", "key", build) == build()
+    assert build.times == 2
+    assert glb.cached("thing", "key", build) == (b"one", b"", b"three\n")
+    assert build.times == 2
+
+
+def test_another_key_builds_again() -> None:
+    build = Builder()
+    glb.cached("thing", "key", build)
+    glb.cached("thing", "other key", build)
+    assert build.times == 2
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda data: b"",
+        lambda data: data[:-1],
+        lambda data: data + b"!",
+        lambda data: data[:-2] + b"XY",
+        lambda data: b"[]\n",
+        lambda data: b"\xff\xfe" + data,
+        lambda data: data.replace(b'"sizes": [3, 0, 6]', b'"sizes": "none"'),
+        lambda data: data.partition(b"\n")[0],
+    ],
+)
+def test_a_damaged_file_is_built_again_and_mended(cache_folder: Path, damage) -> None:
+    build = Builder()
+    whole = glb.cached("thing", "key", build)
+    (file,) = cache_folder.iterdir()
+    data = file.read_bytes()
+    assert damage(data) != data
+    file.write_bytes(damage(data))
+    assert glb.cached("thing", "key", build) == whole
+    assert build.times == 2
+    assert file.read_bytes() == data
+
+
+def test_an_unusable_folder_does_not_matter(cache_folder: Path) -> None:
+    cache_folder.write_text("a file where the folder should be")
+    build = Builder()
+    assert glb.cached("thing", "key", build) == glb.cached("thing", "key", build)
+    assert build.times == 2
+
+
+def test_nothing_is_left_beside_the_cache_when_writing_fails(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr("scenes.glb.os.replace", refuse)
+    assert glb.cached("thing", "key", Builder()) == Builder()()
+    assert list(cache_folder.iterdir()) == []
+
+
+def test_shells_come_from_the_cache_until_a_source_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    built = []
+    monkeypatch.setattr(glb, "glb", lambda *args, real=glb.glb: built.append(1) or real(*args))
+    first = shells.link_glbs("orange")
+    assert len(built) == 8
+    shells.link_glbs.cache_clear()
+    assert shells.link_glbs("orange") == first
+    assert len(built) == 8
+    monkeypatch.setattr(glb, "source_key", lambda *_: "the sources have changed")
+    shells.link_glbs.cache_clear()
+    assert shells.link_glbs("orange") == first
+    assert len(built) == 16
+
+
+def test_the_key_follows_sources_and_settings(tmp_path: Path) -> None:
+    source = tmp_path / "source.py"
+    source.write_text("a = 1")
+    before = glb.source_key([source], 1.1)
+    assert glb.source_key([source], 1.1) == before
+    assert glb.source_key([source], 1.2) != before
+    source.write_text("a = 2")
+    assert glb.source_key([source], 1.1) != before
