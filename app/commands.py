@@ -81,6 +81,8 @@ class Serve:
     """All tabs see one stage; the first one, or the one with the key, has the controls."""
     key: str | None = None
     """In a lecture: who opens the page with ?key=KEY has the controls."""
+    allow_origin: tuple[str, ...] = ()
+    """Further web addresses whose pages may connect, such as https://duet.example.org behind a proxy."""
     settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
     """What the page shows at first."""
 
@@ -142,6 +144,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
 
 
+def entry() -> None:
+    """Run as the installed command `lwr-duet`."""
+    sys.exit(main())
+
+
 def serve(command: Serve) -> int:
     """Serve the page until Ctrl+C."""
     if command.sessions < 1:
@@ -151,7 +158,7 @@ def serve(command: Serve) -> int:
     settings = chosen(command.settings, Settings())
     from app.hosts import open_house
 
-    house = open_house(command.host, command.port, settings, command.sessions, command.lecture, command.key)
+    house = open_house(command.host, command.port, settings, command.sessions, command.lecture, command.key, command.allow_origin)
     link = house.url + (f"/?key={command.key}" if command.key else "")
     print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
     if command.open:
@@ -180,7 +187,11 @@ def run(command: Run) -> int:
     with tqdm(total=steps, unit="step", disable=None, delay=1.0, leave=False) as bar:
         done = simulate(settings, command.seconds, person, on_progress=bar.update)
     if command.csv is not None:
-        header = {**values(settings), "seconds": command.seconds, "inputs": command.inputs.name if command.inputs else "autopilot"}
+        header = {
+            **values(settings),
+            "seconds": command.seconds,
+            "inputs": command.inputs.name if command.inputs else "autopilot",
+        }
         try:
             with command.csv.open("w", encoding="utf-8", newline="\n") as out:
                 write_table(out, done.table, done.simulation.detector.pair_names, header)

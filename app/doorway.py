@@ -69,7 +69,7 @@ class Doorway:
         if len(origins) > 1 or len(hosts) != 1:
             return False
         if not origins:
-            return peer == "" or peer == "::1" or peer.startswith("127.") or peer.startswith("::ffff:127.")
+            return peer in ("", "::1") or peer.startswith(("127.", "::ffff:127."))
         origin = origins[0].strip().lower().rstrip("/")
         if origin in {entry.strip().lower().rstrip("/") for entry in self.extra}:
             return True

@@ -9,7 +9,7 @@ from typing import Final, Protocol
 
 import viser
 
-
+from app.page.keys import relay_script
 from app.page.page import Operation, View
 from app.server import DuetServer, request_query, start_server
 from app.session import Session
@@ -25,7 +25,7 @@ FRAME: Final = 1.0 / 32.0
 
 
 class Host(Protocol):
-    """Joins visitors and sessions; all methods run on the frame loop's thread but `joined` and `left`, which only note the fact."""
+    """Joins visitors and sessions."""
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw everything. `now`, `elapsed`: wall time [s]."""
@@ -126,6 +126,7 @@ class LectureHost:
         self._departures: list[int] = []
         self._lock = threading.Lock()
         self._view = View(server, self.session, lambda: list(self._clients.values()))
+        server.gate.may_share = lambda client_id: client_id == self._operator
 
         @server.on_client_connect
         async def _(client: viser.ClientHandle) -> None:
@@ -234,7 +235,15 @@ class House:
         self._closed.set()
 
 
-def open_house(host: str, port: int, settings: Settings, sessions: int = 8, lecture: bool = False, key: str | None = None) -> House:
+def open_house(
+    host: str,
+    port: int,
+    settings: Settings,
+    sessions: int = 8,
+    lecture: bool = False,
+    key: str | None = None,
+    allowed_origins: tuple[str, ...] = (),
+) -> House:
     """Start to serve the page.
 
     Args:
@@ -243,10 +252,13 @@ def open_house(host: str, port: int, settings: Settings, sessions: int = 8, lect
         sessions: how many private sessions there may be at once; a lecture has no limit.
         lecture: one stage for all.
         key: of the lecturer, or None.
+        allowed_origins: further web addresses whose pages may connect.
 
     Raises:
         PortInUse, BadSetting: see `app.server.start_server`.
     """
-    server = start_server(host, port, label="Duet", max_clients=None if lecture else sessions)
+    server = start_server(
+        host, port, allowed_origins=allowed_origins, max_clients=None if lecture else sessions, script=relay_script()
+    )
     server.scene.world_axes.visible = False
     return House(server, LectureHost(server, settings, key) if lecture else PrivateHost(server, settings))

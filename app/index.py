@@ -103,13 +103,14 @@ _SCRIPT = """
 """
 
 
-def patched_index(client_html: str, *, title: str, run: str) -> str:
+def patched_index(client_html: str, *, title: str, run: str, script: str = "") -> str:
     """Put our additions into viser's page.
 
     Args:
         client_html: viser's own `index.html`.
         title: the title of the tab.
         run: a word that is different for every start of the server.
+        script: further JavaScript of the page's own.
 
     Raises:
         ValueError: the page doesn't look as expected (another version of viser).
@@ -118,7 +119,7 @@ def patched_index(client_html: str, *, title: str, run: str) -> str:
     if not mark:
         raise ValueError("viser's page has no title to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "longest": _LONGEST_QUERY, "lost": "Connection lost – trying again…"}
-    script = _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
+    script = _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c")) + script
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
     return f"{head}<title>{html.escape(title)}</title><style>{_STYLE}</style><script>{script}</script>{rest}"

@@ -142,6 +142,7 @@ class DuetServer(viser.ViserServer):
         max_clients: int | None,
         full_html: str | None,
         limits: Limits,
+        script: str = "",
     ) -> None:
         self.limits = limits
         self.max_clients = max_clients
@@ -151,7 +152,7 @@ class DuetServer(viser.ViserServer):
         self._doorway = doorway
         self._ready = threading.Event()
         self._taken: set[ServerConnection] = set()
-        self._pages = _own_pages(label, self.run, full_html or full_page(max_clients or 0))
+        self._pages = _own_pages(label, self.run, full_html or full_page(max_clients or 0), script)
         with _construction, _served_by(self, listener), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=doorway.host, port=doorway.port, label=label, verbose=False)
         for kind in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
@@ -345,16 +346,16 @@ def _respond(status: int, content_type: str, body: bytes, extra: dict[str, str])
     return Response(status, http.HTTPStatus(status).phrase, headers, body)
 
 
-def _own_pages(label: str, run: str, full_html: str) -> dict[str, bytes]:
+def _own_pages(label: str, run: str, full_html: str, script: str) -> dict[str, bytes]:
     client = Path(viser.__file__).parent / "client" / "build" / "index.html"
-    plain = patched_index(client.read_text(encoding="utf-8"), title=label, run=run).encode()
+    plain = patched_index(client.read_text(encoding="utf-8"), title=label, run=run, script=script).encode()
     return {"plain": plain, "packed": gzip.compress(plain, 6), "full": full_html.encode()}
 
 
 def duet_version() -> str:
     """The installed version of Duet, "0" when it runs from a bare checkout."""
     try:
-        return importlib.metadata.version("duet")
+        return importlib.metadata.version("lwr-duet")
     except importlib.metadata.PackageNotFoundError:
         return "0"
 
@@ -419,6 +420,7 @@ def start_server(
     max_clients: int | None = None,
     page_full_html: str | None = None,
     limits: Limits | None = None,
+    script: str = "",
 ) -> DuetServer:
     """Start the web server.
 
@@ -430,6 +432,7 @@ def start_server(
         max_clients: places; whoever comes later gets a friendly page that lets them in when a place is free. None for no limit.
         page_full_html: that page; by default `app.index.full_page`.
         limits: how much one browser may ask for.
+        script: JavaScript that every page runs before viser's own.
 
     Raises:
         PortInUse: another program has the port.
@@ -445,4 +448,6 @@ def start_server(
     if not doorway.is_private and host not in LOOPBACK_NAMES:
         log.info("everybody on the network can reach this server")
     limits = Limits() if limits is None else limits
-    return DuetServer(listener, doorway, label=label, max_clients=max_clients, full_html=page_full_html, limits=limits)
+    return DuetServer(
+        listener, doorway, label=label, max_clients=max_clients, full_html=page_full_html, limits=limits, script=script
+    )

@@ -100,7 +100,7 @@ def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) ->
 
 def pseudo_inverse(J: Array, damping: float = 0.0) -> Array:
     """Return J^# (n, m), eq. (5), optionally damped. For analysis; the hot path uses `damped_solution`."""
-    return np.linalg.solve(J @ J.T + damping**2 * np.eye(len(J)), J).T
+    return np.asarray(np.linalg.solve(J @ J.T + damping**2 * np.eye(len(J)), J).T, np.float64)
 
 
 def null_space_projector(J: Array, damping: float = 0.0) -> Array:

@@ -1,6 +1,8 @@
 """From shells to GLB files: materials with linear colours, and a cache that may fail without anybody noticing."""
 
+import contextlib
 import hashlib
+import itertools
 import json
 import os
 import struct
@@ -119,10 +121,8 @@ def cached(name: str, key: str, build: Callable[[], tuple[bytes, ...]]) -> tuple
     except (OSError, ValueError, KeyError, TypeError):
         pass
     blobs = build()
-    try:
+    with contextlib.suppress(OSError):
         _write_whole(file, _pack(blobs, key))
-    except OSError:
-        pass
     return blobs
 
 
@@ -143,7 +143,7 @@ def _unpack(data: bytes, key: str) -> tuple[bytes, ...]:
     ):
         raise ValueError("stale or damaged cache")
     ends = np.cumsum([0, *head["sizes"]])
-    return tuple(body[a:b] for a, b in zip(ends, ends[1:], strict=False))
+    return tuple(body[a:b] for a, b in itertools.pairwise(ends))
 
 
 def _write_whole(file: Path, data: bytes) -> None:

@@ -76,9 +76,9 @@ class History:
         if self.count == 0:
             raise IndexError("the history is empty: no step was made yet")
         row = self._rows[(self.count - 1) % self._capacity]
-        h = row[:_HEAD].tolist()
+        t, d, lam, e2, u, w, pair, law_d, law_w, turn, authority, joint = row[:_HEAD].tolist()
         q, dq = row[_HEAD : _HEAD + self._joints].copy(), row[_HEAD + self._joints :].copy()
-        return Sample(*h[:6], int(h[6]), *h[7:10], int(h[10]), int(h[11]), q, dq)
+        return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, turn, int(authority), int(joint), q, dq)
 
     def table(self, newest: int | None = None) -> Array:
         """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones."""

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Array
+from scenes.room_shells import TABLE_HEIGHT
 from scenes.settings import RigName
 
 MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
@@ -15,10 +16,19 @@ MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 @dataclass(frozen=True)
 class Camera:
-    """A view. position, look_at: world [m]; fov: vertical [rad]."""
+    """A view, told by what it must show.
 
-    position: tuple[float, float, float]
-    look_at: tuple[float, float, float]
+    Attributes:
+        centre: middle of what must be seen (3,), world [m].
+        toward: from there to the eye (3,), any length.
+        width, height: of what must be seen, as it appears from there [m].
+        fov: vertical angle of view [rad].
+    """
+
+    centre: tuple[float, float, float]
+    toward: tuple[float, float, float]
+    width: float
+    height: float
     fov: float
 
 
@@ -56,12 +66,12 @@ def _torso() -> Rig:
         pin.SE3(_turn(60.0, 35.0, -120.0), np.array([0.0, -0.0765, 0.92])),
         start * MIRROR,
         start,
-        Camera((2.75, -0.45, 1.62), (0.28, 0.0, 0.93), float(np.radians(32.0))),
+        Camera((0.30, 0.0, 0.93), (2.45, -0.45, 0.69), 1.70, 0.80, float(np.radians(32.0))),
     )
 
 
-TABLE_HEIGHT: Final = 0.75
 TABLE_SEPARATION: Final = 1.1
+"""Distance between the bases on the table [m]."""
 
 
 def _table() -> Rig:
@@ -73,7 +83,7 @@ def _table() -> Rig:
         pin.SE3(_turn(0.0, 0.0, 180.0), np.array([half, 0.0, TABLE_HEIGHT])),
         start,
         start.copy(),
-        Camera((0.45, -2.75, 1.75), (0.0, 0.0, 1.08), float(np.radians(32.0))),
+        Camera((0.0, 0.0, 1.12), (0.45, -2.75, 0.67), 1.75, 0.95, float(np.radians(32.0))),
     )
 
 

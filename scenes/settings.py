@@ -101,9 +101,13 @@ class LawSettings:
     )  # fmt: skip
     beta: float = _number(
         100.0,
-        Spec("beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.", "1/m", 20.0, 400.0, 5.0, "1/m"),
+        Spec(
+            "beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.", "1/m", 20.0, 400.0, 5.0, "1/m"
+        ),
     )
-    feed_forward: bool = _flag("ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then holds at any hand speed.")
+    feed_forward: bool = _flag(
+        "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then holds at any hand speed."
+    )
     one_sided: bool = _flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
 
 
@@ -139,14 +143,13 @@ class RunSettings:
         0.25,
         Spec("wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.", "m/s", 0.05, 1.0, 0.01, "m/s"),
     )
-    dt: float = _number(
-        0.005, Spec("dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0)
-    )
+    dt: float = _number(0.005, Spec("dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0))
     limit_gain: float = _number(
         10.0, Spec("g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
     )
     seed: int = field(
-        default=1, metadata={_SPEC: Spec("seed", "seed", "Seed of the autopilot: another number, another person.", "", 0, 9999, 1)}
+        default=1,
+        metadata={_SPEC: Spec("seed", "seed", "Seed of the autopilot: another number, another person.", "", 0, 9999, 1)},
     )
     law: LawSettings = field(default_factory=LawSettings)
 

@@ -28,7 +28,9 @@ class Gizmos:
     def __init__(self, scene: viser.SceneApi, session: Session) -> None:
         self._session = session
         self._dragged: str | None = None
-        self._hand = scene.add_transform_controls("/gizmo/hand", scale=0.22, line_width=3.5, depth_test=False, disable_sliders=True)
+        self._hand = scene.add_transform_controls(
+            "/gizmo/hand", scale=0.22, line_width=3.5, depth_test=False, disable_sliders=True
+        )
         self._elbow = scene.add_transform_controls(
             "/gizmo/elbow",
             scale=0.26,
@@ -36,7 +38,7 @@ class Gizmos:
             depth_test=False,
             disable_sliders=True,
             disable_axes=True,
-            active_axes=(True, True, False),
+            active_axes=(False, True, True),
             opacity=0.9,
         )
         self._elbow_start: tuple[Array, Array, Array, Array] | None = None
@@ -108,8 +110,8 @@ class Gizmos:
 
 
 def swivel_frame(simulation: Simulation) -> tuple[Array, Array]:
-    """Return a frame (3, 3) whose first axis runs from shoulder to wrist and whose second points to the elbow, and the elbow's foot
-    on that line (3,) [m]; guided arm."""
+    """Return a frame (3, 3) whose first axis runs from shoulder to wrist and whose other two lie on either side of
+    the elbow, and the elbow's foot on that line (3,) [m]; guided arm."""
     kinematics, arm = simulation.kinematics, simulation.guided
     shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
     x = wrist - shoulder
@@ -120,10 +122,13 @@ def swivel_frame(simulation: Simulation) -> tuple[Array, Array]:
     length = float(np.linalg.norm(y))
     if length < 1e-6:
         # A straight arm has no swivel angle: any direction across the line will do.
-        y, length = np.cross(x, np.eye(3)[int(np.argmin(np.abs(x)))]), 1.0
-        y /= np.linalg.norm(y)
+        y = np.cross(x, np.eye(3)[int(np.argmin(np.abs(x)))])
+        length = float(np.linalg.norm(y))
     y = y / length
-    return np.column_stack([x, y, np.cross(x, y)]), foot
+    z = np.cross(x, y)
+    # The handle's arc runs from its second to its third axis; half a right angle back, it is centred on the elbow.
+    frame: Array = np.column_stack([x, (y - z) / math.sqrt(2.0), (y + z) / math.sqrt(2.0)]).astype(np.float64)
+    return frame, foot
 
 
 def checked_pose(position: object, wxyz: object) -> tuple[Array | None, Array | None]:

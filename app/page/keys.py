@@ -56,8 +56,8 @@ def relay_script() -> str:
         "addEventListener('keydown',e=>{"
         "const k=to[e.key],t=e.target;"
         "if(!k||(e.ctrlKey||e.metaKey||e.altKey)&&!e.getModifierState('AltGraph'))return;"
-        "if(t instanceof Element&&t.closest('input,textarea,select,[contenteditable=true],[role=slider],[role=tab],[role=listbox],"
-        "[role=combobox],[role=dialog]'))return;"
+        "if(t instanceof Element&&t.closest('input,textarea,select,[contenteditable=true],[role=slider],[role=tab],"
+        "[role=listbox],[role=combobox],[role=dialog]'))return;"
         "e.preventDefault();e.stopImmediatePropagation();"
         "document.documentElement.dispatchEvent(new KeyboardEvent('keydown',"
         "{key:k,code:'Digit'+k,altKey:true,shiftKey:true,bubbles:true}));"
@@ -68,4 +68,4 @@ def relay_script() -> str:
 def help_html() -> str:
     """Return the table as HTML."""
     rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{h.text}</td></tr>" for h in HOTKEYS)
-    return f'<table>{rows}<tr><td><kbd>Ctrl K</kbd></td><td>every command by name</td></tr></table>'
+    return f"<table>{rows}<tr><td><kbd>Ctrl K</kbd></td><td>every command by name</td></tr></table>"

@@ -25,6 +25,9 @@ def titlebar() -> theme.TitlebarConfig:
     return theme.TitlebarConfig(
         buttons=None,
         image=theme.TitlebarImage(
-            image_url_light=_mark("#24292f"), image_url_dark=_mark("#f0f3f6"), image_alt="Duet: two arms, one gives way", href=None
+            image_url_light=_mark("#24292f"),
+            image_url_dark=_mark("#f0f3f6"),
+            image_alt="Duet: two arms, one gives way",
+            href=None,
         ),
     )

@@ -1,10 +1,12 @@
 """One session's page, put together from its parts and drawn frame by frame.
 
-What is seen (stage, plots, numbers) and what is operated (controls, handles, keys) are built apart, so that a lecture can show the
-first to everybody and hand the second to one.
+What is seen (stage, plots, numbers) and what is operated (controls, handles, keys) are built apart, so that a lecture can show
+the first to everybody and hand the second to one.
 """
 
 from collections.abc import Callable
+from time import perf_counter
+from typing import Final
 
 import numpy as np
 import viser
@@ -19,6 +21,15 @@ from app.page.stage import Stage, place_camera
 from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_HEIGHT, scale, style_sheet
 from app.session import Session
 from scenes.rigs import RIGS
+
+SETTLING: Final = 6.0
+"""How long a newcomer's camera is corrected when its canvas changes its shape [s of wall time]."""
+
+PHONE_ASPECT: Final = 0.8
+"""A canvas narrower than this is a phone's, whose lower part is a sheet …"""
+
+PHONE_SHEET: Final = 0.48
+"""… of this share of its height."""
 
 
 class View:
@@ -47,6 +58,7 @@ class View:
         self._plots_panel.float(x=14, y=-14, width=760)
         self._look = page.theme, page.profile
         self._rig = session.settings.run.rig
+        self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._configure_theme()
         self._stage = Stage(host.scene, session.simulation, page)
 
@@ -60,13 +72,24 @@ class View:
         )
 
     def welcome(self, client: viser.ClientHandle) -> None:
-        """Give a newcomer the view of the present rig."""
-        place_camera(client, RIGS[self._session.settings.run.rig].camera, self.covered(client))
+        """Give a newcomer the view of the present rig, and keep it right while the page finds its layout."""
+        self.look(client)
+        self._settling[client.client_id] = perf_counter() + SETTLING, client, client.camera.aspect
 
-    def covered(self, client: viser.ClientHandle) -> float:
-        """Return the share of a client's canvas that the plots cover at its bottom."""
-        height = max(client.camera.image_height, 1)
-        return min((PLOTS_HEIGHT + 90.0) * scale(self._session.settings.page.profile) / height, 0.5)
+    def look(self, client: viser.ClientHandle) -> None:
+        """Point a client's camera at the present rig."""
+        height, phone = max(client.camera.image_height, 1), client.camera.aspect < PHONE_ASPECT
+        covered = PHONE_SHEET if phone else min((PLOTS_HEIGHT + 96.0) * scale(self._session.settings.page.profile) / height, 0.5)
+        place_camera(client, RIGS[self._session.settings.run.rig].camera, covered)
+
+    def _settle(self, now: float) -> None:
+        # The docked panel narrows the canvas a moment after the page has opened, and only the browser knows by how much.
+        for number, (deadline, client, aspect) in list(self._settling.items()):
+            if now > deadline:
+                del self._settling[number]
+            elif client.camera.aspect != aspect:
+                self.look(client)
+                self._settling[number] = deadline, client, client.camera.aspect
 
     def show(self, now: float, moved: bool) -> None:
         """Draw a frame. `now`: wall time [s]; `moved`: whether the simulation made a step since the last one."""
@@ -76,7 +99,8 @@ class View:
         if self._rig != session.settings.run.rig:
             self._rig = session.settings.run.rig
             for client in self._clients():
-                self.welcome(client)
+                self.look(client)
+        self._settle(now)
         sample = session.simulation.sample()
         self._stage.show(session.simulation, sample, page)
         self._readout.show(session, sample, now, force=not moved)
@@ -115,7 +139,7 @@ class Operation:
             "faster": lambda: session.change_speed(1),
             "reset": self._reset,
             "autopilot": lambda: session.change("autopilot", not session.settings.page.autopilot),
-            "view": lambda: view.welcome(client),
+            "view": lambda: view.look(client),
             "law": lambda: session.change(
                 "law", "unprotected" if session.settings.run.law.law == "smooth_priority" else "smooth_priority"
             ),

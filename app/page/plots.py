@@ -1,4 +1,4 @@
-"""The live plots: distance with d_m and d*, squared error, and one more of the visitor's choice. Real time on x, the last 20 s."""
+"""The live plots: distance with d_m and d*, squared error, and a third one of choice; real time on x, the last 20 s."""
 
 import math
 from typing import Any, Final
@@ -130,12 +130,15 @@ class Plots:
         font = f'{round(11 * k)}px system-ui, "Segoe UI", Roboto, "Liberation Sans", sans-serif'
         dark = self._page.theme == "dark"
         ink, grid = ("#aeb8c2", "#333941") if dark else ("#4b545e", "#e4e8ec")
-        axis: dict[str, Any] = {"font": font, "stroke": ink, "grid": {"stroke": grid, "width": 1}, "ticks": {"size": 4, "stroke": grid}}
+        axis: dict[str, Any] = {
+            "font": font,
+            "stroke": ink,
+            "grid": {"stroke": grid, "width": 1},
+            "ticks": {"size": 4, "stroke": grid},
+        }
         series: list[uplot.Series] = [uplot.Series()]
         for label, colour, width, dash in lines:
-            series.append(
-                uplot.Series(label=label, stroke=colour, width=width * k, points={"show": False}, **({"dash": dash} if dash else {}))
-            )
+            series.append(uplot.Series(label=label, stroke=colour, width=width * k, points={"show": False}, dash=dash))
         y: uplot.Scale = uplot.Scale(range=span) if span else uplot.Scale(auto=True)
         return self._gui.add_uplot(
             data=(np.array([0.0, 0.1]), *(np.full(2, np.nan) for _ in lines)),
@@ -165,7 +168,9 @@ class Plots:
                 lines = {
                     "lambda": (("λ", p.activation, 2.2, ()),),
                     "speeds": (("u", p.pull, 2.0, ()), ("v", p.velocity, 1.8, (7.0, 5.0)), ("w", p.approach, 2.0, (2.0, 4.0))),
-                }.get(details) or tuple((f"q{i + 1}", c, 1.6, ((), (7.0, 4.0), (2.0, 3.0))[i // 3]) for i, c in enumerate(p.joints))
+                }.get(details) or tuple(
+                    (f"q{i + 1}", c, 1.6, ((), (7.0, 4.0), (2.0, 3.0))[i // 3]) for i, c in enumerate(p.joints)
+                )
                 self._details = self._plot(title, lines, spans.get(details))
             self._shown = details
         self._legend.content = self._legend_html()
@@ -188,7 +193,8 @@ class Plots:
         elif self._shown in ("joints", "rates"):
             kinds = ("", "dash", "dot")
             parts += [
-                f'<span style="color:{c}"><i class="{kinds[i // 3]}"></i>{i + 1}</span>' for i, c in enumerate(self._palette.joints)
+                f'<span style="color:{c}"><i class="{kinds[i // 3]}"></i>{i + 1}</span>'
+                for i, c in enumerate(self._palette.joints)
             ]
         three = " duet-three" if self._shown != "none" else ""
         return f'<div class="duet-plots duet-legend{three}">{"".join(parts)}</div>'

@@ -4,7 +4,8 @@ from functools import cache
 from typing import Final
 
 import viser
-import ziamath
+from ziamath import zmath
+from ziamath.config import config
 
 from app.page.theme import PALETTES
 from app.session import Pace, Session
@@ -27,9 +28,11 @@ def equation_svg(theme: Theme) -> str:
     lam, v = rf"\textcolor{{{p.activation}}}{{\lambda}}", rf"\textcolor{{{p.velocity}}}{{v}}"
     tex = rf"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n"
     # Shared <symbol> ids of several equations on one page would collide.
-    ziamath.config.svg2 = False
-    svg = ziamath.Latex(tex, size=18).svg()
-    return svg.replace('fill="black"', 'fill="currentColor"').replace("<svg ", '<svg fill="currentColor" style="max-width:88%;height:auto" ', 1)
+    config.svg2 = False
+    svg = zmath.Latex(tex, size=18).svg()
+    return svg.replace('fill="black"', 'fill="currentColor"').replace(
+        "<svg ", '<svg fill="currentColor" style="max-width:88%;height:auto" ', 1
+    )
 
 
 class Readout:
@@ -50,7 +53,9 @@ class Readout:
             return
         self._next = now + PERIOD
         simulation, law = session.simulation, session.settings.run.law
-        self._write("status", f'<div class="duet duet-status" role="status">{status_html(session.pace, simulation, sample)}</div>')
+        self._write(
+            "status", f'<div class="duet duet-status" role="status">{status_html(session.pace, simulation, sample)}</div>'
+        )
         self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample)}</div>')
         on = law.law == "smooth_priority"
         equation = equation_svg(session.settings.page.theme) if on else "q̇ = q̇<sub>n</sub> &nbsp; (the task alone)"
@@ -72,11 +77,21 @@ def tiles_html(simulation: Simulation, sample: Sample) -> str:
         ("d", f"{sample.distance * 1000.0:.0f}", "d, mm" + (" below d<sub>m</sub>" if below else ""), below),
         ("lam", f"{sample.activation:.2f}", "λ", False),
         ("e", f"{sample.error * 1000.0:.0f}", "|e|, mm", False),
-        ("w", f"{sample.approach + 0.0:.2f}" if abs(sample.approach) >= 0.005 else "0.00", f"w of v {law.nominal_velocity:.2f}", faster),
+        (
+            "w",
+            f"{sample.approach + 0.0:.2f}" if abs(sample.approach) >= 0.005 else "0.00",
+            f"w of v {law.nominal_velocity:.2f}",
+            faster,
+        ),
     )
-    return '<div class="duet-tiles">' + "".join(
-        f'<div{" class=bad" if bad else ""}><b class="{name}">{value}</b><span>{label}</span></div>' for name, value, label, bad in tiles
-    ) + "</div>"
+    return (
+        '<div class="duet-tiles">'
+        + "".join(
+            f'<div{" class=bad" if bad else ""}><b class="{name}">{value}</b><span>{label}</span></div>'
+            for name, value, label, bad in tiles
+        )
+        + "</div>"
+    )
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
@@ -120,13 +135,13 @@ def live_html(simulation: Simulation, sample: Sample) -> str:
     rate = distance_rate(lam, v + (w if law.feed_forward else 0.0), u, w)
     rest = resting_distance(law.critical_distance, law.order, v, u, w)
     rest_text = "no rest, w &gt; v" if rest != rest else "∞" if rest > 9.0 else f"{rest * 1000.0:.0f} mm"
-    return (
-        '<div class="duet-live">'
-        '<b class="d">ḋ</b> = <b class="lam">λ</b><b class="v">v</b> − (1−<b class="lam">λ</b>)<b class="u">u</b> − <b class="w">w</b><br>'
-        f'= <b class="lam">{lam:.2f}</b>·<b class="v">{v:.2f}</b> − <b class="lam">{1.0 - lam:.2f}</b>·<b class="u">{_signed(u)}</b> − '
-        f'<b class="w">{_signed(w)}</b> = <b class="d">{rate:+.3f}</b> m/s<br>'
-        f'rests at <b class="rest">d*</b> = <b class="rest">{rest_text}</b></div>'
+    lam_, v_, u_, w_, d_ = (f'<b class="{name}">' + "{}</b>" for name in ("lam", "v", "u", "w", "d"))
+    formula = f"{d_} = {lam_}{v_} − (1−{lam_}){u_} − {w_}".format("ḋ", "λ", "v", "λ", "u", "w")
+    numbers = f"= {lam_}·{v_} − {lam_}·{u_} − {w_} = {d_} m/s".format(
+        f"{lam:.2f}", f"{v:.2f}", f"{1.0 - lam:.2f}", _signed(u), _signed(w), f"{rate:+.3f}"
     )
+    resting = f'rests at <b class="rest">d*</b> = <b class="rest">{rest_text}</b>'
+    return f'<div class="duet-live">{formula}<br>{numbers}<br>{resting}</div>'
 
 
 def _signed(value: float) -> str:

@@ -46,7 +46,9 @@ class Stage:
         self._label = scene.add_label("/closest/distance", "", anchor="bottom-center")
         self._place = scene.add_icosphere("/place/ball", radius=0.017, color=(255, 255, 255), opacity=0.9, cast_shadow=False)
         self._ring = scene.add_mesh_simple("/place/ring", *_ring(0.040, 0.005), color=(255, 255, 255), cast_shadow=False)
-        self._error = scene.add_line_segments("/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False)
+        self._error = scene.add_line_segments(
+            "/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False
+        )
         self._trace = scene.add_line_segments("/trace", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False)
         self.show(simulation, simulation.sample(), page)
 
@@ -172,21 +174,21 @@ class Stage:
         self._trace.visible = True
 
 
-def place_camera(client: viser.ClientHandle, camera: Camera, panel_share: float) -> None:
-    """Move a client's camera to a view, further back on narrow windows.
+def place_camera(client: viser.ClientHandle, camera: Camera, covered: float) -> None:
+    """Move a client's camera so that everything the view must show is in the free part of its canvas.
 
     Args:
-        panel_share: share of the canvas' height that the panel at its bottom covers; the view is lifted above it.
+        covered: share of the canvas' height, at its bottom, that a panel covers.
     """
-    aspect = client.camera.aspect
-    position, target = np.array(camera.position), np.array(camera.look_at)
-    back = 1.0 if aspect >= 1.15 else (1.15 / max(aspect, 0.3)) ** 0.85
-    away = (position - target) * back
-    # Looking below the middle of the arms moves them up, into the part of the canvas that nothing covers.
-    drop = float(np.linalg.norm(away)) * np.tan(camera.fov / 2.0) * panel_share
-    target = target - np.array([0.0, 0.0, drop])
+    slope = float(np.tan(camera.fov / 2.0))
+    distance = max(camera.height / (1.0 - covered), camera.width / max(client.camera.aspect, 0.2)) / (2.0 * slope)
+    toward = np.array(camera.toward) / np.linalg.norm(camera.toward)
+    right = np.cross([0.0, 0.0, 1.0], toward)
+    up = np.cross(toward, right / np.linalg.norm(right))
+    # Looking below the middle lifts it out of the part that is covered.
+    target = np.array(camera.centre) - up * (distance * slope * covered)
     client.camera.up_direction = (0.0, 0.0, 1.0)
-    client.camera.position = target + away
+    client.camera.position = target + toward * distance
     client.camera.look_at = target
     client.camera.fov = camera.fov
 

@@ -2,6 +2,8 @@
 colour-blind people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word."""
 
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Final
 
 from app.settings import Profile, Theme
@@ -117,43 +119,10 @@ def style_sheet(profile: Profile) -> str:
         f".duet .{name},.duet-legend .{name}{{color:light-dark({getattr(light, field)},{getattr(dark, field)})}}"
         for name, field in symbols.items()
     )
-    return f"<style>{_RULES.replace('KPX', f'{k:g}').replace('DOCK', f'{DOCK_WIDTH * k:g}')}{colours}</style>"
+    root = f":root{{--duet-k:{k:g};--duet-dock:{DOCK_WIDTH * k:g}px}}"
+    return f"<style>{root}{_rules()}{colours}</style>"
 
 
-_RULES: Final = """
-[data-mantine-color-scheme=dark]{color-scheme:dark}[data-mantine-color-scheme=light]{color-scheme:light}
-.duet{padding:0 12px;font-size:calc(14px*KPX);line-height:1.4;color:light-dark(#1f2328,#e3e8ee)}
-.duet svg{max-width:100%}
-.duet-tiles{display:grid;grid-template-columns:repeat(4,1fr);gap:6px;margin:2px 0 6px}
-.duet-tiles>div{border:1px solid light-dark(#dfe4e9,#343a42);background:light-dark(#fbfcfd,#1c2024);border-radius:8px;padding:5px 7px 4px;min-width:0}
-.duet-tiles b{display:block;font:600 calc(17px*KPX)/1.2 ui-monospace,"SF Mono","DejaVu Sans Mono",monospace;font-variant-numeric:tabular-nums;letter-spacing:-.6px;white-space:nowrap}
-.duet-tiles span{display:block;font-size:calc(11px*KPX);color:light-dark(#57606a,#9aa6b2);white-space:nowrap;overflow:hidden;text-overflow:ellipsis}
-.duet-tiles .bad{border-color:light-dark(#c1271b,#ff7a6b);background:light-dark(#fff1ef,#3a1b18)}
-.duet-status{display:flex;flex-wrap:wrap;gap:5px;margin:0 0 6px;min-height:calc(23px*KPX);font-size:calc(12.5px*KPX)}
-.duet-status span{border-radius:999px;padding:1px 9px;background:light-dark(#e9eef3,#2a3037);white-space:nowrap}
-.duet-status .go{background:light-dark(#ddf2e9,#17392d);color:light-dark(#00583f,#7fe0bd)}
-.duet-status .halt{background:light-dark(#fff1d6,#3d2f10);color:light-dark(#7a4d00,#f5c96a)}
-.duet-status .alarm{background:light-dark(#fde4e1,#4a1d19);color:light-dark(#9c1a10,#ffaaa0);font-weight:600;white-space:normal}
-.duet-status .alarm::before{content:"⚠ "}
-.duet-eq{border:1px solid light-dark(#e0e5ea,#30363d);background:light-dark(#f5f7f9,#20242a);border-radius:8px;padding:7px 8px 5px;margin:0 0 6px;text-align:center;position:relative}
-.duet-eq .no{position:absolute;right:7px;top:6px;font-size:calc(11px*KPX);opacity:.55}
-.duet-live{font:calc(12.5px*KPX)/1.55 ui-monospace,"SF Mono","DejaVu Sans Mono",monospace;font-variant-numeric:tabular-nums;letter-spacing:-.4px;text-align:center;margin:2px 0 6px;white-space:nowrap;overflow:hidden}
-.duet-live b{font-weight:650}
-.duet table{border-collapse:collapse;width:100%}.duet td{padding:2px 4px;vertical-align:top}
-.duet kbd{font:calc(11.5px*KPX) ui-monospace,monospace;border:1px solid light-dark(#c3cbd3,#4a525b);border-bottom-width:2px;border-radius:4px;padding:0 5px;background:light-dark(#fff,#24292f);white-space:nowrap}
-.duet p{margin:6px 0}.duet h3{font-size:calc(13px*KPX);margin:10px 0 3px}
-.uplot-container{border:0!important;background:transparent!important;margin:0!important}
-.uplot .u-title{text-align:left!important;padding-left:10px!important;font-size:calc(12.5px*KPX)!important;font-weight:600!important;opacity:.85}
-.duet-legend{display:flex;flex-wrap:wrap;gap:2px 16px;padding:2px 12px 0;font-size:calc(12.5px*KPX);color:light-dark(#414a54,#b4bfca)}
-.duet-legend i{display:inline-block;width:22px;height:0;border-top:2.5px solid currentColor;margin-right:5px;vertical-align:middle}
-.duet-legend i.dash{border-top-style:dashed}.duet-legend i.dot{border-top-style:dotted}
-[data-floating-window]:has(.duet-plots){left:14px!important;top:auto!important;bottom:14px!important;width:calc(100% - DOCKpx - 28px)!important}
-[data-floating-window]:has(.duet-plots) div:has(> div > .uplot-container){display:grid!important;grid-template-columns:repeat(2,minmax(0,1fr));padding-top:0!important;gap:0 6px}
-[data-floating-window]:has(.duet-three) div:has(> div > .uplot-container){grid-template-columns:repeat(3,minmax(0,1fr))}
-[data-floating-window]:has(.duet-plots) div:has(> .duet-plots){grid-row:1;grid-column:1/-1}
-label{letter-spacing:-.1px!important}
-@media (max-width:36em){
-.mantine-Paper-root[style*="max-height: 60%"]{width:100vw!important;max-height:48%!important;border-radius:14px 14px 0 0!important}
-.mantine-Paper-root[style*="max-height: 60%"] div[style*="width: 20em"]{width:100%!important}
-}
-"""
+@cache
+def _rules() -> str:
+    return Path(__file__).with_name("style.css").read_text(encoding="utf-8")

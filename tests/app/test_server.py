@@ -30,6 +30,7 @@ import pytest
 import viser
 import websockets
 from viser import _messages as viser_messages
+from viser import infra
 
 from app.doorway import Doorway
 from app.gate import SHAPES, Gate, Limits, Malformed, Refused, Traffic
@@ -259,14 +260,14 @@ def test_a_visitor_at_the_door_during_construction_is_served(
     start: Callable[..., DuetServer], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     early: list[SyncVisitor] = []
-    original = viser.infra.WebsockServer.start
+    original = infra.WebsockServer.start
 
-    def start_and_be_met(self: viser.infra.WebsockServer) -> None:
+    def start_and_be_met(self: infra.WebsockServer) -> None:
         original(self)
         # viser listens already, but has yet to build its scene and its GUI.
         early.append(SyncVisitor(f"http://127.0.0.1:{self._port}"))
 
-    monkeypatch.setattr(viser.infra.WebsockServer, "start", start_and_be_met)
+    monkeypatch.setattr(infra.WebsockServer, "start", start_and_be_met)
     server = start()
     early[0].wait_for(lambda v: v.mirror.replayed and server.get_clients())
     early[0].close()
@@ -556,6 +557,9 @@ def test_unfinished_files_count_and_belong_to_their_sender(start: Callable[..., 
             upload(other, 100_000, {}, parts=1, transfer=f"many {number}")
         roundtrip(other, room)
         assert sum(name.startswith("many") for name in buffers) == 4
+        for index in (1, 2):
+            visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * 500_000})
+        visitor.wait_for(lambda v: room.values("file") == [1_500_000])
     with SyncVisitor(room.server.url) as late:
         late.wait_for(lambda v: room.server.count_clients() == 1 and not buffers and not room.server.gate._open_uploads)
 
