@@ -1,6 +1,7 @@
 """One Pinocchio model of all arms: poses, Jacobians, damped pseudo-inverse and null-space projector, eqs (1)–(6)."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -48,6 +49,7 @@ class Kinematics:
         self.jacobian: Array = self.data.J
         """(6, nv), spatial, world axes and world origin: rows 0–2 linear, 3–5 angular."""
         self._hands = tuple(arm.hand for arm in arms)
+        self._hand_poses = {hand: self.data.oMf[hand] for hand in self._hands}
 
     def update(self, positions: Array) -> None:
         """Compute every joint and hand pose and the Jacobian at q (nv,) [rad]."""
@@ -58,7 +60,7 @@ class Kinematics:
 
     def hand_pose(self, arm: Arm) -> pin.SE3:
         """Return the pose of the hand in the world; a live view, copy it to keep it."""
-        return self.data.oMf[arm.hand]
+        return self._hand_poses[arm.hand]
 
     def hand_jacobian(self, arm: Arm) -> Array:
         """Return J (6, n) of the hand, eq. (2): linear over angular velocity of the hand, world axes."""
@@ -79,7 +81,9 @@ class Kinematics:
         return (J[:3] + np.cross(J[3:].T, point).T) * moving
 
 
-_IDENTITY: Final = {m: np.eye(m) for m in (1, 2, 3, 6)}
+@cache
+def _regularisation(dimensions: int, damping: float) -> Array:
+    return damping * damping * np.eye(dimensions)
 
 
 def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) -> Array:
@@ -94,7 +98,7 @@ def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) ->
         (n,) [rad/s].
     """
     gram = J.dot(J.T)
-    gram += damping * damping * _IDENTITY[len(gram)]
+    gram += _regularisation(len(gram), damping)
     return dposv(gram, task_velocity)[1].dot(J)
 
 

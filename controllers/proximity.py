@@ -70,9 +70,8 @@ class ProximityDetector:
         self._sign_rows = list(self._signs)
         self._wrench = np.empty(6)
         self._wrenches = np.empty((count, 6))
-        self._distances = np.empty(count)
         self._row = np.empty(nv)
-        # y and z, then x: two shifted windows of this buffer give p[1, 2, 0] and p[2, 0, 1] without fancy indexing.
+        # x, y, z, x, y: shifted windows of these buffers give (y, z, x) and (z, x, y) without fancy indexing.
         self._points = np.empty((count, 5))
         self._directions = np.empty((count, 5))
         self._scratch = np.empty((count, 3))
@@ -97,10 +96,10 @@ class ProximityDetector:
         if treatment == "single":
             row = self.row(pair)
             return Proximity(distance, pair, distance, row, row)
-        distances = self._distances
-        for i, result in enumerate(self._results):
-            distances[i] = result.min_distance
-        weights = np.exp((distance - distances) * beta)
+        weights = np.array([result.min_distance for result in self._results])
+        np.subtract(distance, weights, out=weights)
+        weights *= beta
+        np.exp(weights, out=weights)
         total = float(weights.sum())
         weights /= total
         rows = self._all_rows()
@@ -133,11 +132,13 @@ class ProximityDetector:
 
     def _all_rows(self) -> Array:
         n, p, wrenches, scratch = self._directions, self._points, self._wrenches, self._scratch
-        n[:, :3] = np.concatenate(self._normals).reshape(-1, 3)
-        n[:, 3:] = n[:, :2]
-        p[:, :3] = [result.getNearestPoint1() for result in self._results]
-        p[:, 3:] = p[:, :2]
-        wrenches[:, :3] = n[:, :3]
+        normals = np.concatenate(self._normals).reshape(-1, 3)
+        points = np.concatenate([result.getNearestPoint1() for result in self._results]).reshape(-1, 3)
+        n[:, :3] = normals
+        n[:, 3:] = normals[:, :2]
+        p[:, :3] = points
+        p[:, 3:] = points[:, :2]
+        wrenches[:, :3] = normals
         np.multiply(p[:, 1:4], n[:, 2:5], out=wrenches[:, 3:])
         np.multiply(p[:, 2:5], n[:, 1:4], out=scratch)
         wrenches[:, 3:] -= scratch

@@ -13,6 +13,11 @@ HoldTask = Literal["position", "pose"]
 TASK_DIMENSION: Final[dict[HoldTask, int]] = {"position": 3, "pose": 6}
 
 
+def position_error(pose: pin.SE3, target_position: Array) -> Array:
+    """Return e = p_d − p (3,) [m], eq. (8)."""
+    return target_position - pose.translation
+
+
 def pose_error(pose: pin.SE3, target_position: Array, target_rotation: Array) -> Array:
     """Return e = (p_d − p, log₃(R_d Rᵀ)) (6,) [m, rad], eq. (8), world axes.
 
@@ -28,7 +33,7 @@ def hold(kinematics: Kinematics, arm: Arm, task: HoldTask, error: Array, gain: f
     """Return q̇_n = J^# K e (n,) [rad/s], eq. (7) with ẋ_d = 0.
 
     Args:
-        error: e (6,) of `pose_error`; the position task reads its first three entries only.
+        error: e (m,) of `position_error` or `pose_error`; the position task reads its first three entries only.
         gain: K [1/s].
     """
     J = kinematics.hand_jacobian(arm)

@@ -53,23 +53,26 @@ class Guide:
         kinematics: of all arms.
         arm: the guided one.
         robot: its make.
-        box: its velocity bounds.
+        box: its velocity bounds; to be updated before `follow`.
         posture: q (n,) it likes to be in [rad].
     """
 
     def __init__(self, kinematics: Kinematics, arm: Arm, robot: Robot, box: VelocityBox, posture: Array) -> None:
         self.kinematics, self.arm, self.box, self.posture = kinematics, arm, box, posture
         self.velocities = np.zeros(arm.joints.stop - arm.joints.start)
-        first = arm.joints.start
-        offset = arm.shoulder - robot.shoulder
+        self._hand = kinematics.hand_pose(arm)
+        first, offset = arm.joints.start, arm.shoulder - robot.shoulder
+        # Of every place where an axis ends: its placement, the Jacobian's columns and the velocities that move it (live views), and
+        # where it is in the frame of its joint.
         self._points = [
-            (capsule.joint + offset, capsule.joint + offset - first, point)
-            for capsule in robot.capsules
-            if capsule.joint
-            for point in (capsule.start, capsule.end)
-            if capsule.joint != robot.shoulder or point.any()
+            (
+                kinematics.data.oMi[joint + offset],
+                kinematics.jacobian[:, first : joint + offset],
+                self.velocities[: joint + offset - first],
+                point,
+            )
+            for joint, point in _axis_ends(robot)
         ]
-        self._cumulated = np.empty((6, len(self.velocities)))
 
     def reset(self) -> None:
         """Come to rest at once."""
@@ -84,33 +87,28 @@ class Guide:
             dt: [s].
             top_speed: w_max [m/s].
         """
-        self.box.update(positions)
         wanted = self._wanted(target, positions, top_speed) if target is not None else 0.0
         dq = self.velocities
         dq += (wanted - dq) * (dt / (SMOOTHING_TIME + dt))
         np.minimum(np.maximum(dq, self.box.lower, out=dq), self.box.upper, out=dq)
-        fastest = self.fastest_point(dq)
+        fastest = self.fastest_point()
         if fastest > top_speed:
             dq *= top_speed / fastest
         return dq
 
-    def fastest_point(self, velocities: Array) -> float:
-        """Return the speed of the fastest point of the arm's axis at q̇ (n,) [m/s]."""
-        kinematics = self.kinematics
-        # Column i: the spatial velocity of link i, the sum of what joints 1 … i contribute.
-        twists = np.multiply(kinematics.jacobian[:, self.arm.joints], velocities, out=self._cumulated)
-        twists = twists.cumsum(axis=1)
+    def fastest_point(self) -> float:
+        """Return the speed of the fastest point of the arm's axis at the present `velocities` [m/s]."""
         fastest = 0.0
-        for joint, column, local in self._points:
-            vx, vy, vz, ax, ay, az = twists[:, column - 1].tolist()
-            px, py, pz = kinematics.data.oMi[joint].act(local).tolist()
+        for placement, jacobian, velocities, local in self._points:
+            vx, vy, vz, ax, ay, az = jacobian.dot(velocities).tolist()
+            px, py, pz = placement.act(local).tolist()
             sx, sy, sz = vx + ay * pz - az * py, vy + az * px - ax * pz, vz + ax * py - ay * px
             fastest = max(fastest, sx * sx + sy * sy + sz * sz)
         return fastest**0.5
 
     def _wanted(self, target: HandTarget, positions: Array, top_speed: float) -> Array:
         kinematics, arm = self.kinematics, self.arm
-        pose = kinematics.hand_pose(arm)
+        pose = self._hand
         task = np.empty(3 if target.rotation is None else 6)
         linear = (target.position - pose.translation) * FOLLOW_GAIN
         task[:3] = _shortened(linear, top_speed)
@@ -126,20 +124,38 @@ class Guide:
 
     def _inside_box(self, J: Array, task: Array, free: Array) -> Array:
         """Return eq. (4), J^# ẋ + N q̇₀, with joints at their bounds taken out and the others doing their share."""
-        lower, upper = self.box.lower, self.box.upper
-        fixed = np.zeros(len(free), dtype=bool)
-        dq = free
+        lower, upper, movable = self.box.lower, self.box.upper, J
+        fixed = None
         for _ in range(SATURATIONS):
             # J^# (ẋ − J q̇₀) + q̇₀ is J^# ẋ + N q̇₀ without building N.
-            dq = damped_solution(np.where(fixed, 0.0, J) if fixed.any() else J, task - J.dot(free), GUIDE_DAMPING) + free
+            dq = damped_solution(movable, task - J.dot(free), GUIDE_DAMPING)
+            dq += free
+            if self.box.contains(dq):
+                return dq
             beyond = (dq < lower) | (dq > upper)
-            if not beyond.any():
-                break
-            fixed |= beyond
+            fixed = beyond if fixed is None else fixed | beyond
             free = np.where(fixed, np.minimum(np.maximum(dq, lower), upper), free)
-        return dq
+            movable = np.where(fixed, 0.0, J)
+        return free
 
 
 def _shortened(vector: Array, longest: float) -> Array:
     length = float(vector.dot(vector)) ** 0.5
     return vector * (longest / length) if length > longest else vector
+
+
+def _axis_ends(robot: Robot) -> list[tuple[int, Array]]:
+    """Return joint and place in its frame (3,) of every capsule end that moves; ends that are always together count once."""
+    data, ends, ways = robot.model.createData(), [], []
+    postures = [np.zeros(robot.model.nq), np.full(robot.model.nq, 0.3), np.full(robot.model.nq, -0.7)]
+    for capsule in robot.capsules:
+        for point in (capsule.start, capsule.end):
+            way: list[Array] = []
+            for q in postures:
+                pin.forwardKinematics(robot.model, data, q)
+                way.append(data.oMi[capsule.joint].act(point))
+            if np.allclose(way, way[0]) or any(np.allclose(way, other) for other in ways):
+                continue
+            ways.append(way)
+            ends.append((capsule.joint, point))
+    return ends

@@ -7,9 +7,9 @@ import numpy as np
 
 from controllers.kinematics import Array
 
-SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law", "turn", "authority", "joint")
+SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law", "authority", "joint")
 """Columns before the joints: time [s], true distance [m], λ, squared position error [m²], pull and approach [m/s], closest pair,
-distance the law acts on [m], approach along the law's row [m/s], orientation error [rad], `Authority`, its joint."""
+distance the law acts on [m], approach along the law's row [m/s], `Authority`, its joint."""
 
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
 _HEAD: Final = len(SCALARS)
@@ -28,7 +28,6 @@ class Sample:
     pair: int
     law_distance: float
     law_approach: float
-    turn_error: float
     authority: int
     joint: int
     positions: Array
@@ -76,9 +75,9 @@ class History:
         if self.count == 0:
             raise IndexError("the history is empty: no step was made yet")
         row = self._rows[(self.count - 1) % self._capacity]
-        t, d, lam, e2, u, w, pair, law_d, law_w, turn, authority, joint = row[:_HEAD].tolist()
+        t, d, lam, e2, u, w, pair, law_d, law_w, authority, joint = row[:_HEAD].tolist()
         q, dq = row[_HEAD : _HEAD + self._joints].copy(), row[_HEAD + self._joints :].copy()
-        return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, turn, int(authority), int(joint), q, dq)
+        return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, int(authority), int(joint), q, dq)
 
     def table(self, newest: int | None = None) -> Array:
         """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones."""

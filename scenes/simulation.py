@@ -1,6 +1,5 @@
 """Scene, law and a fixed time step: inputs → joint velocities → joint positions, one tick at a time, always the same bits."""
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,7 +10,7 @@ from controllers.laws.smooth_priority import SmoothPriority
 from controllers.laws.unprotected import Unprotected
 from controllers.limits import Authority, Bounded, VelocityBox, bounded_row
 from controllers.proximity import ProximityDetector
-from controllers.tasks import hold, pose_error
+from controllers.tasks import hold, pose_error, position_error
 from scenes.guide import Guide, HandTarget
 from scenes.history import History, Sample
 from scenes.room import Room, build_room
@@ -53,35 +52,36 @@ class Simulation:
         nv = room.model.nv
         self.positions: Array = room.start.copy()
         self.velocities: Array = np.zeros(nv)
-        self._step_of_positions = np.zeros(nv)
+        self._way = np.zeros(nv)
         gain = self.settings.limit_gain
         lower, upper, speed = room.model.lowerPositionLimit, room.model.upperPositionLimit, room.model.velocityLimit
-        self._boxes = {
-            arm.name: VelocityBox(lower[arm.joints].copy(), upper[arm.joints].copy(), speed[arm.joints].copy(), gain)
-            for arm in room.arms
-        }
+        self._all_joints = VelocityBox(lower.copy(), upper.copy(), speed.copy(), gain)
+        self._boxes = {arm.name: self._all_joints.part(arm.joints) for arm in room.arms}
         self._guides = {
             arm.name: Guide(self.kinematics, arm, robot, self._boxes[arm.name], room.start[arm.joints])
             for arm, robot in zip(room.arms, room.robots, strict=True)
         }
 
-    @property
-    def guided(self) -> Arm:
+    def _assign(self) -> None:
+        """Note who is who: everything that a step would otherwise look up again."""
+        side = self.settings.guided
+        self.guided: Arm = self.room.arm(side)
         """The arm that the person moves."""
-        return self.room.arm(self.settings.guided)
-
-    @property
-    def avoiding(self) -> Arm:
+        self.avoiding: Arm = self.room.other(side)
         """The arm that keeps its place and keeps clear."""
-        return self.room.other(self.settings.guided)
+        self._guide = self._guides[self.guided.name]
+        self._box = self._boxes[self.avoiding.name]
+        self._q_guided = self.positions[self.guided.joints]
+        self._q_avoiding = self.positions[self.avoiding.joints]
+        self._dq_guided = self.velocities[self.guided.joints]
+        self._dq_avoiding = self.velocities[self.avoiding.joints]
 
     def apply(self, settings: RunSettings) -> None:
         """Change the settings from the next step on. The arms stay where they are, unless they are put on another rig."""
         before = self.settings
         self.settings = settings
         self.law = make_law(settings.law)
-        for box in self._boxes.values():
-            box.gain = settings.limit_gain
+        self._all_joints.gain = settings.limit_gain
         if settings.rig != before.rig:
             self._enter(build_room(settings.rig))
             self.reset()
@@ -99,6 +99,7 @@ class Simulation:
 
     def _take_places(self) -> None:
         """The avoiding hand's place is where it is now, and nobody moves."""
+        self._assign()
         self.velocities[:] = 0.0
         for guide in self._guides.values():
             guide.reset()
@@ -109,59 +110,58 @@ class Simulation:
 
     def step(self, target: HandTarget | None) -> None:
         """Advance by dt. `target` is where the person wants the guided hand; None leaves the guided arm alone."""
-        settings, kinematics = self.settings, self.kinematics
-        q, dq = self.positions, self.velocities
-        law_settings, guided, avoiding = settings.law, self.guided, self.avoiding
-        kinematics.update(q)
-        near = self.detector.detect(law_settings.pairs, law_settings.beta)
+        settings, kinematics, law = self.settings, self.kinematics, self.settings.law
+        guided, avoiding, box = self.guided.joints, self.avoiding, self._box
+        kinematics.update(self.positions)
+        self._all_joints.update(self.positions)
+        near = self.detector.detect(law.pairs, law.beta)
 
-        dq_guided = self._guides[guided.name].follow(target, q[guided.joints], settings.dt, settings.hand_speed)
-        law_approach = -float(near.row[guided.joints].dot(dq_guided))
-        approach = law_approach if near.row is near.pair_row else -float(near.pair_row[guided.joints].dot(dq_guided))
+        dq_guided = self._guide.follow(target, self._q_guided, settings.dt, settings.hand_speed)
+        law_approach = -float(near.row[guided].dot(dq_guided))
+        approach = law_approach if near.row is near.pair_row else -float(near.pair_row[guided].dot(dq_guided))
 
-        box = self._boxes[avoiding.name]
-        q_avoiding, J_d = q[avoiding.joints], near.row[avoiding.joints]
-        box.update(q_avoiding)
-        error = pose_error(kinematics.hand_pose(avoiding), self.place, self.place_rotation)
+        pose = kinematics.hand_pose(avoiding)
+        error = (
+            position_error(pose, self.place) if settings.task == "position" else pose_error(pose, self.place, self.place_rotation)
+        )
         nominal = box.clip(hold(kinematics, avoiding, settings.task, error, settings.gain))
-        situation = Situation(q_avoiding, nominal, J_d, near.law_distance, law_approach)
-        wanted = self.law(situation)
+        situation = Situation(self._q_avoiding, nominal, near.row[avoiding.joints], near.law_distance, law_approach)
         lam = self.law.activation(near.law_distance)
-        self.bounded = bounded = self._bound(situation, wanted, box, lam)
+        self.bounded = bounded = self._bound(situation, self.law(situation), lam)
 
-        dq[guided.joints] = dq_guided
-        dq[avoiding.joints] = bounded.velocities
+        self._dq_guided[:] = dq_guided
+        self._dq_avoiding[:] = bounded.velocities
+        x, y, z = error[:3].tolist()
         self.history.append(
             (
                 self.time,
                 near.distance,
                 lam,
-                float(error[:3].dot(error[:3])),
+                x * x + y * y + z * z,
                 situation.pull,
                 approach,
                 near.pair,
                 near.law_distance,
                 law_approach,
-                float(error[3:].dot(error[3:])) ** 0.5,
-                bounded.authority,
+                int(bounded.authority),
                 bounded.joint,
             ),
-            q,
-            dq,
+            self.positions,
+            self.velocities,
         )
-        np.multiply(dq, settings.dt, out=self._step_of_positions)
-        q += self._step_of_positions
+        self.positions += np.multiply(self.velocities, settings.dt, out=self._way)
         self.steps += 1
         self.time += settings.dt
 
-    def _bound(self, situation: Situation, wanted: Array, box: VelocityBox, lam: float) -> Bounded:
+    def _bound(self, situation: Situation, wanted: Array, lam: float) -> Bounded:
+        box = self._box
         if not box.contains(wanted):
             return bounded_row(situation.nominal, situation.row, float(situation.row.dot(wanted)), box)
-        square = float(situation.row.dot(situation.row))
-        damping = row_damping(square)
-        # Less than half of what the law asked for is left after damping: the arm has no lever against this approach.
-        if damping > square and lam > 0.5:
-            return Bounded(wanted, Authority.LEVERAGE)
+        if lam > 0.5:
+            square = float(situation.row.dot(situation.row))
+            # Less than half of what the law asked for is left after damping: the arm has no lever against this approach.
+            if row_damping(square) > square:
+                return Bounded(wanted, Authority.LEVERAGE)
         return Bounded(wanted)
 
     def sample(self) -> Sample:
@@ -174,11 +174,5 @@ class Simulation:
         self.kinematics.update(self.positions)
         near = self.detector.detect(self.settings.law.pairs, self.settings.law.beta)
         lam = self.law.activation(near.law_distance)
-        return Sample(
-            self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0.0, 0, -1,
-            self.positions.copy(), self.velocities.copy(),
-        )  # fmt: skip
-
-    def with_time_step(self, dt: float) -> None:
-        """Change dt [s] alone."""
-        self.apply(replace(self.settings, dt=dt))
+        q, dq = self.positions.copy(), self.velocities.copy()
+        return Sample(self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, q, dq)

@@ -343,7 +343,7 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Callable[...,
     server = start(max_clients=8)
     eight = [SyncVisitor(server.url) for _ in range(8)]
     try:
-        assert server.count_clients() == 8
+        eight[-1].wait_for(lambda v: server.count_clients() == 8)
         status, headers, body = get(server.url + "/?dm=0.1")
         assert status == 503 and headers["retry-after"] == "10" and "8 places" in body.decode()
         assert json.loads(get(server.url + "/healthz")[2])["room"] is False

@@ -1,0 +1,233 @@
+"""Joint bounds: the box keeps the stops, and the bounded row solves its quadratic programme, or says why nobody could."""
+
+import ctypes
+
+import daqp
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from controllers.kinematics import Array
+from controllers.limits import TOLERANCE, Authority, VelocityBox, bounded_row
+
+STOPS = np.radians([170.0, 120.0, 170.0, 120.0, 170.0, 120.0, 170.0])
+TOP_SPEED = np.radians([100.0, 110.0, 100.0, 130.0, 130.0, 180.0, 180.0])
+
+
+def lwr_box(positions: Array, gain: float = 10.0) -> VelocityBox:
+    """The LWR's box at q (7,)."""
+    box = VelocityBox(-STOPS, STOPS, TOP_SPEED, gain)
+    box.update(positions)
+    return box
+
+
+def shares(size: int = 7) -> st.SearchStrategy[Array]:
+    """Vectors (size,) in [−1, 1]."""
+    return st.lists(st.floats(-1.0, 1.0), min_size=size, max_size=size).map(lambda numbers: np.array(numbers, float))
+
+
+# An entry is either none at all or clearly felt; what lies between has a test of its own.
+ROWS = shares().map(lambda row: np.where(np.abs(row) < 1e-3, 0.0, row)).filter(lambda row: float(np.abs(row).max()) >= 0.05)
+
+
+def nearest_by_daqp(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Array:
+    """Solve min |x − q̇_n|² s.t. J_d x = r, lower ≤ x ≤ upper with a general active-set solver."""
+    upper, lower = np.append(box.upper, rate), np.append(box.lower, rate)
+    sense = np.array([0] * 7 + [5], dtype=ctypes.c_int)
+    x, _, flag, _ = daqp.solve(np.eye(7), -nominal, np.ascontiguousarray(row[None, :]), upper, lower, sense, primal_tol=1e-10)
+    assert flag > 0
+    return np.array(x)
+
+
+def reach(row: Array, box: VelocityBox) -> tuple[float, float]:
+    """The smallest and largest distance rate that any velocity in the box has [m/s]."""
+    a, b = row * box.lower, row * box.upper
+    return float(np.minimum(a, b).sum()), float(np.maximum(a, b).sum())
+
+
+# ---- the box ------------------------------------------------------------------------------------------------------------------
+
+
+@given(shares(), st.integers(0, 1000), st.floats(1.0, 40.0), st.floats(0.00125, 0.020))
+def test_the_box_keeps_the_stops(share: Array, seed: int, gain: float, dt: float) -> None:
+    """q + clip(q̇) dt stays inside the stops for as long as one likes while g dt ≤ 1, however wild q̇ is."""
+    random = np.random.default_rng(seed)
+    box = VelocityBox(-STOPS, STOPS, TOP_SPEED, gain)
+    q = share * STOPS
+    push = np.where(random.random(7) < 0.5, -100.0, 100.0)
+    for _ in range(60):
+        box.update(q)
+        dq = box.clip(push + random.normal(size=7))
+        assert box.contains(dq)
+        assert (np.abs(dq) <= TOP_SPEED + 1e-12).all()
+        q = q + dq * dt
+        assert (np.abs(q) <= STOPS + 1e-12).all()
+
+
+def test_the_box_keeps_the_stops_at_the_largest_gain_that_it_promises() -> None:
+    """g dt = 1 arrives at the stop in one step and stays; g dt = 1.5 passes it (positive control)."""
+    for gain, inside in ((50.0, True), (75.0, False)):
+        box, q, furthest = VelocityBox(-STOPS, STOPS, 1000.0 * TOP_SPEED, gain), np.zeros(7), np.zeros(7)
+        for _ in range(50):
+            box.update(q)
+            q = q + box.clip(np.full(7, 1e6)) * 0.02
+            furthest = np.maximum(furthest, q)
+        assert bool((furthest <= STOPS + 1e-12).all()) is inside
+        assert (furthest > 0.99 * STOPS).all()
+
+
+@given(shares(), st.floats(1.0, 40.0))
+def test_the_box_is_top_speed_or_the_way_left(share: Array, gain: float) -> None:
+    """Upper bound: min(top speed, g · way to the upper stop); the lower one mirrored. Standing still is always allowed."""
+    q = share * STOPS
+    box = lwr_box(q, gain)
+    assert_allclose(box.upper, np.minimum(TOP_SPEED, gain * (STOPS - q)), atol=1e-12)
+    assert_allclose(box.lower, -np.minimum(TOP_SPEED, gain * (q + STOPS)), atol=1e-12)
+    assert box.contains(np.zeros(7))
+
+
+@given(shares(), shares())
+def test_clip_is_the_nearest_velocity_in_the_box(share: Array, wish: Array) -> None:
+    """Clipping lands in the box, leaves what is inside alone, and does not write to its input."""
+    box = lwr_box(share * STOPS)
+    wish = 5.0 * wish
+    wish.flags.writeable = False
+    clipped = box.clip(wish)
+    assert box.contains(clipped)
+    assert_allclose(clipped, np.clip(wish, box.lower, box.upper))
+    assert_array_equal(box.clip(clipped), clipped)
+    assert box.contains(wish) is bool(np.array_equal(clipped, wish))
+
+
+def test_speed_lost_to_a_stop() -> None:
+    """A joint a tenth of a radian before its upper stop has lost top − 1 rad/s upwards and nothing downwards."""
+    q = np.zeros(7)
+    q[1] = STOPS[1] - 0.1
+    box = lwr_box(q)
+    up, down = box.lost_speed(np.ones(7)), box.lost_speed(-np.ones(7))
+    expected = np.zeros(7)
+    expected[1] = TOP_SPEED[1] - 1.0
+    assert_allclose(up, expected, atol=1e-12)
+    assert_allclose(down, 0.0, atol=1e-12)
+
+
+# ---- the bounded row ----------------------------------------------------------------------------------------------------------
+
+
+@given(shares(), shares(), ROWS, st.floats(0.0, 1.0))
+def test_it_solves_the_quadratic_programme(place: Array, task: Array, row: Array, part: float) -> None:
+    """For every rate that the box can reach: in the box, at the rate, and as near to the task as a general solver gets."""
+    box = lwr_box(place * STOPS)
+    nominal = box.clip(task * TOP_SPEED)
+    least, most = reach(row, box)
+    assume(most - least > 1e-3)
+    rate = least + (0.001 + 0.998 * part) * (most - least)
+    bounded = bounded_row(nominal, row, rate, box)
+    assert box.contains(bounded.velocities)
+    assert float(row @ bounded.velocities) == pytest.approx(rate, abs=1e-9)
+    assert (bounded.authority, bounded.shortfall, bounded.joint) == (Authority.FULL, 0.0, -1)
+    assert_allclose(bounded.velocities, nearest_by_daqp(nominal, row, rate, box), atol=1e-6)
+
+
+@given(shares(), shares(), ROWS, st.sampled_from([-1.0, 1.0]), st.floats(1e-4, 2.0))
+def test_beyond_its_reach_it_gives_all_it_has(place: Array, task: Array, row: Array, side: float, beyond: float) -> None:
+    """A rate above (below) what the box can reach gets the largest (smallest) there is, and the shortfall is the rest."""
+    box = lwr_box(place * STOPS)
+    nominal = box.clip(task * TOP_SPEED)
+    furthest = reach(row, box)[1 if side > 0.0 else 0]
+    bounded = bounded_row(nominal, row, furthest + side * beyond, box)
+    assert box.contains(bounded.velocities)
+    assert float(row @ bounded.velocities) == pytest.approx(furthest, abs=1e-9)
+    assert bounded.shortfall == pytest.approx(beyond, abs=1e-9)
+    assert bounded.authority in (Authority.STOP, Authority.SPEED)
+    idle = row == 0.0
+    assert_array_equal(bounded.velocities[idle], nominal[idle])
+
+
+@given(shares(), shares(), ROWS)
+def test_a_rate_that_the_task_has_already_changes_nothing(place: Array, task: Array, row: Array) -> None:
+    """r = J_d q̇_n: the nearest velocity is the task's own."""
+    box = lwr_box(place * STOPS)
+    nominal = box.clip(task * TOP_SPEED)
+    bounded = bounded_row(nominal, row, float(row @ nominal), box)
+    assert_allclose(bounded.velocities, nominal, atol=1e-12)
+    assert bounded.authority is Authority.FULL
+
+
+@given(shares(), shares(), ROWS, st.floats(-2.0, 2.0), st.floats(0.0, 1e-6))
+def test_continuous_in_the_rate(place: Array, task: Array, row: Array, rate: float, change: float) -> None:
+    """A rate larger by δ moves q̇ by at most δ over the smallest lever that is still felt, also across the edge of reach."""
+    box = lwr_box(place * STOPS)
+    nominal = box.clip(task * TOP_SPEED)
+    before, after = bounded_row(nominal, row, rate, box), bounded_row(nominal, row, rate + change, box)
+    lever = float(np.abs(row[row != 0.0]).min())
+    assert np.abs(after.velocities - before.velocities).max() <= change / lever + 1e-8
+    assert abs(after.shortfall - before.shortfall) <= change + 2.0 * TOLERANCE
+
+
+@given(shares(), shares(), ROWS, shares())
+def test_inputs_are_left_alone(place: Array, task: Array, row: Array, rates: Array) -> None:
+    """Read-only inputs suffice, and the same inputs give the same bits."""
+    box = lwr_box(place * STOPS)
+    nominal, row = box.clip(task * TOP_SPEED), row.copy()
+    nominal.flags.writeable = row.flags.writeable = False
+    first = bounded_row(nominal, row, float(rates[0]), box)
+    second = bounded_row(nominal, row, float(rates[0]), box)
+    assert_array_equal(first.velocities, second.velocities)
+    assert first[1:] == second[1:]
+
+
+NOISY_ROW = np.array([0.31, -0.47, 0.0, 0.23, 0.0, 0.11, 0.0])
+
+
+@given(st.sampled_from([2, 4, 6]), st.floats(-1e-15, 1e-15), st.integers(0, 500), st.floats(1e-3, 0.5))
+@example(joint=6, noise=1e-17, seed=0, beyond=0.05)
+def test_rounding_noise_in_the_row_is_no_lever(joint: int, noise: float, seed: int, beyond: float) -> None:
+    """A roll joint whose entry is 0 but for rounding neither hides a shortfall nor spins at top speed to no effect."""
+    row = NOISY_ROW * np.random.default_rng(seed).uniform(0.5, 1.0, 7)
+    row[joint] = noise
+    box, nominal = lwr_box(np.zeros(7)), np.zeros(7)
+    most = reach(row, box)[1]
+    bounded = bounded_row(nominal, row, most + beyond, box)
+    assert bounded.authority is Authority.SPEED
+    assert bounded.shortfall == pytest.approx(beyond, abs=1e-6)
+    assert abs(bounded.velocities[joint]) < 1e-6
+
+
+# ---- the reason ---------------------------------------------------------------------------------------------------------------
+
+
+def test_the_reason_is_top_speed_in_the_open() -> None:
+    """Far from every stop only the top speeds can be in the way; the joint with the longest lever is named."""
+    row = np.array([0.1, 0.0, -0.5, 0.2, 0.0, 0.0, 0.05])
+    box = lwr_box(np.zeros(7))
+    most = reach(row, box)[1]
+    bounded = bounded_row(np.zeros(7), row, most + 0.1, box)
+    assert (bounded.authority, bounded.joint) == (Authority.SPEED, 2)
+    assert_allclose(bounded.velocities, np.sign(row) * TOP_SPEED)
+    assert bounded_row(np.zeros(7), row, most - 0.1, box).authority is Authority.FULL
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_reason_is_a_stop_at_a_stop(side: float) -> None:
+    """The elbow at the stop that it would have to pass is named; at its other stop it is not in the way."""
+    row = np.array([0.05, 0.1, 0.0, 0.5 * side, 0.0, 0.1, 0.0])
+    q = np.zeros(7)
+    q[3] = side * STOPS[3]
+    cornered = bounded_row(np.zeros(7), row, 1.0, lwr_box(q))
+    assert (cornered.authority, cornered.joint) == (Authority.STOP, 3)
+    assert cornered.velocities[3] == 0.0
+    free = bounded_row(np.zeros(7), row, 1.0, lwr_box(-q))
+    assert (free.authority, free.joint) == (Authority.FULL, -1)
+
+
+def test_the_stop_that_costs_most_is_named() -> None:
+    """Of two joints at their stops it is the one whose lever times lost speed is larger, not the one with the longer lever alone."""
+    row = np.array([0.0, 0.30, 0.0, 0.0, 0.0, 0.28, 0.0])
+    q = np.zeros(7)
+    q[1], q[5] = STOPS[1], STOPS[5]
+    bounded = bounded_row(np.zeros(7), row, 0.5, lwr_box(q))
+    assert (bounded.authority, bounded.joint) == (Authority.STOP, 5)
+    assert bounded.shortfall == pytest.approx(0.5)

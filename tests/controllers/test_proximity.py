@@ -1,0 +1,364 @@
+"""Distances, witness points and J_d of the real capsules against code that shares nothing with it: own geometry, own derivatives."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from controllers.kinematics import Array, Kinematics
+from controllers.proximity import ProximityDetector
+from scenes.rigs import MIRROR
+from scenes.room import Room
+from scenes.settings import RigName
+from tests.controllers.helpers import bodies, derivative, overlapping_postures, random_postures
+
+RIG_NAMES: list[RigName] = ["torso", "table"]
+PAIRS = 15
+
+
+# ---- an independent segment–segment distance ----------------------------------------------------------------------------------
+
+
+def nearest_on_segment(point: Array, a: Array, b: Array) -> Array:
+    """The point of segment ab nearest to a point."""
+    ab = b - a
+    return a + ab * min(max(float((point - a) @ ab) / float(ab @ ab), 0.0), 1.0)
+
+
+def nearest_of_segments(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:
+    """The nearest points of ab and cd: the crossing of the lines if it lies in both, else the best of the four ends."""
+    found = [(point, nearest_on_segment(point, c, d)) for point in (a, b)]
+    found += [(nearest_on_segment(point, a, b), point) for point in (c, d)]
+    A = np.column_stack([b - a, c - d])
+    s, t = np.linalg.lstsq(A, c - a, rcond=None)[0]
+    if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
+        found.append((a + s * (b - a), c + t * (d - c)))
+    return min(found, key=lambda pair: float(np.linalg.norm(pair[1] - pair[0])))
+
+
+def axis_of(room: Room, kinematics: Kinematics, body: int) -> tuple[Array, Array, float]:
+    """Both sphere centres (3,) in the world and the radius of a capsule."""
+    thing = room.geometry.geometryObjects[body]
+    placement = kinematics.data.oMi[thing.parentJoint] * thing.placement
+    half = np.array([0.0, 0.0, thing.geometry.halfLength])
+    return placement.act(-half), placement.act(half), float(thing.geometry.radius)
+
+
+def measured(room: Room, kinematics: Kinematics, pair: int) -> tuple[float, Array, Array]:
+    """Distance and both surface points of a pair by the code above."""
+    first, second = room.geometry.collisionPairs[pair].first, room.geometry.collisionPairs[pair].second
+    a, b, r1 = axis_of(room, kinematics, first)
+    c, d, r2 = axis_of(room, kinematics, second)
+    p, q = nearest_of_segments(a, b, c, d)
+    length = float(np.linalg.norm(q - p))
+    n = (q - p) / length
+    return length - r1 - r2, p + r1 * n, q - r2 * n
+
+
+def distance_of(kinematics: Kinematics, detector: ProximityDetector, q: Array, pair: int) -> float:
+    """d of one pair at q."""
+    kinematics.update(q)
+    detector.detect()
+    return float(detector.distances()[pair])
+
+
+def smooth_enough(kinematics: Kinematics, detector: ProximityDetector, q: Array, pair: int, h: float) -> bool:
+    """Whether the distance has one derivative around q: its witness points don't jump within a step."""
+    points = []
+    for step in (-h, h):
+        kinematics.update(q + step)
+        detector.detect()
+        points.append(np.concatenate(detector.witness_points(pair)))
+    return float(np.abs(points[1] - points[0]).max()) < 200.0 * h
+
+
+# ---- distances ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_distances_and_witness_points_against_own_geometry(rig: RigName) -> None:
+    """Every pair at 140 random postures, overlapping ones among them: d, both points, the normal, and who is closest."""
+    room, kinematics, detector = bodies(rig)
+    overlapping = 0
+    for q in [*random_postures(room, 120, seed=21), *overlapping_postures(rig, 0.0, 20, seed=22)]:
+        kinematics.update(q)
+        near = detector.detect()
+        distances = detector.distances()
+        for pair in range(detector.count):
+            expected, p, r = measured(room, kinematics, pair)
+            overlapping += expected < 0.0
+            assert distances[pair] == pytest.approx(expected, abs=1e-12)
+            first, second = detector.witness_points(pair)
+            assert_allclose(first, p, atol=1e-9)
+            assert_allclose(second, r, atol=1e-9)
+            n = detector.direction(pair)
+            assert np.linalg.norm(n) == pytest.approx(1.0, abs=1e-9)
+            assert_allclose(second - first, expected * n, atol=1e-9)
+        assert (near.pair, near.distance) == (int(distances.argmin()), distances.min())
+        assert near.law_distance == near.distance
+    assert overlapping >= 20
+
+
+def test_known_distances_of_upright_arms() -> None:
+    """On the table with all joints zero both arms stand upright 1.1 m apart: each level's gap is 1.1 m minus two radii."""
+    room, kinematics, detector = bodies("table")
+    kinematics.update(np.zeros(room.model.nv))
+    assert detector.detect().distance == pytest.approx(1.1 - 0.075 - 0.070, abs=1e-12)
+    found = dict(zip(detector.pair_names, detector.distances().tolist(), strict=True))
+    assert found["left upper arm", "right upper arm"] == pytest.approx(1.1 - 0.140, abs=1e-12)
+    assert found["left forearm", "right forearm"] == pytest.approx(1.1 - 0.130, abs=1e-12)
+    assert found["left hand", "right hand"] == pytest.approx(1.1 - 0.100, abs=1e-12)
+    assert found["left pedestal", "right hand"] == pytest.approx(math.hypot(1.1, 1.100 - 0.310) - 0.125, abs=1e-12)
+
+
+# ---- J_d ----------------------------------------------------------------------------------------------------------------------
+
+
+def check_rows(rig: RigName, postures: list[Array], pairs: range = range(PAIRS), atol: float = 1e-6) -> int:
+    """Compare J_d of every pair with the distance's central differences; return how many were comparable."""
+    _, kinematics, detector = bodies(rig)
+    h, compared = 1e-6, 0
+    for q in postures:
+        smooth = [smooth_enough(kinematics, detector, q, pair, h) for pair in pairs]
+
+        def distances(at: Array) -> Array:
+            kinematics.update(at)
+            detector.detect()
+            return detector.distances()
+
+        numeric = derivative(distances, q, h)
+        kinematics.update(q)
+        near = detector.detect()
+        rows = detector.rows()
+        assert_allclose(near.row, rows[near.pair], atol=1e-12)
+        for pair, usable in zip(pairs, smooth, strict=True):
+            assert_allclose(detector.row(pair), rows[pair], atol=1e-12)
+            if usable:
+                assert_allclose(rows[pair], numeric[pair], atol=atol)
+                compared += 1
+    return compared
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_rows_at_random_postures(rig: RigName) -> None:
+    """J_d, eqs (26), (27), is the gradient of the distance over the joints of both arms."""
+    room, _, _ = bodies(rig)
+    assert check_rows(rig, [room.start, *random_postures(room, 25, seed=31)]) > 25 * PAIRS * 0.98
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_rows_of_overlapping_bodies(rig: RigName) -> None:
+    """At d < 0 the row keeps its sign: it still points the way out."""
+    _, kinematics, detector = bodies(rig)
+    inside = overlapping_postures(rig, 0.02, 15, seed=32)
+    assert check_rows(rig, inside) > 15 * PAIRS * 0.9
+    for q in inside:
+        kinematics.update(q)
+        near = detector.detect()
+        out = q + 1e-4 * near.row / np.linalg.norm(near.row)
+        assert distance_of(kinematics, detector, out, near.pair) > near.distance + 0.5e-4 * np.linalg.norm(near.row)
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("joint", [3, 5, None])
+def test_rows_at_singular_postures(rig: RigName, joint: int | None) -> None:
+    """Elbows straight, wrists straight, everything straight: where the task's Jacobian loses rank, the distance's is exact."""
+    room, _, _ = bodies(rig)
+    if joint is None:
+        postures = [np.where(np.arange(14) < 7, 0.0, q) for q in random_postures(room, 5, seed=33)]
+    else:
+        postures = list(random_postures(room, 5, seed=34))
+        for q in postures:
+            q[[joint, joint + 7]] = 0.0
+    assert check_rows(rig, postures) > 5 * PAIRS * 0.9
+
+
+UPRIGHT = 4
+"""Index of left upper arm against right upper arm."""
+
+
+def test_which_pair_is_which() -> None:
+    """The near-parallel tests below look at the two upper arms."""
+    _, _, detector = bodies("table")
+    assert detector.pair_names[UPRIGHT] == ("left upper arm", "right upper arm")
+
+
+@pytest.mark.parametrize("angle", [0.3, 0.03, 3e-3])
+def test_rows_of_nearly_parallel_capsules(angle: float) -> None:
+    """Upper arms tilted by a small angle: J_d is exact as long as the witness points have a place of their own."""
+    postures = []
+    for lean, turn in ((1.0, 0.4), (-1.0, 1.2), (1.0, 2.5)):
+        q = np.zeros(14)
+        q[0], q[1], q[8] = turn, lean * angle, 0.3 * angle
+        q[3] = q[10] = 0.7
+        postures.append(q)
+    assert check_rows("table", postures, range(UPRIGHT, UPRIGHT + 1), atol=1e-5) == len(postures)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 1e-6, 1e-4])
+def test_rows_of_parallel_capsules_are_bounded_and_one_of_the_gradients(angle: float) -> None:
+    """Where many points are equally close, J_d belongs to a pair of them: finite, and d grows no faster than it says.
+
+    With the touching points held fixed on their bodies, their distance is an upper bound of d that agrees with d now.
+    """
+    _, kinematics, detector = bodies("table")
+    random = np.random.default_rng(41)
+    for turn in (0.0, 0.8, 2.0):
+        q = np.zeros(14)
+        q[0], q[1] = turn, angle
+        d = distance_of(kinematics, detector, q, UPRIGHT)
+        row = detector.row(UPRIGHT)
+        assert np.isfinite(row).all()
+        assert np.linalg.norm(row) < 1.5
+        # Between parallel and nearly parallel coal's own distance is good to a few tenths of a micrometre.
+        h, slack = 1e-4, 5e-7
+        for _ in range(20):
+            direction = random.normal(size=14)
+            direction /= np.linalg.norm(direction)
+            assert distance_of(kinematics, detector, q + h * direction, UPRIGHT) <= d + h * float(row @ direction) + slack
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_rows_are_fresh(rig: RigName) -> None:
+    """The single treatment's row and `rows()` survive the next detection, which gives others (positive control)."""
+    room, kinematics, detector = bodies(rig)
+    kinematics.update(room.start)
+    row, rows = detector.detect().row, detector.rows()
+    kept, all_kept = row.copy(), rows.copy()
+    kinematics.update(overlapping_postures(rig, 0.0, 1, seed=51)[0])
+    later = detector.detect()
+    assert_allclose(row, kept, atol=0.0)
+    assert_allclose(rows, all_kept, atol=0.0)
+    assert np.abs(later.row - kept).max() > 1e-3
+
+
+# ---- the smooth minimum -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("beta", [20.0, 100.0, 400.0])
+def test_soft_distance_bounds(rig: RigName, beta: float) -> None:
+    """d − ln(N)/β ≤ d_soft ≤ d, d_soft = −ln Σ exp(−β d_i)/β, and the true distance and pair are told beside it."""
+    room, kinematics, detector = bodies(rig)
+    widest = 0.0
+    for q in random_postures(room, 60, seed=61):
+        kinematics.update(q)
+        hard, near = detector.detect("single"), detector.detect("soft", beta)
+        assert (near.distance, near.pair) == (hard.distance, hard.pair)
+        assert_allclose(near.pair_row, hard.row, atol=1e-12)
+        assert near.distance - math.log(PAIRS) / beta <= near.law_distance <= near.distance
+        expected = -math.log(sum(math.exp(-beta * d) for d in detector.distances())) / beta
+        assert near.law_distance == pytest.approx(expected, abs=1e-10)
+        widest = max(widest, near.distance - near.law_distance)
+    assert widest > 0.1 / beta
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("beta", [20.0, 100.0, 400.0])
+def test_soft_gradient_against_finite_differences(rig: RigName, beta: float) -> None:
+    """The row of the smooth minimum is its own gradient, not the closest pair's."""
+    room, kinematics, detector = bodies(rig)
+
+    def soft(q: Array) -> Array:
+        kinematics.update(q)
+        return np.array(detector.detect("soft", beta).law_distance)
+
+    apart = 0.0
+    for q in [room.start, *random_postures(room, 12, seed=62)]:
+        numeric = derivative(soft, q)
+        kinematics.update(q)
+        near = detector.detect("soft", beta)
+        assert_allclose(near.row, numeric, atol=2e-6)
+        apart = max(apart, float(np.abs(near.row - near.pair_row).max()))
+    assert apart > 1e-3
+
+
+# ---- the pairs ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_no_pair_is_dropped_but_the_one_that_cannot_move(rig: RigName) -> None:
+    """Four bodies an arm make 16 pairs; only pedestal–pedestal is left out, and its distance is the same in every posture."""
+    room, kinematics, detector = bodies(rig)
+    parts = ("pedestal", "upper arm", "forearm", "hand")
+    every = {(f"left {a}", f"right {b}") for a in parts for b in parts}
+    assert detector.count == PAIRS == len(set(detector.pair_names))
+    assert every - set(detector.pair_names) == {("left pedestal", "right pedestal")}
+    names = [body.name for body in room.geometry.geometryObjects]
+    left, right = names.index("left pedestal"), names.index("right pedestal")
+    assert room.geometry.geometryObjects[left].parentJoint == room.geometry.geometryObjects[right].parentJoint == 0
+    gaps = []
+    for q in random_postures(room, 5, seed=71):
+        kinematics.update(q)
+        a, b, r1 = axis_of(room, kinematics, left)
+        c, d, r2 = axis_of(room, kinematics, right)
+        p, r = nearest_of_segments(a, b, c, d)
+        gaps.append(float(np.linalg.norm(r - p)) - r1 - r2)
+    assert np.ptp(gaps) == 0.0
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_every_pair_kept_can_be_moved_by_some_joint(rig: RigName) -> None:
+    """None of the 15 rows vanishes everywhere; a pedestal's own arm never moves it."""
+    room, kinematics, detector = bodies(rig)
+    largest = np.zeros((PAIRS, 14))
+    for q in random_postures(room, 40, seed=72):
+        kinematics.update(q)
+        detector.detect()
+        largest = np.maximum(largest, np.abs(detector.rows()))
+    assert (largest.max(axis=1) > 0.05).all()
+    for names, row in zip(detector.pair_names, largest, strict=True):
+        assert row[:7].any() == (names[0] != "left pedestal")
+        assert row[7:].any() == (names[1] != "right pedestal")
+
+
+def test_a_detector_without_pairs_is_refused() -> None:
+    """No pairs, no distance: said at once."""
+    room, kinematics, _ = bodies("torso")
+    empty = room.geometry.copy()
+    empty.removeAllCollisionPairs()
+    with pytest.raises(ValueError, match="at least one pair"):
+        ProximityDetector(kinematics, empty)
+
+
+# ---- symmetry -----------------------------------------------------------------------------------------------------------------
+
+
+def mirrored(vector: Array) -> Array:
+    """The mirrored posture, or row, of both arms (14,): arms swapped, each joint with its mirror sign."""
+    return np.concatenate([vector[7:] * MIRROR, vector[:7] * MIRROR])
+
+
+def mirrored_names(names: tuple[str, str]) -> tuple[str, str]:
+    """The pair that a pair turns into."""
+    return names[1].replace("right", "left"), names[0].replace("left", "right")
+
+
+def test_the_torso_is_mirror_symmetric() -> None:
+    """Swapping the arms and mirroring every joint gives the same distances, and the mirrored rows."""
+    room, kinematics, detector = bodies("torso")
+    place = {names: i for i, names in enumerate(detector.pair_names)}
+    swap = [place[mirrored_names(names)] for names in detector.pair_names]
+    for q in random_postures(room, 30, seed=81):
+        kinematics.update(q)
+        soft, distances = detector.detect("soft"), detector.distances()
+        row, rows = soft.row.copy(), detector.rows()
+        kinematics.update(mirrored(q))
+        other = detector.detect("soft")
+        assert other.law_distance == pytest.approx(soft.law_distance, abs=1e-12)
+        assert_allclose(detector.distances()[swap], distances, atol=1e-12)
+        assert_allclose(detector.rows()[swap], [mirrored(r) for r in rows], atol=1e-8)
+        assert_allclose(other.row, mirrored(row), atol=1e-8)
+
+
+def test_swapping_without_mirroring_is_another_posture() -> None:
+    """Positive control: the same swap without the joints' mirror signs changes the distance."""
+    room, kinematics, detector = bodies("torso")
+    changes = []
+    for q in random_postures(room, 10, seed=82):
+        kinematics.update(q)
+        d = detector.detect().distance
+        kinematics.update(np.concatenate([q[7:], q[:7]]))
+        changes.append(abs(detector.detect().distance - d))
+    assert max(changes) > 0.01
