@@ -5,6 +5,7 @@ from typing import Any, Final
 
 import viser
 
+from app.page.buttons import ChoiceButtons
 from app.page.keys import help_html
 from app.session import SPEEDS, Session
 from app.settings import Settings
@@ -50,21 +51,16 @@ class Controls:
 
     def _transport(self) -> None:
         gui, session = self._gui, self._session
-        clock = gui.add_button_group("", ("Pause", "Step", "Reset"), hint="Space · . · R")
-
-        @clock.on_click
-        async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-            action = event.target.value.lower()
-            if action in ("pause", "step", "reset"):
-                session.post(lambda: self._act(action))
-
+        actions = ("pause", "step", "reset")
+        self._clock = ChoiceButtons(
+            gui,
+            "",
+            ("Pause", "Step", "Reset"),
+            "Space pauses and goes on, . makes one step, R starts anew.",
+            lambda i: session.post(lambda: self._act(actions[i])),
+        )
         labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
-        pace = gui.add_button_group("", labels, hint="Slow motion: [ and ]")
-
-        @pace.on_click
-        async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-            if event.target.value in labels:
-                self._post("speed", SPEEDS[labels.index(event.target.value)])
+        self._speed = ChoiceButtons(gui, "", labels, "Slower and faster: [ and ].", lambda i: self._post("speed", SPEEDS[i]))
 
     def _control(self, key: str, spec: Spec, value: Any) -> Handle:
         gui = self._gui
@@ -108,7 +104,9 @@ class Controls:
 
     def show(self) -> None:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls."""
+        self._clock.mark(0 if self._session.paused else -1)
         present = values(self._session.settings)
+        self._speed.mark(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
         for key, handle in self._handles.items():
             if key in self._shown and self._shown[key] == present[key]:
                 continue

@@ -15,7 +15,7 @@ from app.page.controls import Controls
 from app.page.gizmos import NUDGE, Gizmos
 from app.page.keys import HOTKEYS
 from app.page.logo import titlebar
-from app.page.plots import Plots
+from app.page.plots import DetailsChooser, Plots
 from app.page.readout import Readout
 from app.page.stage import Stage, place_camera
 from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_HEIGHT, scale, style_sheet
@@ -49,11 +49,12 @@ class View:
         gui = host.gui
         self._style = gui.add_html(style_sheet(page.profile))
         self._readout = Readout(gui)
+        gui.set_panel_label("Hold (Fig. 5)")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots_panel = gui.add_panel()
-        self._plots_tab = self._plots_panel.add_tab("Live plots", viser.Icon.CHART_LINE)
-        with self._plots_tab:
+        self.plots_tab = self._plots_panel.add_tab("Live plots", viser.Icon.CHART_LINE)
+        with self.plots_tab:
             self._plots = Plots(gui, page)
         self._plots_panel.float(x=14, y=-14, width=760)
         self._look = page.theme, page.profile
@@ -115,7 +116,7 @@ class View:
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         buffer = self._plots.buffer
         self._plots.remove()
-        with self._plots_tab:
+        with self.plots_tab:
             self._plots = Plots(self._host.gui, page)
         self._plots.buffer = buffer
         self._configure_theme()
@@ -154,6 +155,7 @@ class Operation:
         ):
             self._actions[name] = lambda way=(right, up, away): session.nudge(self._in_view(*way))
         self._controls = Controls(client.gui, session, self.act, self._notify)
+        self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
         self._gizmos = Gizmos(client.scene, session)
         self._commands = [self._command(hotkey.action) for hotkey in HOTKEYS]
 
@@ -203,4 +205,5 @@ class Operation:
     def show(self) -> None:
         """Bring controls and handles up to date with the session."""
         self._controls.show()
+        self._chooser.show()
         self._gizmos.show()

@@ -7,11 +7,14 @@ import numpy as np
 import viser
 from viser import uplot
 
+from app.page.buttons import ChoiceButtons
 from app.page.theme import PALETTES, PLOTS_HEIGHT, Palette, scale
+from app.session import Session
 from app.settings import Details, PageSettings
 from controllers.budget import resting_distance
 from controllers.kinematics import Array
 from scenes.history import COLUMN
+from scenes.settings import specs
 from scenes.simulation import Simulation
 
 WINDOW: Final = 20.0
@@ -216,3 +219,30 @@ class Plots:
         for handle in (self._legend, self._distance, self._error, self._details):
             if handle is not None:
                 handle.remove()
+
+
+class DetailsChooser:
+    """The row of buttons that chooses the third plot.
+
+    Args:
+        gui: of whoever operates it.
+        session: whose plots.
+        tab: of the panel of plots.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session, tab: viser.GuiTabHandle) -> None:
+        spec = specs(PageSettings)["plot"]
+        self._session, self._choices = session, spec.choices
+        with tab:
+            self._buttons = ChoiceButtons(
+                gui,
+                "more plots",
+                spec.choice_labels,
+                spec.help,
+                lambda i: session.post(lambda: session.change("plot", spec.choices[i])),
+                order=0.5,
+            )
+
+    def show(self) -> None:
+        """Mark the present choice."""
+        self._buttons.mark(self._choices.index(self._session.settings.page.details))

@@ -18,8 +18,6 @@ from scenes.simulation import Simulation
 PERIOD: Final = 0.15
 """Wall time between two refreshes [s]; a number that changes faster cannot be read."""
 
-_SIDE: Final = {"left": "left arm", "right": "right arm"}
-
 
 @cache
 def equation_svg(theme: Theme) -> str:
@@ -43,7 +41,7 @@ class Readout:
     """
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._blocks = {name: gui.add_html("") for name in ("status", "tiles", "equation", "live")}
+        self._blocks = {name: gui.add_html("") for name in ("tip", "status", "tiles", "equation", "live")}
         self._texts: dict[str, str] = {}
         self._next = 0.0
 
@@ -53,6 +51,7 @@ class Readout:
             return
         self._next = now + PERIOD
         simulation, law = session.simulation, session.settings.run.law
+        self._write("tip", f'<div class="duet duet-tip">{tip_html(session)}</div>')
         self._write(
             "status", f'<div class="duet duet-status" role="status">{status_html(session.pace, simulation, sample)}</div>'
         )
@@ -94,10 +93,19 @@ def tiles_html(simulation: Simulation, sample: Sample) -> str:
     )
 
 
+def tip_html(session: Session) -> str:
+    """Return one sentence on what to do and what to watch."""
+    yours, other = session.simulation.guided.name, session.simulation.avoiding.name
+    keeps = f"The silver {other} arm keeps its hand in the ring, and keeps clear."
+    if session.settings.page.autopilot and session.held is None:
+        return f"The autopilot moves the orange {yours} arm; take its hand at the arrows. {keeps}"
+    return f"Drag the orange {yours} arm at the arrows, or its elbow at the arc. {keeps}"
+
+
 def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     """Return the state of the clock and everything that is wrong, as pills."""
     law = simulation.settings.law
-    pills = [("halt", "paused")] if pace.paused else [("go", f"{pace.rate:.2f}× real time")]
+    pills = [("halt", "paused")] if pace.paused else [("go", f"{pace.rate:.1f}× real time")]
     if pace.slowed:
         pills.append(("halt", "slowed: this machine cannot keep up"))
     reason = authority_text(Authority(sample.authority), sample.joint, simulation.avoiding.labels)

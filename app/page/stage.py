@@ -49,7 +49,9 @@ class Stage:
         self._error = scene.add_line_segments(
             "/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False
         )
-        self._trace = scene.add_line_segments("/trace", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False)
+        # Always of one length: the browser does not follow when points and colours change their number one after the other.
+        trace = np.zeros((TRACE_POINTS - 1, 2, 3), np.float32)
+        self._trace = scene.add_line_segments("/trace", trace, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
         self.show(simulation, simulation.sample(), page)
 
     def _light(self) -> None:
@@ -86,7 +88,9 @@ class Stage:
         self._place.color = error
         self._ring.color = error
         self._error.colors = np.tile(np.array(error, np.uint8), (1, 2, 1))
-        self._trace_colour = np.array(error, np.uint8), np.array(palette.background[1], np.uint8)
+        share = np.linspace(0.15, 1.0, TRACE_POINTS)[:, None]
+        fade = (bottom + (np.array(error) - bottom) * share).round().astype(np.uint8)
+        self._trace.colors = np.stack([fade[:-1], fade[1:]], axis=1)
         self._scale = scale(page.profile)
         self._label.font_screen_scale = 1.15 * self._scale
         for end in self._ends:
@@ -161,17 +165,15 @@ class Stage:
             return
         self._trace_time = simulation.time
         points = self._trace_points
+        if not points:
+            points.extend([hand.copy()] * TRACE_POINTS)
         points.append(hand.copy())
-        if len(points) < 3 or float(np.ptp(np.array(points), axis=0).max()) < 0.002:
-            self._trace.visible = False
-            return
         way = np.array(points, np.float32)
-        share = np.linspace(0.25, 1.0, len(way))[:, None]
-        old, new = self._trace_colour[1], self._trace_colour[0]
-        colours = (old + (new.astype(float) - old) * share).round().astype(np.uint8)
-        self._trace.points = np.stack([way[:-1], way[1:]], axis=1)
-        self._trace.colors = np.stack([colours[:-1], colours[1:]], axis=1)
-        self._trace.visible = True
+        moved = float(np.ptp(way, axis=0).max()) > 0.004
+        if moved:
+            self._trace.points = np.stack([way[:-1], way[1:]], axis=1)
+        if moved != self._trace.visible:
+            self._trace.visible = moved
 
 
 def place_camera(client: viser.ClientHandle, camera: Camera, covered: float) -> None:

@@ -119,7 +119,8 @@ def style_sheet(profile: Profile) -> str:
         f".duet .{name},.duet-legend .{name}{{color:light-dark({getattr(light, field)},{getattr(dark, field)})}}"
         for name, field in symbols.items()
     )
-    root = f":root{{--duet-k:{k:g};--duet-dock:{DOCK_WIDTH * k:g}px}}"
+    # viser's widgets take their size from this one number of the Mantine library.
+    root = f":root{{--duet-k:{k:g};--duet-dock:{DOCK_WIDTH * k:g}px;--mantine-scale:{k:g}!important}}"
     return f"<style>{root}{_rules()}{colours}</style>"
 
 

@@ -1,0 +1,47 @@
+"""A row of buttons of which one is marked as the present choice."""
+
+from collections.abc import Callable
+from typing import Final
+
+import viser
+
+MARK: Final = "● "
+"""Stands before the present choice: a cue that is no colour."""
+
+
+class ChoiceButtons:
+    """A row of buttons, one for each choice.
+
+    Args:
+        gui: of whoever operates it; the caller has opened the container.
+        label: before the row; may be empty.
+        labels: what the buttons say.
+        hint: one line that explains it.
+        chosen: called with the index of a button that was pressed, on the network's thread.
+        order: place among its neighbours, None for the end.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        label: str,
+        labels: tuple[str, ...],
+        hint: str,
+        chosen: Callable[[int], None],
+        order: float | None = None,
+    ) -> None:
+        self._labels = labels
+        self._marked = -1
+        self._buttons = gui.add_button_group(label, labels, hint=hint, order=order)
+
+        @self._buttons.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            plain = event.target.value.removeprefix(MARK)
+            if plain in labels:
+                chosen(labels.index(plain))
+
+    def mark(self, index: int) -> None:
+        """Mark one choice; none if the index is −1."""
+        if index != self._marked:
+            self._marked = index
+            self._buttons.options = tuple(MARK + label if i == index else label for i, label in enumerate(self._labels))

@@ -1,0 +1,97 @@
+"""What several tests of the rooms need: runs shared by all of them, and ways into particular situations."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from controllers.kinematics import Array
+from controllers.proximity import Treatment
+from scenes.guide import HandTarget
+from scenes.headless import Run, run
+from scenes.history import COLUMN
+from scenes.settings import LawName, LawSettings, RigName, RunSettings
+from scenes.simulation import Simulation
+
+RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
+SCRIPT: float = 46.0
+"""Length of a hold run [s]."""
+
+
+def hold_settings(
+    rig: RigName = "torso", seed: int = 1, pairs: Treatment = "soft", law: LawName = "smooth_priority", dt: float = 0.005
+) -> RunSettings:
+    """The default settings with a few changes."""
+    return RunSettings(rig=rig, seed=seed, dt=dt, law=LawSettings(law=law, pairs=pairs))
+
+
+@cache
+def hold_run(
+    rig: RigName,
+    seed: int,
+    pairs: Treatment = "soft",
+    law: LawName = "smooth_priority",
+    dt: float = 0.005,
+    seconds: float = SCRIPT,
+) -> Run:
+    """The hold scene with the autopilot; computed once for all tests, so only to be read."""
+    return run(hold_settings(rig, seed, pairs, law, dt), seconds)
+
+
+def column(table: Array, name: str) -> Array:
+    """One column (rows,) of a history table."""
+    return table[:, COLUMN[name]]
+
+
+def play(simulation: Simulation, targets: Iterable[HandTarget | None]) -> Array:
+    """Step once a target; return the history's table."""
+    for target in targets:
+        simulation.step(target)
+    return simulation.history.table()
+
+
+def guided_hand(simulation: Simulation) -> Array:
+    """Where the guided hand is (3,), a copy [m]."""
+    simulation.kinematics.update(simulation.positions)
+    return simulation.kinematics.hand_pose(simulation.guided).translation.copy()
+
+
+def avoiding_hand(simulation: Simulation) -> Array:
+    """Where the avoiding hand is (3,), a copy [m]."""
+    simulation.kinematics.update(simulation.positions)
+    return simulation.kinematics.hand_pose(simulation.avoiding).translation.copy()
+
+
+def true_distance(simulation: Simulation, positions: Array) -> float:
+    """Smallest distance between the arms at q (nv,) [m]."""
+    simulation.kinematics.update(positions)
+    return simulation.detector.detect().distance
+
+
+def wander(simulation: Simulation, steps: int, seed: int = 1) -> list[HandTarget | None]:
+    """Targets around the guided hand's place, with pauses, the same for the same seed."""
+    random = np.random.default_rng(seed)
+    place = guided_hand(simulation)
+    targets: list[HandTarget | None] = []
+    while len(targets) < steps:
+        target = HandTarget(place + random.uniform(-0.4, 0.4, 3)) if random.random() < 0.8 else None
+        targets += [target] * int(random.integers(5, 40))
+    return targets[:steps]
+
+
+@cache
+def overlapping_start(rig: RigName, depth: float = 0.05) -> tuple[float, ...]:
+    """A posture (nv,) in which the arms overlap by `depth` [m]: the guided arm was pushed into an unprotected one."""
+    simulation = Simulation(hold_settings(rig, law="unprotected"))
+    goal = avoiding_hand(simulation)
+    for _ in range(4000):
+        simulation.step(HandTarget(goal))
+        if true_distance(simulation, simulation.positions) < -depth:
+            return tuple(simulation.positions.tolist())
+    raise AssertionError("the arms never met")
+
+
+def with_law(settings: RunSettings, **changes: object) -> RunSettings:
+    """The same settings with fields of the law changed."""
+    return replace(settings, law=replace(settings.law, **changes))  # pyright: ignore[reportArgumentType]

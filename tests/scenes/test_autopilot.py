@@ -1,0 +1,88 @@
+"""The seeded person: the same for the same seed, smooth, no faster than promised, and there and back again."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
+
+from controllers.kinematics import Array, Kinematics
+from scenes.autopilot import PAUSE_RANGE, SPEED_RANGE, Autopilot
+from scenes.room import build_room
+from scenes.settings import ArmName, RigName
+from tests.scenes.helpers import RIG_NAMES
+
+SEEDS = st.integers(0, 9999)
+
+
+def path(rig: RigName, guided: ArmName, seed: int, times: Array) -> Array:
+    """Positions (k, 3) of the wanted hand."""
+    autopilot = Autopilot(build_room(rig), guided, seed)
+    return np.array([autopilot.target(float(t)).position for t in times])
+
+
+@given(st.sampled_from(RIG_NAMES), st.sampled_from(["left", "right"]), SEEDS)
+def test_a_seed_is_a_person(rig: RigName, guided: ArmName, seed: int) -> None:
+    """The same seed gives the same path bit for bit, in whatever order it is asked; the next seed another one."""
+    times = np.linspace(0.0, 30.0, 40)
+    first = path(rig, guided, seed, times)
+    assert_array_equal(path(rig, guided, seed, times), first)
+    assert_array_equal(path(rig, guided, seed, times[::-1])[::-1], first)
+    assert np.abs(path(rig, guided, seed + 1, times) - first).max() > 0.01
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_it_is_smooth_and_keeps_its_speed(rig: RigName, seed: int) -> None:
+    """By finite differences over 46 s: speed at most .22 m/s and at least .1 m/s at its peak; no jump in speed either."""
+    dt = 0.002
+    speeds = np.diff(path(rig, "right", seed, np.arange(0.0, 46.0, dt)), axis=0) / dt
+    peak = float(np.linalg.norm(speeds, axis=1).max())
+    assert SPEED_RANGE[0] * 0.99 < peak <= SPEED_RANGE[1] * 1.001
+    accelerations = np.linalg.norm(np.diff(speeds, axis=0), axis=1) / dt
+    # A quintic of duration T over a way L peaks at 5.77 L/T², its speed at 1.875 L/T; the shortest move lasts .5 s.
+    assert 0.05 < accelerations.max() < 5.78 / 1.875 * SPEED_RANGE[1] / 0.5
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("guided", ["left", "right"])
+def test_it_goes_there_and_back(rig: RigName, guided: ArmName) -> None:
+    """It rests by turns on the other arm and near home, each time for as long as promised."""
+    room = build_room(rig)
+    kinematics = Kinematics(room.model, room.arms)
+    kinematics.update(room.start)
+    other = room.other(guided)
+    elbow, wrist = kinematics.joint_point(other.elbow), kinematics.joint_point(other.wrist)
+    places = [kinematics.hand_pose(other).translation.copy(), wrist, (elbow + wrist) / 2.0]
+    home = kinematics.hand_pose(room.arm(guided)).translation.copy()
+    dt = 0.01
+    points = path(rig, guided, 4, np.arange(0.0, 90.0, dt))
+    still = np.r_[False, np.abs(np.diff(points, axis=0)).max(axis=1) == 0.0]
+    edges = np.flatnonzero(np.diff(still.astype(int)))
+    rests = [(points[a + 1], (b - a) * dt) for a, b in zip(edges, edges[1:], strict=False) if still[a + 1]]
+    assert len(rests) >= 8
+    for i, (point, seconds) in enumerate(rests):
+        assert PAUSE_RANGE[0] - 2 * dt <= seconds <= PAUSE_RANGE[1] + 0.2
+        near = places if i % 2 == 0 else [home]
+        reach = 0.06 if i % 2 == 0 else 0.10
+        assert min(float(np.abs(point - place).max()) for place in near) <= reach + 1e-9
+
+
+def test_it_starts_where_it_is_told() -> None:
+    """At time 0 it wants the hand where it is in the start posture, or where it is told that it is."""
+    room = build_room("torso")
+    kinematics = Kinematics(room.model, room.arms)
+    kinematics.update(room.start)
+    assert_array_equal(Autopilot(room, "right", 1).target(0.0).position, kinematics.hand_pose(room.arm("right")).translation)
+    start = np.array([0.5, -0.2, 1.0])
+    assert_array_equal(Autopilot(room, "right", 1, start).target(0.0).position, start)
+    assert_array_equal(start, [0.5, -0.2, 1.0])
+
+
+def test_targets_are_its_own() -> None:
+    """Writing to a target that was handed out does not bend the path."""
+    autopilot = Autopilot(build_room("table"), "left", 7)
+    for time in (0.0, 3.0, 1e3):
+        before = autopilot.target(time).position.copy()
+        autopilot.target(time).position[:] = 1e9
+        assert_array_equal(autopilot.target(time).position, before)

@@ -1,0 +1,209 @@
+"""A hand on an arm: inside the stops, no faster than a person, where it was asked to be, and calm about wild wishes."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from controllers.kinematics import Array, Kinematics
+from controllers.limits import VelocityBox
+from scenes.guide import TURN_SPEED, Guide, HandTarget
+from scenes.room import build_room
+from scenes.settings import ArmName, RigName
+from tests.scenes.helpers import RIG_NAMES
+
+DT = 0.005
+TOP_SPEED = 0.25
+
+
+class Led:
+    """One arm that is led by the hand, and nothing else: a guide with what it needs."""
+
+    def __init__(self, rig: RigName = "torso", side: ArmName = "right") -> None:
+        room = build_room(rig)
+        self.room, self.arm, self.q = room, room.arm(side), room.start.copy()
+        self.kinematics = Kinematics(room.model, room.arms)
+        joints = self.arm.joints
+        self.lower, self.upper = room.model.lowerPositionLimit[joints].copy(), room.model.upperPositionLimit[joints].copy()
+        self.speed = room.model.velocityLimit[joints].copy()
+        self.box = VelocityBox(self.lower, self.upper, self.speed, 10.0)
+        robot = room.robots[room.arms.index(self.arm)]
+        self.guide = Guide(self.kinematics, self.arm, robot, self.box, room.start[joints])
+        self.kinematics.update(self.q)
+
+    def step(self, target: HandTarget | None, dt: float = DT, top_speed: float = TOP_SPEED) -> Array:
+        """Follow for one tick; return q̇ (7,), a copy."""
+        joints = self.arm.joints
+        self.box.update(self.q[joints])
+        dq = self.guide.follow(target, self.q[joints], dt, top_speed).copy()
+        self.q[joints] += dq * dt
+        self.kinematics.update(self.q)
+        return dq
+
+    @property
+    def hand(self) -> pin.SE3:
+        """The hand's pose, a copy."""
+        return self.kinematics.hand_pose(self.arm).copy()
+
+    @property
+    def elbow(self) -> Array:
+        """The elbow (3,)."""
+        return self.kinematics.joint_point(self.arm.elbow)
+
+    def axis(self) -> Array:
+        """Points (k, 3) all along the axes of the arm's capsules, their ends included."""
+        first = self.arm.shoulder - self.room.robots[0].shoulder
+        found = []
+        for capsule in self.room.robots[0].capsules:
+            if capsule.joint:
+                placement = self.kinematics.data.oMi[capsule.joint + first]
+                found += [placement.act(capsule.start + part * (capsule.end - capsule.start)) for part in (0.0, 0.3, 0.7, 1.0)]
+        return np.array(found)
+
+
+def wishes(led: Led, seed: int, reach: float) -> Iterator[HandTarget | None]:
+    """Targets that jump about, with and without rotation and elbow, and pauses."""
+    random = np.random.default_rng(seed)
+    place = led.hand.translation
+    while True:
+        position = place + random.uniform(-reach, reach, 3)
+        rotation = pin.exp3(random.uniform(-2.0, 2.0, 3)) if random.random() < 0.5 else None
+        elbow = place + random.uniform(-reach, reach, 3) if random.random() < 0.3 else None
+        target = None if random.random() < 0.1 else HandTarget(position, rotation, elbow)
+        for _ in range(int(random.integers(2, 80))):
+            yield target
+
+
+@settings(max_examples=25)
+@given(st.sampled_from(RIG_NAMES), st.sampled_from(["left", "right"]), st.integers(0, 10_000), st.floats(0.2, 10.0))
+def test_it_stays_inside_the_stops_and_below_top_speed(rig: RigName, side: ArmName, seed: int, reach: float) -> None:
+    """Whatever is wished for, 10 m away included: q and q̇ are finite and inside the arm's limits; the other arm stands still."""
+    led = Led(rig, side)
+    start, joints = led.q.copy(), led.arm.joints
+    targets = wishes(led, seed, reach)
+    for _ in range(200):
+        dq = led.step(next(targets))
+        assert np.isfinite(led.q).all()
+        assert (np.abs(dq) <= led.speed + 1e-12).all()
+        assert (led.q[joints] >= led.lower - 1e-12).all() and (led.q[joints] <= led.upper + 1e-12).all()
+    others = np.delete(np.arange(len(start)), np.r_[joints])
+    assert_array_equal(led.q[others], start[others])
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("top_speed", [0.05, 0.25, 1.0])
+def test_no_point_of_the_axis_is_faster_than_a_person(rig: RigName, top_speed: float) -> None:
+    """By finite differences of positions all along the axes: at most w_max, and w_max is made use of (positive control)."""
+    led, dt, fastest = Led(rig), 0.00125, 0.0
+    targets = wishes(led, 3, 0.6)
+    before = led.axis()
+    for _ in range(1600):
+        led.step(next(targets), dt, top_speed)
+        after = led.axis()
+        fastest = max(fastest, float(np.linalg.norm(after - before, axis=1).max()) / dt)
+        before = after
+    assert 0.95 * top_speed < fastest <= 1.002 * top_speed
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_it_reaches_what_it_can_reach(rig: RigName, side: ArmName) -> None:
+    """Targets that are hand poses of the arm itself are reached to a millimetre within the time that the speed limit needs."""
+    led = Led(rig, side)
+    home = led.hand.translation
+    for shift in ((0.10, 0.0, 0.05), (0.0, 0.12, -0.05), (-0.05, -0.10, 0.0)):
+        goal = home + np.array(shift)
+        seconds = float(np.linalg.norm(goal - led.hand.translation)) / TOP_SPEED + 2.0
+        for _ in range(round(seconds / DT)):
+            led.step(HandTarget(goal))
+        assert np.linalg.norm(led.hand.translation - goal) < 1e-3
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_it_follows_rotation(rig: RigName) -> None:
+    """A turn by .5 rad is followed to a degree while the hand stays; without a wished rotation it is not (positive control)."""
+    for asked in (True, False):
+        led = Led(rig)
+        home = led.hand
+        goal = pin.exp3(np.array([0.2, 0.3, -0.34])) @ home.rotation
+        turned = 0.0
+        for _ in range(600):
+            before = led.hand.rotation
+            led.step(HandTarget(home.translation, goal if asked else None))
+            turned = max(turned, float(np.linalg.norm(pin.log3(led.hand.rotation @ before.T))) / DT)
+        missing = float(np.linalg.norm(pin.log3(goal @ led.hand.rotation.T)))
+        assert (missing < np.radians(1.0)) is asked
+        assert turned <= 1.05 * TURN_SPEED
+        assert np.linalg.norm(led.hand.translation - home.translation) < 2e-3
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("with_rotation", [False, True])
+def test_the_elbow_swivels_about_a_hand_that_stays(rig: RigName, with_rotation: bool) -> None:
+    """Pulling the elbow sideways moves it by centimetres, towards the pull, and the hand by less than 2 mm."""
+    led = Led(rig)
+    home, elbow = led.hand, led.elbow
+    shoulder = led.kinematics.joint_point(led.arm.shoulder)
+    about = (led.kinematics.joint_point(led.arm.wrist) - shoulder) / np.linalg.norm(
+        led.kinematics.joint_point(led.arm.wrist) - shoulder
+    )
+    aside = np.cross(about, elbow - shoulder)
+    pull = elbow + 0.25 * aside / np.linalg.norm(aside)
+    worst = 0.0
+    for _ in range(600):
+        led.step(HandTarget(home.translation, home.rotation if with_rotation else None, pull))
+        worst = max(worst, float(np.linalg.norm(led.hand.translation - home.translation)))
+    assert worst < 2e-3
+    assert np.linalg.norm(led.elbow - elbow) > 0.05
+    assert np.linalg.norm(led.elbow - pull) < np.linalg.norm(elbow - pull) - 0.03
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_let_go_it_comes_to_rest(rig: RigName) -> None:
+    """Without a target the arm stops within .3 s and stays; with one it was moving (positive control)."""
+    led = Led(rig)
+    goal = HandTarget(led.hand.translation + np.array([0.0, 0.2, 0.2]))
+    for _ in range(60):
+        dq = led.step(goal)
+    assert np.abs(dq).max() > 0.05
+    for _ in range(60):
+        dq = led.step(None)
+    assert np.abs(dq).max() < 1e-3
+    resting = led.q.copy()
+    for _ in range(400):
+        led.step(None)
+    assert_allclose(led.q, resting, atol=1e-3)
+
+
+def test_reset_comes_to_rest_at_once() -> None:
+    """After `reset` the next tick starts from standing still, as that of a fresh guide at the same place does."""
+    led, fresh = Led(), Led()
+    goal = HandTarget(led.hand.translation + np.array([0.1, 0.1, 0.0]))
+    for _ in range(50):
+        led.step(goal)
+    assert np.abs(led.guide.velocities).max() > 0.01
+    led.guide.reset()
+    assert not led.guide.velocities.any()
+    fresh.q[:] = led.q
+    fresh.kinematics.update(fresh.q)
+    assert_array_equal(led.step(goal), fresh.step(goal))
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_velocities_do_not_jump(rig: RigName) -> None:
+    """Targets that jump make joint velocities change by little from tick to tick: a person's arm has mass.
+
+    A low pass of .04 s lets q̇ close at most a ninth of its way to a wish in 5 ms; wishes are bounded by twice the top speeds.
+    """
+    led = Led(rig)
+    targets = wishes(led, 5, 0.5)
+    before, largest = np.zeros(7), 0.0
+    for _ in range(3000):
+        dq = led.step(next(targets))
+        largest = max(largest, float((np.abs(dq - before) / led.speed).max()))
+        before = dq
+    assert 0.0 < largest < 0.25

@@ -1,0 +1,278 @@
+"""Settings: every value from outside is taken over exactly, or refused with a message that says what would be right."""
+
+import math
+from dataclasses import fields
+from typing import Any
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from controllers.errors import BadSetting
+from scenes.settings import LawSettings, RunSettings, Spec, changed, specs, validate, values
+
+SPECS = specs()
+DEFAULTS = values(RunSettings())
+NUMBERS = [key for key, spec in SPECS.items() if not spec.choices and not isinstance(DEFAULTS[key], bool)]
+CHOICES = [key for key, spec in SPECS.items() if spec.choices]
+FLAGS = [key for key in SPECS if isinstance(DEFAULTS[key], bool)]
+
+
+def refused(key: str, value: object, *words: str) -> None:
+    """Check that a value is refused, by a line that names the key and every one of the words, and nothing is changed."""
+    settings = RunSettings()
+    with pytest.raises(BadSetting) as caught:
+        changed(settings, key, value)
+    text = str(caught.value)
+    assert "\n" not in text
+    assert len(text) < 400
+    for word in (key, *words):
+        assert word in text
+    assert settings == RunSettings()
+    assert values(settings) == DEFAULTS
+
+
+def bounds(spec: Spec) -> tuple[str, str]:
+    """The range as a message writes it."""
+    return f"{spec.low:g}", f"{spec.high:g}"
+
+
+def test_every_field_has_a_key_of_its_own() -> None:
+    """The tree's fields, its keys and its values are the same, in one order."""
+    assert len(SPECS) == len(fields(RunSettings)) - 1 + len(fields(LawSettings))
+    assert list(SPECS) == list(DEFAULTS)
+    assert sorted(NUMBERS + CHOICES + FLAGS) == sorted(SPECS)
+    for key, spec in SPECS.items():
+        assert spec.key == key
+        assert spec.help and 0 < len(spec.label) <= 11
+        assert len(spec.choice_labels) == len(spec.choices)
+
+
+def test_defaults_are_valid() -> None:
+    """The defaults lie in their own ranges and among their own choices."""
+    assert validate(RunSettings()) == RunSettings()
+    for key in NUMBERS:
+        assert math.isfinite(SPECS[key].low) and math.isfinite(SPECS[key].high)
+        assert SPECS[key].low <= DEFAULTS[key] <= SPECS[key].high
+        assert SPECS[key].step > 0.0
+    for key in CHOICES:
+        assert DEFAULTS[key] in SPECS[key].choices
+
+
+@pytest.mark.parametrize(
+    ("key", "default", "low", "high"),
+    [
+        ("dm", 0.15, 0.03, 0.30),
+        ("n", 6.0, 1.0, 20.0),
+        ("v", 0.30, 0.0, 1.0),
+        ("k", 2.0, 0.0, 20.0),
+        ("dt", 0.005, 0.00125, 0.020),
+        ("wmax", 0.25, None, None),
+        ("beta", 100.0, None, None),
+        ("g", 10.0, None, None),
+    ],
+)
+def test_the_promised_defaults_and_ranges(key: str, default: float, low: float | None, high: float | None) -> None:
+    """What the project promised its users."""
+    assert DEFAULTS[key] == default
+    if low is not None and high is not None:
+        assert (SPECS[key].low, SPECS[key].high) == (low, high)
+
+
+def test_the_promised_choices() -> None:
+    """Rigs, laws, treatments, tasks and arms, and which of them one starts with."""
+    expected = {
+        "scene": ("hold",),
+        "rig": ("torso", "table"),
+        "guided": ("left", "right"),
+        "task": ("position", "pose"),
+        "law": ("smooth_priority", "unprotected"),
+        "pairs": ("single", "soft"),
+    }
+    assert {key: SPECS[key].choices for key in CHOICES} == expected
+    first = {"scene": "hold", "rig": "torso", "guided": "right", "task": "position", "law": "smooth_priority", "pairs": "soft"}
+    assert {key: DEFAULTS[key] for key in CHOICES} == first
+    assert not any(DEFAULTS[key] for key in FLAGS)
+
+
+def test_every_range_keeps_the_stops_and_the_task_stable() -> None:
+    """g dt ≤ 1 and K dt < 1 at every corner of the ranges: no setting can make the joints pass their stops."""
+    assert SPECS["g"].high * SPECS["dt"].high <= 1.0
+    assert SPECS["k"].high * SPECS["dt"].high < 1.0
+
+
+# ---- good values --------------------------------------------------------------------------------------------------------------
+
+
+def others_untouched(settings: RunSettings, key: str) -> bool:
+    """Whether every other field still has its default."""
+    return {k: v for k, v in values(settings).items() if k != key} == {k: v for k, v in DEFAULTS.items() if k != key}
+
+
+@given(st.sampled_from(NUMBERS), st.floats(0.0, 1.0))
+def test_numbers_round_trip(key: str, part: float) -> None:
+    """Every number in range comes back bit for bit, also as text, and touches nothing else."""
+    spec = SPECS[key]
+    value: float = spec.low + part * (spec.high - spec.low)
+    value = min(max(value, spec.low), spec.high)
+    if isinstance(DEFAULTS[key], int):
+        value = round(value)
+    for given_value in (value, str(value)):
+        settings = changed(RunSettings(), key, given_value)
+        assert values(settings)[key] == value
+        assert type(values(settings)[key]) is type(DEFAULTS[key])
+        assert others_untouched(settings, key)
+        assert validate(settings) == settings
+
+
+@pytest.mark.parametrize("key", CHOICES)
+def test_choices_round_trip(key: str) -> None:
+    """Every choice comes back as it is."""
+    for choice in SPECS[key].choices:
+        settings = changed(RunSettings(), key, choice)
+        assert values(settings)[key] == choice
+        assert others_untouched(settings, key)
+
+
+@pytest.mark.parametrize("key", FLAGS)
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [(True, True), (False, False), ("1", True), ("off", False), ("True", True), ("no", False), ("YES", True)],
+)
+def test_flags_round_trip(key: str, value: object, expected: bool) -> None:
+    """On and off in the ways people write them."""
+    settings = changed(RunSettings(), key, value)
+    assert values(settings)[key] is expected
+    assert others_untouched(settings, key)
+
+
+@given(st.lists(st.tuples(st.sampled_from(NUMBERS), st.floats(0.0, 1.0)), max_size=6))
+def test_a_tree_can_be_rebuilt_from_its_values(changes: list[tuple[str, float]]) -> None:
+    """values() holds everything: fed back through changed(), it makes the same tree."""
+    settings = RunSettings()
+    for key, part in changes:
+        low, high = SPECS[key].low, SPECS[key].high
+        settings = changed(settings, key, round(low) if key == "seed" else min(low + part * (high - low), high))
+    rebuilt = RunSettings()
+    for key, value in values(settings).items():
+        rebuilt = changed(rebuilt, key, value)
+    assert rebuilt == settings
+
+
+@pytest.mark.parametrize("key", NUMBERS)
+def test_a_slider_at_its_end_is_in_range(key: str) -> None:
+    """The end of a range through the page's own unit and back is still the end, not an error."""
+    spec = SPECS[key]
+    for end in (spec.low, spec.high):
+        back = end * spec.page_scale / spec.page_scale
+        for value in (back, math.nextafter(back, math.inf), math.nextafter(back, -math.inf)):
+            if isinstance(DEFAULTS[key], int):
+                value = round(value)
+            assert values(changed(RunSettings(), key, value))[key] == pytest.approx(end, abs=1e-9)
+            assert spec.low <= values(changed(RunSettings(), key, value))[key] <= spec.high
+
+
+# ---- bad values ---------------------------------------------------------------------------------------------------------------
+
+
+@given(st.sampled_from(NUMBERS), st.floats(1e-6, 1e300), st.booleans())
+def test_out_of_range_is_refused(key: str, beyond: float, above: bool) -> None:
+    """A number outside its range is refused with the range."""
+    spec = SPECS[key]
+    slack = 1e-9 * max(1.0, abs(spec.low), abs(spec.high))
+    value = spec.high + beyond if above else spec.low - beyond
+    assume(value > spec.high + 2.0 * slack or value < spec.low - 2.0 * slack)
+    refused(key, value, *bounds(spec), spec.unit)
+    refused(key, repr(value), *bounds(spec), spec.unit)
+
+
+@pytest.mark.parametrize("key", NUMBERS)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "nan", "inf", "-Infinity", "1e999", 10**400])
+def test_not_finite_is_refused(key: str, value: object) -> None:
+    """nan and the infinities, as numbers or as text, are refused with the range."""
+    refused(key, value, *bounds(SPECS[key]))
+
+
+NOT_NUMBERS: list[Any] = [
+    None,
+    True,
+    False,
+    [],
+    {},
+    (1.0,),
+    b"1",
+    1j,
+    object(),
+    "",
+    " ",
+    "fast",
+    "0.1 m",
+    "0,15",
+    "1;2",
+    "\x00",
+    "é" * 5000,
+]
+
+
+@pytest.mark.parametrize("key", NUMBERS)
+@pytest.mark.parametrize("value", NOT_NUMBERS, ids=lambda value: repr(value)[:12])
+def test_what_is_no_number_is_refused(key: str, value: object) -> None:
+    """The wrong type, and text that reads as no number, are refused with the range."""
+    refused(key, value, *bounds(SPECS[key]))
+
+
+@pytest.mark.parametrize("value", [1.5, "2.5", 1e-3])
+def test_a_seed_is_a_whole_number(value: object) -> None:
+    """A seed with a fraction is refused; 2.0 is 2 (positive control)."""
+    refused("seed", value, "whole number")
+    assert changed(RunSettings(), "seed", 2.0).seed == 2
+
+
+@given(st.sampled_from(CHOICES), st.one_of(st.text(max_size=60), st.none(), st.integers(), st.floats(), st.booleans()))
+def test_no_choice_is_refused(key: str, value: object) -> None:
+    """Anything that is not one of the choices is refused with all of them."""
+    assume(value not in SPECS[key].choices)
+    refused(key, value, *SPECS[key].choices)
+
+
+@given(st.sampled_from(FLAGS), st.one_of(st.text(max_size=60), st.none(), st.integers(), st.floats()))
+def test_no_flag_is_refused(key: str, value: object) -> None:
+    """Anything that is neither on nor off is refused, and says what to give."""
+    assume(not (isinstance(value, str) and value.lower() in {"1", "true", "on", "yes", "0", "false", "off", "no"}))
+    refused(key, value, "give 1 or 0")
+
+
+@given(st.sampled_from(NUMBERS), st.text(max_size=80))
+def test_any_text_is_a_number_in_range_or_refused(key: str, text: str) -> None:
+    """No text whatever gets past the check, and none raises anything else."""
+    try:
+        settings = changed(RunSettings(), key, text)
+    except BadSetting as error:
+        assert key in str(error)
+    else:
+        assert SPECS[key].low <= values(settings)[key] <= SPECS[key].high
+
+
+@given(st.text(max_size=40))
+def test_an_unknown_key_is_refused(key: str) -> None:
+    """A key that does not exist is answered with those that do."""
+    assume(key not in SPECS)
+    settings = RunSettings()
+    with pytest.raises(BadSetting) as caught:
+        changed(settings, key, 1.0)
+    assert repr(key) in str(caught.value)
+    for known in SPECS:
+        assert known in str(caught.value)
+    assert settings == RunSettings()
+
+
+@pytest.mark.parametrize("key", NUMBERS)
+def test_validate_finds_a_bad_field_anywhere(key: str) -> None:
+    """A tree built past the check is found out."""
+    good = RunSettings()
+    names = {spec.key: (f.name, part) for part in (good, good.law) for f in fields(part) if (spec := f.metadata.get("spec"))}
+    name, part = names[key]
+    bad_part = type(part)(**{name: math.inf})
+    bad = bad_part if isinstance(bad_part, RunSettings) else RunSettings(law=bad_part)
+    with pytest.raises(BadSetting, match=key):
+        validate(bad)
