@@ -36,6 +36,8 @@ _STYLE = """
 @keyframes duet-turn{to{transform:rotate(1turn)}}
 @media (prefers-reduced-motion:reduce){#duet-connection i{animation:none;border-top-color:currentColor;opacity:.6}}
 @media (max-width:36em){#duet-connection{font-size:16px;top:10px}}
+/* viser keeps the scene invisible until the reflections are computed, which takes seconds without a graphics card. */
+canvas[data-engine]{opacity:1!important}
 """
 
 _SCRIPT = """

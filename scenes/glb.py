@@ -1,7 +1,10 @@
 """From shells to GLB files: materials with linear colours, and a cache that may fail without anybody noticing."""
 
+from __future__ import annotations
+
 import contextlib
 import hashlib
+import importlib.metadata
 import itertools
 import json
 import os
@@ -10,11 +13,14 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import platformdirs
-import trimesh
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import trimesh
 
 
 @dataclass(frozen=True)
@@ -103,7 +109,7 @@ def glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
 
 def source_key(files: Iterable[str | Path], *more: object) -> str:
     """A hash that changes with any of the source files, the libraries that shape the bytes, or the rest of the arguments."""
-    digest = hashlib.sha256(f"{trimesh.__version__} {np.__version__} {more!r}".encode())
+    digest = hashlib.sha256(f"{importlib.metadata.version('trimesh')} {np.__version__} {more!r}".encode())
     for file in files:
         digest.update(Path(file).read_bytes())
     return digest.hexdigest()

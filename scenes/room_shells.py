@@ -4,17 +4,21 @@ World frame: z up, floor at z = 0, metres. The furniture is for the eye only and
 black nor white, so that orange arms stand out before them in light and in dark mode.
 """
 
+from __future__ import annotations
+
 import functools
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import trimesh
 
 from scenes import glb, surfaces
 from scenes.glb import Material
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min
+
+if TYPE_CHECKING:
+    import trimesh
 
 MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
     {

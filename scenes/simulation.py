@@ -93,7 +93,10 @@ class Simulation:
         self.positions[:] = self.room.start if positions is None else positions
         self.steps = 0
         self.time = 0.0
-        self.bounded = Bounded(np.zeros(0))
+        self.bounded = Bounded(np.zeros(self._box.lower.shape))
+        """What the avoiding arm did in the last step, and why not more."""
+        self.bound_bites = False
+        """Whether the law's velocity was outside the arm's bounds in the last step."""
         self.history.clear()
         self._take_places()
 
@@ -155,7 +158,8 @@ class Simulation:
 
     def _bound(self, situation: Situation, wanted: Array, lam: float) -> Bounded:
         box = self._box
-        if not box.contains(wanted):
+        self.bound_bites = not box.contains(wanted)
+        if self.bound_bites:
             return bounded_row(situation.nominal, situation.row, float(situation.row.dot(wanted)), box)
         if lam > 0.5:
             square = float(situation.row.dot(situation.row))

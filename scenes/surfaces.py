@@ -4,12 +4,16 @@ Two ways are enough for a robot: what a lathe makes is a revolved profile; what 
 function, cut and blended with rounded edges, and skinned by shooting rays from a curve inside it. Lengths in metres.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import trimesh
 from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    import trimesh
 
 Array = NDArray[np.float64]
 Form = Callable[[Array], Array]
@@ -24,6 +28,9 @@ NORMAL_STEP: Final = 2e-4
 
 def mesh(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh.Trimesh:
     """A mesh that keeps exactly these vertices (n, 3), faces (m, 3) and unit normals (n, 3)."""
+    # Slow to import, and not needed while the cache has every mesh.
+    import trimesh
+
     return trimesh.Trimesh(vertices, faces, vertex_normals=normals, process=False)
 
 

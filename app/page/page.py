@@ -18,7 +18,7 @@ from app.page.logo import titlebar
 from app.page.plots import DetailsChooser, Plots
 from app.page.readout import Readout
 from app.page.stage import Stage, place_camera
-from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_HEIGHT, scale, style_sheet
+from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_FRAME, plots_height, scale, style_sheet
 from app.session import Session
 from scenes.rigs import RIGS
 
@@ -54,14 +54,18 @@ class View:
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots_panel = gui.add_panel()
         self.plots_tab = self._plots_panel.add_tab("Live plots", viser.Icon.CHART_LINE)
-        with self.plots_tab:
-            self._plots = Plots(gui, page)
+        self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
         self._plots_panel.float(x=14, y=-14, width=760)
         self._look = page.theme, page.profile
         self._rig = session.settings.run.rig
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._configure_theme()
         self._stage = Stage(host.scene, session.simulation, page)
+
+    def _plots_height(self) -> int:
+        # A lecture's plots are drawn for everybody: for the projector, whose window nobody knows here.
+        height = self._host.camera.image_height if isinstance(self._host, viser.ClientHandle) else 900.0
+        return plots_height(height, self._session.settings.page.profile)
 
     def _configure_theme(self) -> None:
         self._host.gui.configure_theme(
@@ -79,8 +83,10 @@ class View:
 
     def look(self, client: viser.ClientHandle) -> None:
         """Point a client's camera at the present rig."""
-        height, phone = max(client.camera.image_height, 1), client.camera.aspect < PHONE_ASPECT
-        covered = PHONE_SHEET if phone else min((PLOTS_HEIGHT + 96.0) * scale(self._session.settings.page.profile) / height, 0.5)
+        profile, height = self._session.settings.page.profile, max(client.camera.image_height, 1)
+        covered = min((self._plots_height() + PLOTS_FRAME * scale(profile)) / height, 0.6)
+        if client.camera.aspect < PHONE_ASPECT:
+            covered = PHONE_SHEET
         place_camera(client, RIGS[self._session.settings.run.rig].camera, covered)
 
     def _settle(self, now: float) -> None:
@@ -116,8 +122,7 @@ class View:
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         buffer = self._plots.buffer
         self._plots.remove()
-        with self.plots_tab:
-            self._plots = Plots(self._host.gui, page)
+        self._plots = Plots(self._host.gui, self.plots_tab, page, self._plots_height())
         self._plots.buffer = buffer
         self._configure_theme()
 

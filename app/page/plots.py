@@ -8,7 +8,7 @@ import viser
 from viser import uplot
 
 from app.page.buttons import ChoiceButtons
-from app.page.theme import PALETTES, PLOTS_HEIGHT, Palette, scale
+from app.page.theme import PALETTES, Palette, scale
 from app.session import Session
 from app.settings import Details, PageSettings
 from controllers.budget import resting_distance
@@ -105,16 +105,21 @@ class Plots:
     """The panel of plots.
 
     Args:
-        gui: of whoever sees them; the caller has opened the container.
+        gui: of whoever sees them.
+        tab: where they are drawn.
         page: how they look; a new theme or profile needs new plots.
+        height: of one plot [CSS px].
     """
 
-    def __init__(self, gui: viser.GuiApi, page: PageSettings) -> None:
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, page: PageSettings, height: int) -> None:
         self.buffer = PlotBuffer()
+        self._tab = tab
+        self._height = height
         self._gui, self._page = gui, page
         self._palette: Palette = PALETTES[page.theme]
         p = self._palette
-        self._legend = gui.add_html("", order=0.0)
+        with tab:
+            self._legend = gui.add_html("", order=0.0)
         self._distance = self._plot(
             "distance d [m]",
             (("d", p.distance, 2.2, ()), ("d_m", p.critical, 1.6, (7.0, 5.0)), ("d*", p.resting, 1.6, (2.0, 4.0))),
@@ -124,6 +129,7 @@ class Plots:
         self._details: viser.GuiUplotHandle | None = None
         self._shown: Details = "none"
         self._next = 0.0
+        self._legend.content = self._legend_html()
         self.choose(page.details)
 
     def _plot(
@@ -142,40 +148,42 @@ class Plots:
         series: list[uplot.Series] = [uplot.Series()]
         for label, colour, width, dash in lines:
             series.append(uplot.Series(label=label, stroke=colour, width=width * k, points={"show": False}, dash=dash))
-        y: uplot.Scale = uplot.Scale(range=span) if span else uplot.Scale(auto=True)
-        return self._gui.add_uplot(
-            data=(np.array([0.0, 0.1]), *(np.full(2, np.nan) for _ in lines)),
-            series=tuple(series),
-            title=title,
-            height=round(PLOTS_HEIGHT * (1.12 if k > 1.0 else 1.0)),
-            scales={"x": uplot.Scale(time=False, auto=True), "y": y},
-            axes=(
-                uplot.Axis(**axis, size=round(24 * k), space=round(46 * k)),
-                uplot.Axis(**axis, size=round(46 * k), space=round(28 * k)),
-            ),
-            legend=uplot.Legend(show=False),
-            cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
-            padding=(6, 12, 0, 0),
-        )
+        # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is not to look like a hill.
+        soft = {"min": {"soft": 0.0, "mode": 1, "pad": 0.05}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
+        y = uplot.Scale(range=span if span else soft)
+        with self._tab:
+            return self._gui.add_uplot(
+                data=(np.array([0.0, 0.1]), *(np.full(2, np.nan) for _ in lines)),
+                series=tuple(series),
+                title=title,
+                height=self._height,
+                scales={"x": uplot.Scale(time=False, auto=True), "y": y},
+                axes=(
+                    uplot.Axis(**axis, size=round(24 * k), space=round(46 * k)),
+                    uplot.Axis(**axis, size=round(46 * k), space=round(28 * k)),
+                ),
+                legend=uplot.Legend(show=False),
+                cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
+                padding=(6, 12, 0, 0),
+            )
 
     def choose(self, details: Details) -> None:
         """Show another third plot, or none."""
-        if details != self._shown:
-            if self._details is not None:
-                self._details.remove()
-                self._details = None
-            title, columns = _CHOICES[details]
-            if columns:
-                p = self._palette
-                spans: dict[Details, tuple[float, float]] = {"lambda": (0.0, 1.05), "joints": (-180.0, 180.0)}
-                lines = {
-                    "lambda": (("λ", p.activation, 2.2, ()),),
-                    "speeds": (("u", p.pull, 2.0, ()), ("v", p.velocity, 1.8, (7.0, 5.0)), ("w", p.approach, 2.0, (2.0, 4.0))),
-                }.get(details) or tuple(
-                    (f"q{i + 1}", c, 1.6, ((), (7.0, 4.0), (2.0, 3.0))[i // 3]) for i, c in enumerate(p.joints)
-                )
-                self._details = self._plot(title, lines, spans.get(details))
-            self._shown = details
+        if details == self._shown:
+            return
+        if self._details is not None:
+            self._details.remove()
+            self._details = None
+        title, columns = _CHOICES[details]
+        if columns:
+            p = self._palette
+            spans: dict[Details, tuple[float, float]] = {"lambda": (0.0, 1.05), "joints": (-180.0, 180.0)}
+            lines = {
+                "lambda": (("λ", p.activation, 2.2, ()),),
+                "speeds": (("u", p.pull, 2.0, ()), ("v", p.velocity, 1.8, (7.0, 5.0)), ("w", p.approach, 2.0, (2.0, 4.0))),
+            }.get(details) or tuple((f"q{i + 1}", c, 1.6, ((), (7.0, 4.0), (2.0, 3.0))[i // 3]) for i, c in enumerate(p.joints))
+            self._details = self._plot(title, lines, spans.get(details))
+        self._shown = details
         self._legend.content = self._legend_html()
 
     def _legend_html(self) -> str:

@@ -97,8 +97,14 @@ def scale(profile: Profile) -> float:
 DOCK_WIDTH: Final = 344
 """Width of the controls [CSS px]."""
 
-PLOTS_HEIGHT: Final = 176
-"""Height of a plot [CSS px]."""
+
+def plots_height(canvas_height: float, profile: Profile) -> int:
+    """Return the height of one plot on a canvas of this height [CSS px]: a fifth, but neither unreadable nor a wall."""
+    return round(min(max(0.2 * canvas_height, 112.0), 176.0) * (1.12 if profile == "projector" else 1.0))
+
+
+PLOTS_FRAME: Final = 96.0
+"""Height of the panel of plots without the plots [CSS px]."""
 
 
 def style_sheet(profile: Profile) -> str:

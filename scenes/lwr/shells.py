@@ -7,19 +7,23 @@ All shells are drawn in link frames, in metres; z runs along the arm.
 The arms are drawn inside the capsules that are checked for collisions, so that what a person sees touch has touched.
 """
 
+from __future__ import annotations
+
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
-import trimesh
 
 from scenes import glb, surfaces
 from scenes.glb import Material
 from scenes.lwr import facts
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, swollen
+
+if TYPE_CHECKING:
+    import trimesh
 
 ORANGE: Final = "#e15404"
 SILVER: Final = "#c3c8ce"
@@ -76,7 +80,7 @@ FROM_JOINT_TO_PLUS_Y: Final = np.diag([-1.0, 1.0, -1.0])
 Y_UP: Final = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
 """Turns what was revolved about z to the y axis, height along +y."""
 
-Parts = dict[str, trimesh.Trimesh]
+Parts: TypeAlias = "dict[str, trimesh.Trimesh]"
 
 
 @dataclass(frozen=True)

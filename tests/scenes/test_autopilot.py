@@ -1,5 +1,7 @@
 """The seeded person: the same for the same seed, smooth, no faster than promised, and there and back again."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -59,7 +61,7 @@ def test_it_goes_there_and_back(rig: RigName, guided: ArmName) -> None:
     points = path(rig, guided, 4, np.arange(0.0, 90.0, dt))
     still = np.r_[False, np.abs(np.diff(points, axis=0)).max(axis=1) == 0.0]
     edges = np.flatnonzero(np.diff(still.astype(int)))
-    rests = [(points[a + 1], (b - a) * dt) for a, b in zip(edges, edges[1:], strict=False) if still[a + 1]]
+    rests = [(points[a + 1], (b - a) * dt) for a, b in itertools.pairwise(edges) if still[a + 1]]
     assert len(rests) >= 8
     for i, (point, seconds) in enumerate(rests):
         assert PAUSE_RANGE[0] - 2 * dt <= seconds <= PAUSE_RANGE[1] + 0.2

@@ -1,5 +1,6 @@
 """A hand on an arm: inside the stops, no faster than a person, where it was asked to be, and calm about wild wishes."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -106,7 +107,7 @@ def test_no_point_of_the_axis_is_faster_than_a_person(rig: RigName, top_speed: f
         after = led.axis()
         fastest = max(fastest, float(np.linalg.norm(after - before, axis=1).max()) / dt)
         before = after
-    assert 0.95 * top_speed < fastest <= 1.002 * top_speed
+    assert 0.9 * top_speed < fastest <= 1.002 * top_speed
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -136,7 +137,7 @@ def test_it_follows_rotation(rig: RigName) -> None:
             led.step(HandTarget(home.translation, goal if asked else None))
             turned = max(turned, float(np.linalg.norm(pin.log3(led.hand.rotation @ before.T))) / DT)
         missing = float(np.linalg.norm(pin.log3(goal @ led.hand.rotation.T)))
-        assert (missing < np.radians(1.0)) is asked
+        assert (missing < math.radians(1.0)) is asked
         assert turned <= 1.05 * TURN_SPEED
         assert np.linalg.norm(led.hand.translation - home.translation) < 2e-3
 

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 
 from controllers.errors import BadInputFile, DuetError
 from scenes.recording import Recording, read_inputs, write_table
-from scenes.settings import values
+from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation
 from tests.scenes.helpers import column, hold_settings, play, wander
 
@@ -236,8 +236,6 @@ def test_the_same_run_gives_the_same_bytes() -> None:
 
 def test_the_tables_settings_describe_the_run_again() -> None:
     """A file's head holds every setting: as text it can be fed back."""
-    from scenes.settings import RunSettings, changed
-
     text, simulation = exported(3)
     rebuilt = RunSettings(rig="torso")
     for line in text.split("\n"):

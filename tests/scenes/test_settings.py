@@ -1,7 +1,7 @@
 """Settings: every value from outside is taken over exactly, or refused with a message that says what would be right."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import pytest
@@ -270,9 +270,11 @@ def test_an_unknown_key_is_refused(key: str) -> None:
 def test_validate_finds_a_bad_field_anywhere(key: str) -> None:
     """A tree built past the check is found out."""
     good = RunSettings()
-    names = {spec.key: (f.name, part) for part in (good, good.law) for f in fields(part) if (spec := f.metadata.get("spec"))}
-    name, part = names[key]
-    bad_part = type(part)(**{name: math.inf})
-    bad = bad_part if isinstance(bad_part, RunSettings) else RunSettings(law=bad_part)
+    found: dict[str, tuple[str, bool]] = {}
+    for part in (good, good.law):
+        found |= {f.metadata["spec"].key: (f.name, part is good) for f in fields(part) if f.metadata}
+    name, on_top = found[key]
+    change: dict[str, Any] = {name: math.inf}
+    bad = replace(good, **change) if on_top else replace(good, law=replace(good.law, **change))
     with pytest.raises(BadSetting, match=key):
         validate(bad)

@@ -1,0 +1,202 @@
+"""The benchmark: what a step costs, and what a visitor costs the server.
+
+Figures of one run are compared as ratios to those of another; times on a machine that does other work mean little by themselves.
+"""
+
+import asyncio
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter_ns
+from typing import Any, Final
+
+import numpy as np
+
+from app.server import duet_version
+from app.wsclient import Visitor
+from controllers.errors import BadInputFile
+from scenes.autopilot import Autopilot
+from scenes.guide import HandTarget
+from scenes.headless import Person
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+
+Figures = dict[str, dict[str, float]]
+
+WARM_UP: Final = 500
+"""Steps made before any is measured."""
+
+RESTLESS: Final = "hold, soft minimum, bounds at work"
+"""A person who jerks the arm to and fro at 1 m/s drives the avoiding arm into its velocity bounds."""
+
+SERVE_WARM_UP: Final = 3.0
+"""Time a visitor is left alone before it is watched [s]."""
+
+
+def _scenes() -> dict[str, RunSettings]:
+    base = RunSettings()
+    single = replace(base, law=replace(base.law, pairs="single"))
+    soft = replace(base, law=replace(base.law, pairs="soft"))
+    return {
+        "hold, single pair": single,
+        "hold, soft minimum": soft,
+        # A fast person and a quick return drive the avoiding arm into its velocity bounds.
+        "hold, soft minimum, bounds at work": replace(
+            soft, gain=20.0, hand_speed=1.0, law=replace(soft.law, nominal_velocity=1.0)
+        ),
+        "hold, pose, soft minimum": replace(soft, task="pose"),
+        "hold, unprotected": replace(base, law=replace(base.law, law="unprotected")),
+    }
+
+
+class _Restless:
+    """A person who wants to be at the other arm's hand for one second and at home for the next."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        kinematics = simulation.kinematics
+        self._places = tuple(kinematics.hand_pose(arm).translation.copy() for arm in (simulation.avoiding, simulation.guided))
+
+    def target(self, time: float) -> HandTarget:
+        return HandTarget(self._places[int(time) % 2])
+
+
+def measure_steps(steps: int) -> Figures:
+    """Return scene → median and 99th percentile of a whole step of both arms [µs], all scenes interleaved in one run."""
+    runs: dict[str, tuple[Simulation, Person]] = {}
+    for name, settings in _scenes().items():
+        simulation = Simulation(settings)
+        person = _Restless(simulation) if name == RESTLESS else Autopilot(simulation.room, settings.guided, settings.seed)
+        runs[name] = simulation, person
+    times: dict[str, list[int]] = {name: [] for name in runs}
+    bounded = dict.fromkeys(runs, 0)
+    block = 200
+    for done in range(0, WARM_UP + steps, block):
+        for name, (simulation, person) in runs.items():
+            for _ in range(block):
+                target = person.target(simulation.time)
+                begin = perf_counter_ns()
+                simulation.step(target)
+                elapsed = perf_counter_ns() - begin
+                if done >= WARM_UP:
+                    times[name].append(elapsed)
+                    bounded[name] += simulation.bound_bites
+    return {
+        name: {
+            "median_us": statistics.median(values) / 1000.0,
+            "p99_us": float(np.percentile(values, 99)) / 1000.0,
+            "bounded_share": bounded[name] / len(values),
+        }
+        for name, values in times.items()
+    }
+
+
+def measure_visitor(seconds: float, visitors: int = 1) -> dict[str, float]:
+    """Return what visitors with a page each cost a server in a process of its own: CPU, messages, bytes and frames.
+
+    Args:
+        seconds: how long they are watched.
+        visitors: how many at once.
+    """
+    command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout is not None
+            begin = time.perf_counter()
+            line = server.stdout.readline()
+            started = time.perf_counter() - begin
+            url = next(word for word in line.split() if word.startswith("http"))
+            return {"start_s": started, **asyncio.run(_watch(url, server.pid, seconds, visitors))}
+        finally:
+            server.terminate()
+
+
+async def _watch(url: str, pid: int, seconds: float, visitors: int) -> dict[str, float]:
+    guests = [await Visitor(url, decode=i == 0).connect() for i in range(visitors)]
+    await asyncio.sleep(SERVE_WARM_UP)
+    for guest in guests:
+        guest.reset_counters()
+    cpu, begin = _cpu_seconds(pid), time.perf_counter()
+    await asyncio.sleep(seconds)
+    cpu, elapsed = _cpu_seconds(pid) - cpu, time.perf_counter() - begin
+    received = guests[0].received
+    figures = {
+        "cpu_percent_of_a_core": 100.0 * cpu / elapsed,
+        "frames_per_s": received.frames / elapsed,
+        "messages_per_s": received.messages.total() / elapsed,
+        "kB_per_s": received.bytes / elapsed / 1000.0,
+    }
+    for guest in guests:
+        await guest.close()
+    return figures
+
+
+def _cpu_seconds(pid: int) -> float:
+    """Return the processor time that a process has used [s]; nan where the system does not tell."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    except OSError:
+        return float("nan")
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def measure(steps: int, seconds: float) -> dict[str, Any]:
+    """Return all figures, ready for JSON.
+
+    Args:
+        steps: measured of each scene.
+        seconds: how long visitors are watched.
+    """
+    return {
+        "version": duet_version(),
+        "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
+        "figures": {
+            **measure_steps(steps),
+            "one visitor": measure_visitor(seconds),
+            "eight visitors": measure_visitor(seconds, 8),
+        },
+    }
+
+
+def table_text(result: dict[str, Any]) -> str:
+    """Return the figures as a table."""
+    return _table(result["figures"], lambda value: f"{value:.3g}" if abs(value) < 10 else f"{value:.1f}")
+
+
+def read_figures(path: Path) -> dict[str, Any]:
+    """Return figures saved earlier.
+
+    Raises:
+        BadInputFile: no such file, or not such a file.
+    """
+    try:
+        result = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(result["figures"], dict):
+            raise TypeError
+    except OSError as error:
+        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+    except (ValueError, KeyError, TypeError):
+        raise BadInputFile(f"{path}: is not a file that `bench --out` has written.") from None
+    return result
+
+
+def compare(now: dict[str, Any], before: dict[str, Any]) -> str:
+    """Return a table of the ratios new : old of every figure that both have."""
+    ratios: Figures = {}
+    for name, figures in now["figures"].items():
+        old = before["figures"].get(name, {})
+        ratios[name] = {key: value / old[key] for key, value in figures.items() if old.get(key)}
+    return f"\nratio to version {before.get('version', '?')}\n" + _table(ratios, lambda value: f"{value:.2f}x")
+
+
+def _table(figures: Figures, shown: Any) -> str:
+    lines: list[str] = []
+    for name, row in figures.items():
+        cells = "   ".join(f"{key} {shown(value)}" for key, value in row.items())
+        lines.append(f"{name:36s} {cells}")
+    return "\n".join(lines)

@@ -1,0 +1,115 @@
+"""Houses that are closed at the end, visitors that leave at the end, and a way to ask a session something between two frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import pytest
+
+from app.hosts import House, LectureHost, PrivateHost, open_house
+from app.session import Session
+from app.settings import Settings
+from app.wsclient import SyncVisitor
+
+T = TypeVar("T")
+HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"
+
+
+def live_sessions(house: House) -> dict[int, Session]:
+    """The sessions of a house by client id; a lecture has its one under −1."""
+    host = house.host
+    if isinstance(host, LectureHost):
+        return {-1: host.session}
+    assert isinstance(host, PrivateHost)
+    while True:
+        # The frame thread may let somebody in meanwhile.
+        with suppress(RuntimeError):
+            return host.sessions
+
+
+def ask(session: Session, question: Callable[[Session], T], timeout: float = 10.0) -> T:
+    """The answer to a question put on the session's own thread, between two frames."""
+    answer: Future[T] = Future()
+
+    def reply() -> None:
+        try:
+            answer.set_result(question(session))
+        except BaseException as error:
+            answer.set_exception(error)
+
+    session.post(reply)
+    return answer.result(timeout)
+
+
+@dataclass(frozen=True)
+class Guest:
+    """A visitor without a browser, and the session on the server that is theirs."""
+
+    visitor: SyncVisitor
+    session: Session
+    number: int
+
+    def ask(self, question: Callable[[Session], T]) -> T:
+        """See the function `ask`."""
+        return ask(self.session, question)
+
+    def wait(self, predicate: Callable[[Session], object], timeout: float = 10.0) -> None:
+        """Return as soon as something is true of the session; for single attributes only, else `ask`."""
+        self.visitor.wait_for(lambda _: predicate(self.session), timeout)
+
+    def run_on(self, seconds: float, timeout: float = 20.0) -> None:
+        """Return when so much more time has been simulated."""
+        until = self.session.simulation.time + seconds
+        self.wait(lambda s: s.simulation.time >= until, timeout)
+
+
+OpenHouse = Callable[..., House]
+Arrive = Callable[..., Guest]
+Join = Callable[..., SyncVisitor]
+
+
+@pytest.fixture
+def house() -> Iterator[OpenHouse]:
+    """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port."""
+    houses: list[House] = []
+
+    def make(settings: Settings | None = None, **options: Any) -> House:
+        houses.append(open_house("127.0.0.1", 0, settings or Settings(), **options))
+        return houses[-1]
+
+    yield make
+    for opened in houses:
+        opened.close()
+
+
+@pytest.fixture
+def join() -> Iterator[Join]:
+    """`join(house, query="dm=0.1")` is a visitor who sees the arms."""
+    visitors: list[SyncVisitor] = []
+
+    def make(house: House, query: str = "", **options: Any) -> SyncVisitor:
+        visitors.append(SyncVisitor(house.url, query=query, **options))
+        visitors[-1].wait_for(lambda v: v.mirror.replayed and "/arms/left/base" in v.mirror.nodes, 10.0)
+        return visitors[-1]
+
+    yield make
+    for visitor in visitors:
+        visitor.close()
+
+
+@pytest.fixture
+def arrive(join: Join) -> Arrive:
+    """`arrive(house, query="dm=0.1")` is a visitor with a private session and all its controls."""
+
+    def make(house: House, query: str = "") -> Guest:
+        visitor = join(house, query)
+        visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and HAND in v.mirror.nodes, 10.0)
+        number = int(visitor.mirror.nodes[HAND]["owner"])
+        visitor.wait_for(lambda _: number in live_sessions(house), 10.0)
+        return Guest(visitor, live_sessions(house)[number], number)
+
+    return make

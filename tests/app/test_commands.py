@@ -1,0 +1,306 @@
+"""The command line: what it prints, what it writes, and how it says no."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import urllib.request
+import webbrowser
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from app import commands
+from app.commands import AllOptions, RunOptions, Serve, chosen, main
+from app.hosts import House
+from app.settings import Settings, from_query
+from scenes.room import build_room
+from scenes.settings import RunSettings, specs, values
+
+SUMMARY = [
+    "d_min",
+    "d_min_pair",
+    "share_below",
+    "e2_max",
+    "e2_end",
+    "dq_step_max",
+    "ddq_max",
+    "pair_switches",
+    "out_of_authority_s",
+    "steps",
+    "step_us_median",
+]
+JOINTS = [f"{side}_{what}{i}" for what in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
+HEADER = ["t", "d", "lambda", "e2", "u", "w", "pair", *JOINTS]
+SHORT = ["--seconds", "0.5"]
+
+
+def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
+    """The summary that `lwr-duet run` prints."""
+    assert main(["run", *options]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on stderr of a command that fails."""
+    assert main(list(arguments)) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("lwr-duet: "), captured.err
+    return lines[0]
+
+
+def read(path: Path) -> tuple[dict[str, str], list[str], list[dict[str, str]]]:
+    """The # lines, the header and the rows of an output file."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    top = [line for line in lines if line.startswith("#")]
+    assert lines[: len(top)] == top
+    header = lines[len(top)].split(",")
+    rows = [dict(zip(header, line.split(","), strict=True)) for line in lines[len(top) + 1 :]]
+    return dict(cast(tuple[str, str], tuple(line[2:].split(" = ", 1))) for line in top), header, rows
+
+
+# --- run -----------------------------------------------------------------------------------------------------------------------
+
+
+def test_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+    summary = run(capsys, "--seconds", "4", "--csv", str(out), "--dm", "0.2", "--pairs", "single")
+    assert list(summary) == SUMMARY
+    assert summary["steps"] == 800 and summary["step_us_median"] > 0.0 and " / " in summary["d_min_pair"]
+    # It agrees with the rows.
+    settings, header, rows = read(out)
+    assert header == HEADER and len(rows) == 800
+    assert settings["dm"] == "0.2" and settings["pairs"] == "single" and set(specs(RunSettings)) <= set(settings)
+    d, e2 = np.array([float(row["d"]) for row in rows]), np.array([float(row["e2"]) for row in rows])
+    assert summary["d_min"] == d.min() and rows[int(d.argmin())]["pair"] == summary["d_min_pair"]
+    assert summary["e2_max"] == e2.max() and summary["e2_end"] == e2[-1]
+    assert summary["share_below"] == (d < 0.2).mean()
+    pairs = [row["pair"] for row in rows]
+    assert summary["pair_switches"] == sum(a != b for a, b in zip(pairs[1:], pairs[:-1], strict=True))
+    assert np.allclose([float(row["t"]) for row in rows], np.arange(800) * 0.005)
+
+
+def test_the_same_run_writes_the_same_bytes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    files = [tmp_path / name for name in ("a.csv", "b.csv", "c.csv")]
+    for file, seed in zip(files, ("3", "3", "4"), strict=True):
+        run(capsys, "--seconds", "2", "--seed", seed, "--csv", str(file))
+    a, b, c = (file.read_bytes() for file in files)
+    assert a == b
+    assert a != c
+
+
+@pytest.mark.parametrize("turn", [False, True])
+def test_inputs_drive_the_hand(capsys: pytest.CaptureFixture[str], tmp_path: Path, turn: bool) -> None:
+    import pinocchio as pin
+
+    room = build_room("torso")
+    data = room.model.createData()
+    pin.framesForwardKinematics(room.model, data, room.start)
+    start = data.oMf[room.arm("right").hand]
+    goal = start.translation + np.array([0.05, -0.10, 0.05])
+    quaternion = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, 0.0, 0.3) @ start.rotation)
+    tail = (f",{quaternion.w},{quaternion.x},{quaternion.y},{quaternion.z}") if turn else ""
+    inputs, out = tmp_path / "in.csv", tmp_path / "out.csv"
+    cells = lambda t, p: f"{t},{p[0]},{p[1]},{p[2]}{tail}\n"  # noqa: E731
+    inputs.write_text(f"# a person\nt,x,y,z{',qw,qx,qy,qz' if turn else ''}\n{cells(0, start.translation)}{cells(1.5, goal)}")
+    run(capsys, "--seconds", "4", "--inputs", str(inputs), "--csv", str(out))
+    settings, _, rows = read(out)
+    assert settings["inputs"] == "in.csv"
+    q = np.array([float(rows[-1][name]) for name in JOINTS[:14]])
+    pin.framesForwardKinematics(room.model, data, q)
+    end = data.oMf[room.arm("right").hand]
+    assert np.linalg.norm(end.translation - goal) < 2e-3
+    if turn:
+        assert np.linalg.norm(pin.log3(end.rotation.T @ quaternion.toRotationMatrix())) < 0.01
+
+
+def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    given = {
+        "scene": "hold",
+        "rig": "table",
+        "guided": "left",
+        "task": "pose",
+        "k": "1.5",
+        "wmax": "0.4",
+        "dt": "0.01",
+        "g": "8",
+        "seed": "7",
+        "law": "smooth_priority",
+        "pairs": "single",
+        "dm": "0.1",
+        "n": "10",
+        "v": "0.5",
+        "beta": "80",
+    }
+    flags = {"ff": "True", "one_sided": "True"}
+    assert set(given) | set(flags) == set(specs(RunSettings))
+    out = tmp_path / "out.csv"
+    options = [part for key, text in given.items() for part in (f"--{key}", text)]
+    run(capsys, *SHORT, *options, *(f"--{key.replace('_', '-')}" for key in flags), "--csv", str(out))
+    settings, _, rows = read(out)
+    assert len(rows) == 50
+    for key, text in (given | flags).items():
+        assert settings[key] == text or float(settings[key]) == float(text), key
+
+
+ERRORS: list[tuple[list[str], list[str]]] = [
+    (["run", "--dm", "9"], ["dm = ", "0.03", "0.3"]),
+    (["run", "--dm", "nan"], ["dm = ", "0.03"]),
+    (["run", "--dm", "wide"], ["dm = 'wide'", "0.03"]),
+    (["run", "--law", "strict"], ["law = 'strict'", "smooth_priority", "unprotected"]),
+    (["run", "--rig", "ceiling"], ["rig = 'ceiling'", "torso", "table"]),
+    (["run", "--seed", "1.5"], ["seed = '1.5'", "whole number"]),
+    (["run", "--seconds", "0"], ["seconds = 0", "86400"]),
+    (["run", "--seconds", "nan"], ["seconds = nan", "86400"]),
+    (["run", "--seconds", "-3"], ["seconds = -3", "86400"]),
+    (["run", "--seconds", "inf"], ["seconds = inf", "86400"]),
+    (["run", *SHORT, "--inputs", "/no/such/file.csv"], ["/no/such/file.csv", "cannot be read"]),
+    (["run", *SHORT, "--csv", "/no/such/folder/out.csv"], ["/no/such/folder", "make it first"]),
+    (["serve", "--sessions", "0"], ["sessions = 0"]),
+    (["serve", "--key", "secret"], ["--lecture"]),
+    (["serve", "--no-open", "--n", "0"], ["n = ", "1 to 20"]),
+    (["serve", "--no-open", "--theme", "pink"], ["theme = 'pink'", "light", "dark"]),
+    (["serve", "--no-open", "--port", "70000"], ["port 70000"]),
+    (["serve", "--no-open", "--port", "0", "--host", "no.such.host.invalid"], ["no.such.host.invalid", "127.0.0.1"]),
+    (["serve", "--no-open", "--port", "0", "--allow-origin", "duet.example.org"], ["duet.example.org", "https://"]),
+]
+
+
+@pytest.mark.parametrize(("arguments", "named"), ERRORS, ids=[" ".join(arguments) for arguments, _ in ERRORS])
+def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], arguments: list[str], named: list[str]) -> None:
+    line = refused(capsys, *arguments)
+    assert all(part in line for part in named), line
+
+
+BAD_FILES = [
+    ("t,x,y\n0,0,0\n", ["line 1", "t,x,y,z"]),
+    ("t,x,y,z\n0,0.3,0,1\n1,0.3,zero,1\n", ["line 3", "'zero'"]),
+    ("t,x,y,z\n0,0.3,0,1\n1,0.3,nan,1\n", ["line 3", "not finite"]),
+    ("t,x,y,z\n0,0.3,0,1\n0,0.3,0,1\n", ["line 3", "increase"]),
+    ("t,x,y,z\n0,300,0,1000\n", ["line 2", "metres"]),
+    ("t,x,y,z\n0,0.3,0\n", ["line 2", "3 values"]),
+    ("t,x,y,z,qw,qx,qy,qz\n0,0.3,0,1,0,0,0,0\n", ["line 2", "orientation"]),
+    ("t,x,y,z\n", ["no samples"]),
+    ("", ["no samples"]),
+]
+
+
+@pytest.mark.parametrize(("text", "named"), BAD_FILES)
+def test_one_line_says_what_is_wrong_with_a_file(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, named: list[str]
+) -> None:
+    path = tmp_path / "bad.csv"
+    path.write_text(text, encoding="utf-8")
+    line = refused(capsys, "run", *SHORT, "--inputs", str(path))
+    assert "bad.csv" in line and all(part in line for part in named), line
+
+
+def test_a_binary_file_and_a_folder_are_no_inputs_and_a_folder_is_no_output(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    binary = tmp_path / "arm.glb"
+    binary.write_bytes(bytes(range(256)))
+    assert "not a text file" in refused(capsys, "run", *SHORT, "--inputs", str(binary))
+    assert "cannot be read" in refused(capsys, "run", *SHORT, "--inputs", str(tmp_path))
+    assert "cannot be written" in refused(capsys, "run", *SHORT, "--csv", str(tmp_path))
+
+
+# --- serve ---------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as holder:
+        port = holder.getsockname()[1]
+        line = refused(capsys, "serve", "--no-open", "--port", str(port))
+    assert str(port) in line and f"--port {port % 65535 + 1}" in line
+
+
+@pytest.mark.parametrize("arguments", [[], ["serve"], ["--no-open"], ["--port", "9000", "--rig", "table"]])
+def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list[str]) -> None:
+    seen: list[Serve] = []
+    monkeypatch.setattr(commands, "serve", lambda command: seen.append(command) or 0)
+    assert main(arguments) == 0
+    (command,) = seen
+    assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", 8, False, None)
+    assert command.port == (9000 if "9000" in arguments else 8080)
+    assert command.open is ("--no-open" not in arguments)
+    assert values(chosen(command.settings, Settings()))["rig"] == ("table" if "table" in arguments else "torso")
+
+
+def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    opened: list[str] = []
+
+    def wait(house: House) -> None:
+        with urllib.request.urlopen(house.url, timeout=5) as answer:
+            opened.append(str(answer.status))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
+    monkeypatch.setattr(House, "wait", wait)
+    assert main(["serve", "--port", "0", "--lecture", "--key", "chalk"]) == 0
+    link, status = opened
+    assert link.startswith("http://127.0.0.1:") and link.endswith("/?key=chalk") and status == "200"
+    assert link in capsys.readouterr().out
+    # The port is free again.
+    port = int(link.split(":")[2].split("/")[0])
+    socket.create_server(("127.0.0.1", port)).close()
+    assert main(["serve", "--port", "0", "--no-open"]) == 0
+    assert len(opened) == 3
+
+
+# --- help, and one tree for all --------------------------------------------------------------------------------------------------
+
+HELP: list[tuple[list[str], list[str]]] = [
+    ([], ["serve", "run", "bench", "--help"]),
+    (["serve"], ["--host", "--port", "--no-open", "--sessions", "--lecture", "--key", "--allow-origin", "--theme", "--dm"]),
+    (["run"], ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]),
+    (["bench"], ["--out", "--compare", "--seconds", "--steps"]),
+]
+
+
+@pytest.mark.parametrize(("command", "named"), HELP, ids=[" ".join(command) or "lwr-duet" for command, _ in HELP])
+def test_help(command: list[str], named: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "app", *command, "--help"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        cwd=Path(__file__).parents[2],
+        env=os.environ | {"COLUMNS": "200", "PYTHONIOENCODING": "utf-8"},
+    )
+    assert done.returncode == 0 and done.stderr == ""
+    assert [part for part in named if part not in done.stdout] == []
+    assert "Traceback" not in done.stdout
+
+
+def test_option_and_link_are_one_tree() -> None:
+    """Every setting is an option and a key of a link, and both read a text alike."""
+    all_keys, run_keys = list(specs(Settings)), list(specs(RunSettings))
+    assert list(AllOptions.__dataclass_fields__) == all_keys
+    assert list(RunOptions.__dataclass_fields__) == run_keys
+    for key, spec in specs(Settings).items():
+        present = values(Settings())[key]
+        if spec.choices:
+            text = spec.choices[-1]
+        elif isinstance(present, bool):
+            text = "0" if present else "1"
+        else:
+            text = f"{spec.low:g}"
+        from_link, problems = from_query({key: text}, Settings())
+        option: Any = text == "1" if isinstance(present, bool) else text
+        from_option = chosen(AllOptions(**{key: option}), Settings())
+        assert problems == () and from_link == from_option, key
+        assert values(from_link)[key] != present or len(spec.choices) == 1, key
+
+
+def test_the_defaults_as_options_are_the_defaults() -> None:
+    assert chosen(AllOptions(), Settings()) == Settings()
+    assert chosen(RunOptions(), RunSettings()) == RunSettings()

@@ -1,0 +1,244 @@
+"""The whole loop with the real arms against line (R), ḋ = λ v − (1 − λ) u − w, and what it says in closed form.
+
+Pull u and approach w along the line of contact are made constant: the avoiding arm's task is −u along its row, the other arm comes
+with w along its own. Everything else (poses, capsules, rows, the law, the integration) is what the product runs.
+"""
+
+import numpy as np
+import pytest
+
+from controllers import budget
+from controllers.kinematics import Array, Kinematics
+from controllers.laws.situation import AUTHORITY, Situation
+from controllers.laws.smooth_priority import SmoothPriority
+from controllers.limits import Authority
+from controllers.proximity import ProximityDetector, Treatment
+from scenes.room import build_room
+from scenes.settings import RigName
+from tests.scenes.helpers import RIG_NAMES, column, hold_run, hold_settings
+
+
+class Contact:
+    """Two real arms and one pair of bodies that does not change; left avoids, right comes."""
+
+    def __init__(self, rig: RigName, law: SmoothPriority, first: str = "hand", second: str = "forearm") -> None:
+        self.room, self.law = build_room(rig), law
+        self.kinematics = Kinematics(self.room.model, self.room.arms)
+        self.detector = ProximityDetector(self.kinematics, self.room.geometry)
+        self.pair = self.detector.pair_names.index((f"left {first}", f"right {second}"))
+        self.left, self.right = self.room.arms[0].joints, self.room.arms[1].joints
+        self.q = self.room.start.copy()
+        self.row = np.zeros(self.room.model.nv)
+
+    def measure(self) -> float:
+        """Return d of the pair, and take note of its row [m]."""
+        self.kinematics.update(self.q)
+        self.detector.detect()
+        self.row = self.detector.row(self.pair)
+        for joints in (self.left, self.right):
+            assert np.linalg.norm(self.row[joints]) > AUTHORITY
+        return float(self.detector.distances()[self.pair])
+
+    def along(self, joints: slice, speed: float) -> Array:
+        """The smallest velocity (7,) of an arm that changes d at a speed [m/s]."""
+        row = self.row[joints]
+        return row * (speed / row.dot(row))
+
+    def start_at(self, distance: float) -> None:
+        """Bring both arms to a distance of the pair, by Newton steps along the rows."""
+        for _ in range(100):
+            missing = distance - self.measure()
+            step = float(np.clip(missing, -0.02, 0.02)) / 2.0
+            self.q[self.left] += self.along(self.left, step)
+            self.q[self.right] += self.along(self.right, step)
+            if abs(missing) < 1e-12:
+                break
+        assert self.measure() == pytest.approx(distance, abs=1e-9)
+
+    def avoiding(self, joints: slice, distance: float, pull: float, approach: float, aside: float) -> Array:
+        """What the law makes of a task that pulls with u, and wanders aside of the row."""
+        row = self.row[joints]
+        wander = aside * np.cos(np.arange(7.0))
+        nominal = self.along(joints, -pull) + wander - self.along(joints, float(row @ wander))
+        return self.law(Situation(self.q[joints], nominal, row, distance, approach))
+
+    def run(self, steps: int, dt: float, pull: float, approach: float = 0.0, aside: float = 0.0) -> Array:
+        """Return d (steps + 1,) while the left arm avoids and the right one comes with w."""
+        path = [self.measure()]
+        for _ in range(steps):
+            self.q[self.left] += self.avoiding(self.left, path[-1], pull, approach, aside) * dt
+            self.q[self.right] += self.along(self.right, -approach) * dt
+            path.append(self.measure())
+        return np.array(path)
+
+    def run_both(self, steps: int, dt: float, pull_left: float, pull_right: float) -> Array:
+        """Return d (steps + 1,) while each arm avoids the other."""
+        path = [self.measure()]
+        for _ in range(steps):
+            left = self.avoiding(self.left, path[-1], pull_left, 0.0, 0.0)
+            right = self.avoiding(self.right, path[-1], pull_right, 0.0, 0.0)
+            self.q[self.left] += left * dt
+            self.q[self.right] += right * dt
+            path.append(self.measure())
+        return np.array(path)
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("n", "u"), [(2.0, 0.2), (6.0, 0.05), (6.0, 0.2), (10.0, 0.2), (20.0, 0.4)])
+def test_static_resting_distance(rig: RigName, n: float, u: float) -> None:
+    """Against a steady pull and an obstacle that stands still, the real arm comes to rest within 1 mm of d*, from either side."""
+    dm, v = 0.15, 0.3
+    rest, tau = budget.resting_distance(dm, n, v, u), budget.settling_time(dm, n, v, u)
+    for start in (rest - 0.02, rest + 0.02):
+        contact = Contact(rig, SmoothPriority(dm, n, v))
+        contact.start_at(start)
+        dt = min(0.1 * tau, 0.02)
+        path = contact.run(round(5.0 * tau / dt), dt, u)
+        assert path[-1] == pytest.approx(rest, abs=1e-3)
+        assert abs(path[0] - rest) > 0.019
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("n", "u", "w"), [(6.0, 0.1, 0.1), (10.0, 0.0, 0.2), (10.0, 0.2, 0.25), (20.0, -0.05, 0.15)])
+def test_moving_resting_distance(rig: RigName, n: float, u: float, w: float) -> None:
+    """Against an obstacle that comes with w ≤ v, d settles at d* with w: above d_m, below the static rest."""
+    dm, v = 0.15, 0.3
+    rest, tau = budget.resting_distance(dm, n, v, u, w), budget.settling_time(dm, n, v, u, w)
+    contact = Contact(rig, SmoothPriority(dm, n, v))
+    contact.start_at(rest + 0.01)
+    path = contact.run(round(5.0 * tau / 0.005), 0.005, u, w)
+    assert path[-1] == pytest.approx(rest, abs=1e-3)
+    assert path.min() >= dm
+    assert rest < budget.resting_distance(dm, n, v, u)
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_motion_aside_does_not_matter(rig: RigName) -> None:
+    """A task that also wanders across the row, even quickly, rests at the same d*: the joints themselves do go elsewhere."""
+    dm, v, n, u = 0.15, 0.3, 10.0, 0.2
+    rest, tau = budget.resting_distance(dm, n, v, u), budget.settling_time(dm, n, v, u)
+    ends = []
+    for aside in (0.0, 0.3):
+        contact = Contact(rig, SmoothPriority(dm, n, v))
+        contact.start_at(rest + 0.01)
+        path = contact.run(round(5.0 * tau / 0.001), 0.001, u, aside=aside)
+        assert path[-1] == pytest.approx(rest, abs=1e-3)
+        ends.append(contact.q.copy())
+    assert np.abs(ends[1] - ends[0]).max() > 0.05
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("u", "w"), [(0.2, 0.35), (0.2, 0.45), (-0.1, 0.45), (1.0, 0.45)])
+def test_a_faster_obstacle_wins_by_exactly_the_difference(rig: RigName, u: float, w: float) -> None:
+    """w > v: below d_m the distance falls at w − v whatever u, within 1 mm/s."""
+    dm, v = 0.15, 0.3
+    contact = Contact(rig, SmoothPriority(dm, 6.0, v))
+    contact.start_at(0.14)
+    dt = 0.0005
+    path = contact.run(300, dt, u, w)
+    slope = -np.diff(path) / dt
+    assert path.max() < dm
+    assert np.abs(slope - budget.loss_rate(v, w)).max() < 1e-3
+    assert budget.loss_rate(v, w) == pytest.approx(w - v)
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("w", "keeps"), [(0.30, True), (0.28, True), (0.32, False)])
+def test_the_threshold_is_where_the_obstacle_is_as_fast_as_the_retreat(rig: RigName, w: float, keeps: bool) -> None:
+    """d ≥ d_m is kept if and only if w ≤ v."""
+    dm, v = 0.15, 0.3
+    contact = Contact(rig, SmoothPriority(dm, 10.0, v))
+    contact.start_at(0.16)
+    path = contact.run(300, 0.001, 0.2, w)
+    assert bool(path.min() >= dm - 1e-4) is keeps
+    assert budget.holds_distance(v, w) is keeps
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_fed_forward_it_holds_against_any_speed(rig: RigName) -> None:
+    """With w fed forward, line (R) holds with v + w for v: d ≥ d_m at w = 2 v, where the plain law loses (positive control)."""
+    dm, v, w, u, n = 0.15, 0.3, 0.6, 0.1, 10.0
+    for fed in (True, False):
+        contact = Contact(rig, SmoothPriority(dm, n, v, feed_forward=fed))
+        contact.start_at(0.16)
+        path = contact.run(300, 0.0005, u, w)
+        if fed:
+            assert path[-1] == pytest.approx(budget.resting_distance(dm, n, v + w, u, w), abs=1e-3)
+        assert bool(path.min() >= dm) is fed
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("v", "pulls"), [(0.05, (0.2, 0.3)), (0.3, (0.2, 0.2)), (0.3, (0.4, -0.1))])
+def test_both_arms(rig: RigName, v: float, pulls: tuple[float, float]) -> None:
+    """If both arms avoid, d never passes d_m for any v > 0, and each step's rate is 2 λ v − (1 − λ)(u_L + u_R)."""
+    dm, n, dt = 0.15, 10.0, 0.001
+    contact = Contact(rig, SmoothPriority(dm, n, v))
+    contact.start_at(0.17)
+    path = contact.run_both(500, dt, *pulls)
+    assert path.min() >= dm
+    lam = np.minimum(1.0, (dm / path[:-1]) ** n)
+    expected = [budget.distance_rate_both(x, v, *pulls) for x in lam]
+    assert np.abs(np.diff(path) / dt - expected).max() < 1e-3
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("n", "u"), [(10.0, 0.2), (20.0, 0.4)])
+def test_explicit_euler_breaks_where_the_budget_says(rig: RigName, n: float, u: float) -> None:
+    """Around d*, half a millimetre off dies out at .93 of `largest_step_at_rest`, and swings for ever at 1.07 of it."""
+    dm, v = 0.15, 0.3
+    rest, limit = budget.resting_distance(dm, n, v, u), budget.largest_step_at_rest(dm, n, v, u)
+    swings = []
+    for share in (0.93, 1.07):
+        contact = Contact(rig, SmoothPriority(dm, n, v))
+        contact.start_at(rest + 5e-4)
+        path = contact.run(120, share * limit, u)
+        swings.append(float(np.ptp(path[-10:])))
+        changes = np.sign(np.diff(path[-10:]))
+        if share > 1.0:
+            assert (changes[1:] * changes[:-1] < 0.0).all()
+    assert swings[0] < 1e-4
+    assert swings[1] > 2e-3
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_explicit_euler_at_the_critical_distance(rig: RigName) -> None:
+    """Near the threshold the limit is `largest_step`: at .9 of it d follows an obstacle quietly, at 1.3 of it d swings."""
+    dm, n, v, u, w = 0.05, 20.0, 0.3, 1.0, 0.25
+    limit, rest = budget.largest_step(dm, n, v, u), budget.resting_distance(dm, n, v, u, w)
+    swings = []
+    for share in (0.9, 1.3):
+        contact = Contact(rig, SmoothPriority(dm, n, v))
+        contact.start_at(rest + 5e-4)
+        path = contact.run(80, share * limit, u, w)
+        swings.append(float(np.abs(np.diff(path[-10:])).max()))
+    assert swings[0] < 2e-5
+    assert swings[1] > 2e-4
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("pairs", ["single", "soft"])
+def test_the_line_holds_along_a_hold_run(rig: RigName, pairs: Treatment) -> None:
+    """Step by step of a whole run with the real task and person: Δd/dt = λ v − (1 − λ) u − w within 1 mm/s.
+
+    Where it is promised, that is: no limit acts, J_d is not singular, and (single) the closest pair stays the same.
+    """
+    dt = 0.0025
+    run = hold_run(rig, 1, pairs, dt=dt, seconds=20.0)
+    table, settings = run.table, hold_settings(rig, 1, pairs, dt=dt)
+    room = build_room(rig)
+    kinematics = Kinematics(room.model, room.arms)
+    detector = ProximityDetector(kinematics, room.geometry)
+    positions, compared, worst, active = run.simulation.history.positions(table), 0, 0.0, 0.0
+    for k in range(0, len(table) - 1, 4):
+        same = pairs == "soft" or column(table, "pair")[k] == column(table, "pair")[k + 1]
+        kinematics.update(positions[k])
+        row = detector.detect(pairs, settings.law.beta).row[room.arm("left").joints]
+        if not same or column(table, "authority")[k] != Authority.FULL or np.linalg.norm(row) < AUTHORITY:
+            continue
+        lam, u, w = (float(column(table, name)[k]) for name in ("lambda", "u", "w_law"))
+        rate = float(column(table, "law_d")[k + 1] - column(table, "law_d")[k]) / dt
+        worst = max(worst, abs(rate - budget.distance_rate(lam, settings.law.nominal_velocity, u, w)))
+        compared, active = compared + 1, max(active, lam)
+    assert compared > 0.3 * len(table) / 4
+    assert active > 0.5
+    assert worst < 1.2e-3
