@@ -46,9 +46,12 @@ def _scenes() -> dict[str, RunSettings]:
     return {
         "hold, single pair": single,
         "hold, soft minimum": soft,
-        # A fast person and a quick return drive the avoiding arm into its velocity bounds.
-        "hold, soft minimum, bounds at work": replace(
-            soft, gain=20.0, hand_speed=1.0, law=replace(soft.law, nominal_velocity=1.0)
+        RESTLESS: replace(
+            soft,
+            gain=20.0,
+            hand_speed=1.0,
+            limit_gain=1.0,
+            law=replace(soft.law, nominal_velocity=1.0, critical_distance=0.3),
         ),
         "hold, pose, soft minimum": replace(soft, task="pose"),
         "hold, unprotected": replace(base, law=replace(base.law, law="unprotected")),

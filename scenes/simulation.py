@@ -62,6 +62,8 @@ class Simulation:
             for arm, robot in zip(room.arms, room.robots, strict=True)
         }
 
+        self._assign()
+
     def _assign(self) -> None:
         """Note who is who: everything that a step would otherwise look up again."""
         side = self.settings.guided

@@ -32,7 +32,7 @@ ROWS = shares().map(lambda row: np.where(np.abs(row) < 1e-3, 0.0, row)).filter(l
 
 def nearest_by_least_squares(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Array:
     """Solve min |x − q̇_n|² s.t. J_d x = r, lower ≤ x ≤ upper by a general solver: r as one very heavy row of a bounded fit."""
-    heavy = 1e5
+    heavy = 1e7
     A, b = np.vstack([np.eye(7), heavy * row]), np.append(nominal, heavy * rate)
     # A joint at its stop leaves no room at all, which the solver refuses to be given.
     fit = lsq_linear(A, b, (box.lower - 1e-12, box.upper + 1e-12), method="bvls", tol=1e-14)

@@ -168,12 +168,10 @@ def test_let_go_it_comes_to_rest(rig: RigName) -> None:
     """Without a target the arm stops within .3 s and stays; with one it was moving (positive control)."""
     led = Led(rig)
     goal = HandTarget(led.hand.translation + np.array([0.0, 0.2, 0.2]))
-    for _ in range(60):
-        dq = led.step(goal)
-    assert np.abs(dq).max() > 0.05
-    for _ in range(60):
-        dq = led.step(None)
-    assert np.abs(dq).max() < 1e-3
+    led_on = [led.step(goal) for _ in range(60)]
+    assert np.abs(led_on[-1]).max() > 0.05
+    let_go = [led.step(None) for _ in range(60)]
+    assert np.abs(let_go[-1]).max() < 1e-3
     resting = led.q.copy()
     for _ in range(400):
         led.step(None)
