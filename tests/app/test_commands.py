@@ -289,7 +289,7 @@ def test_option_and_link_are_one_tree() -> None:
     for key, spec in specs(Settings).items():
         present = values(Settings())[key]
         if spec.choices:
-            text = spec.choices[-1]
+            text = spec.choices[spec.choices.index(present) - 1]
         elif isinstance(present, bool):
             text = "0" if present else "1"
         else:
