@@ -3,9 +3,11 @@
 import logging
 import secrets
 import threading
+import time
 import warnings
+from collections.abc import Callable
 from time import perf_counter
-from typing import Final, Protocol
+from typing import Final
 
 import viser
 
@@ -23,21 +25,18 @@ warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", 
 FRAME: Final = 1.0 / 32.0
 """Wall time of a frame [s]."""
 
-
-class Host(Protocol):
-    """Joins visitors and sessions."""
-
-    def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw everything. `now`, `elapsed`: wall time [s]."""
-        ...
+SOONEST: Final = 0.008
+"""Least wall time between two frames when what a visitor does asks for one at once [s]."""
 
 
 class _Stand:
     """One visitor's private stand: a session, what is seen of it, and what is operated."""
 
-    def __init__(self, client: viser.ClientHandle, settings: Settings, problems: tuple[str, ...]) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, settings: Settings, problems: tuple[str, ...], wake: Callable[[], None]
+    ) -> None:
         self.client = client
-        self.session = Session(settings)
+        self.session = Session(settings, wake)
         with client.atomic():
             self.view = View(client, self.session, lambda: [client])
             self.operation = Operation(client, self.session, self.view)
@@ -52,7 +51,40 @@ class _Stand:
         self.client.flush()
 
 
-class PrivateHost:
+class _Visitors:
+    """Notes on the network's thread who comes and goes, and tells it on the frame loop's.
+
+    Attributes:
+        wake: asks for a frame at once; set by the frame loop.
+    """
+
+    def __init__(self, server: DuetServer) -> None:
+        self._server = server
+        self.wake: Callable[[], None] = lambda: None
+        self._arrivals: list[viser.ClientHandle] = []
+        self._departures: set[int] = set()
+        self._lock = threading.Lock()
+
+        @server.on_client_connect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._arrivals.append(client)
+            self.wake()
+
+        @server.on_client_disconnect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._departures.add(client.client_id)
+
+    def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
+        """Return who came (and is still there) and the ids of who left since the last call."""
+        with self._lock:
+            arrivals, self._arrivals = self._arrivals, []
+            departures, self._departures = self._departures, set()
+        return [client for client in arrivals if client.client_id not in departures], departures
+
+
+class PrivateHost(_Visitors):
     """Every tab has its own session.
 
     Args:
@@ -61,21 +93,9 @@ class PrivateHost:
     """
 
     def __init__(self, server: DuetServer, start: Settings) -> None:
-        self._server, self._start = server, start
+        self._start = start
         self._stands: dict[int, _Stand] = {}
-        self._arrivals: list[viser.ClientHandle] = []
-        self._departures: list[int] = []
-        self._lock = threading.Lock()
-
-        @server.on_client_connect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._arrivals.append(client)
-
-        @server.on_client_disconnect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._departures.append(client.client_id)
+        super().__init__(server)
 
     @property
     def sessions(self) -> dict[int, Session]:
@@ -84,19 +104,14 @@ class PrivateHost:
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw every session."""
-        with self._lock:
-            arrivals, self._arrivals = self._arrivals, []
-            departures, self._departures = self._departures, []
-        gone = set(departures)
+        arrivals, departures = self.changes()
         for client in arrivals:
-            if client.client_id in gone:
-                continue
             settings, problems = from_query(request_query(client), self._start)
             try:
-                self._stands[client.client_id] = _Stand(client, settings, problems)
+                self._stands[client.client_id] = _Stand(client, settings, problems, lambda: self.wake())
             except Exception:
                 log.exception("a visitor's page could not be built")
-        for number in gone:
+        for number in departures:
             self._stands.pop(number, None)
         for number, stand in list(self._stands.items()):
             try:
@@ -107,7 +122,7 @@ class PrivateHost:
                     log.exception("a frame of a visitor's page failed")
 
 
-class LectureHost:
+class LectureHost(_Visitors):
     """All tabs see one stage; one of them has the controls: the first, or the one that came with the key.
 
     Args:
@@ -117,26 +132,14 @@ class LectureHost:
     """
 
     def __init__(self, server: DuetServer, start: Settings, key: str | None) -> None:
-        self._server, self._key = server, key
-        self.session = Session(start)
+        self._key = key
+        self.session = Session(start, lambda: self.wake())
         self._clients: dict[int, viser.ClientHandle] = {}
         self._operation: Operation | None = None
         self._operator: int | None = None
-        self._arrivals: list[viser.ClientHandle] = []
-        self._departures: list[int] = []
-        self._lock = threading.Lock()
         self._view = View(server, self.session, lambda: list(self._clients.values()))
         server.gate.may_share = lambda client_id: client_id == self._operator
-
-        @server.on_client_connect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._arrivals.append(client)
-
-        @server.on_client_disconnect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._departures.append(client.client_id)
+        super().__init__(server)
 
     @property
     def operator(self) -> int | None:
@@ -145,13 +148,10 @@ class LectureHost:
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance the one session and draw it for all."""
-        with self._lock:
-            arrivals, self._arrivals = self._arrivals, []
-            departures, self._departures = self._departures, []
+        arrivals, departures = self.changes()
         for client in arrivals:
-            if client.client_id not in departures:
-                self._clients[client.client_id] = client
-                self._view.welcome(client)
+            self._clients[client.client_id] = client
+            self._view.welcome(client)
         for number in departures:
             self._clients.pop(number, None)
             if number == self._operator:
@@ -176,16 +176,18 @@ class LectureHost:
 
 
 class FrameLoop:
-    """The one thread that simulates and draws, `1 / FRAME` times a second.
+    """The one thread that simulates and draws: every `FRAME`, and at once (but not sooner than `SOONEST`) when it is woken.
 
     Args:
         host: what is advanced and drawn.
     """
 
-    def __init__(self, host: Host) -> None:
+    def __init__(self, host: PrivateHost | LectureHost) -> None:
         self._host = host
-        self._stop = threading.Event()
+        self._stopped = False
+        self._news = threading.Event()
         self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
+        host.wake = self._news.set
 
     def start(self) -> None:
         """Begin."""
@@ -193,20 +195,25 @@ class FrameLoop:
 
     def stop(self) -> None:
         """End, and wait until the last frame is done."""
-        self._stop.set()
+        self._stopped = True
+        self._news.set()
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
         last = due = perf_counter()
-        while not self._stop.is_set():
+        while not self._stopped:
+            self._news.clear()
             now = perf_counter()
             try:
                 self._host.frame(now, now - last)
             except Exception:
                 log.exception("a frame failed")
             last = now
-            due = max(due + FRAME, perf_counter() - FRAME)
-            self._stop.wait(max(due - perf_counter(), 0.001))
+            if now >= due:
+                # After a late frame the beat starts anew instead of catching up.
+                due = max(due + FRAME, now + FRAME / 2.0)
+            time.sleep(max(now + SOONEST - perf_counter(), 0.0))
+            self._news.wait(max(due - perf_counter(), 0.0))
 
 
 class House:

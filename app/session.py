@@ -50,10 +50,12 @@ class Session:
 
     Args:
         settings: of the run and of the page.
+        wake: called after every `post`, so that whoever draws need not wait for the next regular frame.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None) -> None:
         self.settings = settings
+        self._wake = wake
         self.simulation = Simulation(settings.run)
         self.paused = False
         self.held: HandTarget | None = None
@@ -69,6 +71,7 @@ class Session:
     def post(self, action: Callable[[], None]) -> None:
         """Have something done at the beginning of the next frame, on the session's own thread."""
         self._posts.append(action)
+        self._wake()
 
     @property
     def pace(self) -> Pace:

@@ -20,6 +20,9 @@ from controllers.kinematics import Array
 TOLERANCE: Final = 1e-6
 """A distance rate missed by less than this counts as reached [m/s]."""
 
+FELT: Final = 1e-6
+"""Entries of J_d smaller than this are rounding noise [m/rad]: a roll joint does not move its own segment's closest point."""
+
 
 class Authority(IntEnum):
     """Why an arm cannot do what the law asks of it."""
@@ -114,7 +117,7 @@ def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bo
     ends: list[tuple[float, int]] = []
     slope = 0.0
     for i, (ji, qi) in enumerate(zip(j, qn, strict=True)):
-        if ji != 0.0:
+        if abs(ji) > FELT:
             room = (upper[i] - qi) if sign * ji > 0.0 else (qi - lower[i])
             ends.append((max(room, 0.0) / abs(ji), i))
             slope += ji * ji

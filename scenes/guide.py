@@ -125,7 +125,7 @@ class Guide:
     def _inside_box(self, J: Array, task: Array, free: Array) -> Array:
         """Return eq. (4), J^# ẋ + N q̇₀, with joints at their bounds taken out and the others doing their share."""
         lower, upper, movable = self.box.lower, self.box.upper, J
-        fixed = None
+        fixed, dq = None, free
         for _ in range(SATURATIONS):
             # J^# (ẋ − J q̇₀) + q̇₀ is J^# ẋ + N q̇₀ without building N.
             dq = damped_solution(movable, task - J.dot(free), GUIDE_DAMPING)
@@ -136,7 +136,7 @@ class Guide:
             fixed = beyond if fixed is None else fixed | beyond
             free = np.where(fixed, np.minimum(np.maximum(dq, lower), upper), free)
             movable = np.where(fixed, 0.0, J)
-        return free
+        return self.box.clip(dq)
 
 
 def _shortened(vector: Array, longest: float) -> Array:

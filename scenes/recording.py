@@ -64,7 +64,10 @@ def read_inputs(path: Path) -> Recording:
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.startswith("#"):
             continue
-        cells = next(csv.reader([line]))
+        try:
+            cells = next(csv.reader([line]))
+        except csv.Error as error:
+            raise BadInputFile(f"{path}, line {number}: cannot be read as CSV ({error}).") from None
         if not header:
             header = tuple(cell.strip().lower() for cell in cells)
             if header not in (POSITION_HEADER, POSE_HEADER):

@@ -159,16 +159,16 @@ class Simulation:
         self.time += settings.dt
 
     def _bound(self, situation: Situation, wanted: Array, lam: float) -> Bounded:
-        box = self._box
+        """Return what the avoiding arm can do of what the law wants."""
+        box, row = self._box, situation.row
         self.bound_bites = not box.contains(wanted)
-        if self.bound_bites:
-            return bounded_row(situation.nominal, situation.row, float(situation.row.dot(wanted)), box)
-        if lam > 0.5:
-            square = float(situation.row.dot(situation.row))
+        bounded = bounded_row(situation.nominal, row, float(row.dot(wanted)), box) if self.bound_bites else Bounded(wanted)
+        if lam > 0.5 and bounded.authority is Authority.FULL:
+            square = float(row.dot(row))
             # Less than half of what the law asked for is left after damping: the arm has no lever against this approach.
             if row_damping(square) > square:
-                return Bounded(wanted, Authority.LEVERAGE)
-        return Bounded(wanted)
+                return bounded._replace(authority=Authority.LEVERAGE)
+        return bounded
 
     def sample(self) -> Sample:
         """Return the newest step; makes none if there is none yet, but measures the present state."""

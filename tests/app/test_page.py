@@ -30,7 +30,7 @@ from app.page.keys import HOTKEYS
 from app.page.plots import POINTS, WINDOW, PlotBuffer
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import SyncVisitor, Visitor
+from app.wsclient import CAMERA, SyncVisitor, Visitor
 from scenes.autopilot import Autopilot
 from scenes.history import COLUMN
 from scenes.settings import RunSettings, changed, specs, values
@@ -166,7 +166,8 @@ def test_no_value_from_outside_gets_in(house: OpenHouse, arrive: Arrive, key: st
         bad = []
     else:
         high = spec.high * spec.page_scale
-        bad = [NAN, INF, -INF, 1e9, -1e9, 1e308, spec.low * spec.page_scale - spec.step, high + spec.step, high + 1e-7 * high]
+        bad = [NAN, INF, -INF, 1e9, -1e9, 1e308, spec.low * spec.page_scale - spec.step, high + spec.step]
+        bad += [] if isinstance(before[key], int) else [high * (1.0 + 1e-7)]
     for value in bad:
         one.visitor.set_value(label, value)
     roundtrip(one)
@@ -273,14 +274,15 @@ def test_dragging_the_hand(house: OpenHouse, arrive: Arrive) -> None:
     hand, other_hand, q = one.ask(start)
     turn = visitor.mirror.nodes[HAND]["wxyz"]
     shown = [tuple(visitor.mirror.nodes[HAND]["position"])]
-    goal = other_hand + np.array([0.0, 0.0, 0.02])
+    # Further, and the orange arm is at the end of its own joints.
+    goal = hand + (other_hand - hand) * 0.75
     for share in np.linspace(0.1, 1.0, 10):
-        visitor.move_gizmo(HAND, tuple(hand + (goal - hand) * share), turn)
+        visitor.move_gizmo(HAND, tuple((hand + (goal - hand) * share).tolist()), turn)
         one.run_on(0.25)
         shown.append(tuple(visitor.mirror.nodes[HAND]["position"]))
-    # It came: nearer by most of the way, although the other arm's body may be in the way.
+    # It came.
     nearest = lambda s: float(np.linalg.norm(s.simulation.kinematics.hand_pose(s.simulation.guided).translation - goal))  # noqa: E731
-    one.wait(lambda s: nearest(s) < 0.03, 30.0)
+    one.wait(lambda s: nearest(s) < 5e-3, 30.0)
     # While it is held, the server leaves the handle alone.
     assert len(set(shown)) == 1
     # The other arm yielded, and no closer than d_m.
@@ -310,7 +312,7 @@ def test_turning_the_hand(house: OpenHouse, arrive: Arrive) -> None:
     wanted = pose.rotation @ pin.rpy.rpyToMatrix(0.0, 0.0, 0.4)
     q = pin.Quaternion(wanted)
     one.visitor.move_gizmo(HAND, phase="start")
-    one.visitor.move_gizmo(HAND, tuple(pose.translation), (q.w, q.x, q.y, q.z))
+    one.visitor.move_gizmo(HAND, tuple(pose.translation.tolist()), (q.w, q.x, q.y, q.z))
 
     def away(s: Session) -> float:
         present = s.simulation.kinematics.hand_pose(s.simulation.guided)
@@ -337,7 +339,7 @@ def test_dragging_the_elbow_swivels_it_and_leaves_the_hand(house: OpenHouse, arr
     visitor.move_gizmo(ELBOW, phase="start")
     for angle in np.linspace(0.05, 0.4, 8):
         q = pin.Quaternion(frame @ pin.rpy.rpyToMatrix(float(angle), 0.0, 0.0))
-        visitor.move_gizmo(ELBOW, tuple(elbow), (q.w, q.x, q.y, q.z))
+        visitor.move_gizmo(ELBOW, tuple(elbow.tolist()), (q.w, q.x, q.y, q.z))
         one.run_on(0.1)
     goal = foot + pin.exp3(frame[:, 0] * 0.4) @ (elbow - foot)
     assert np.linalg.norm(goal - elbow) > 0.05
@@ -521,7 +523,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     first.wait_for(lambda _: session.paused)
     steps = ask(session, lambda s: s.simulation.steps)
     second.wait_for(lambda _: arms(second) == arms(first))
-    assert steps > 0 and len(arms(first)) == 19
+    assert steps > 0 and len(arms(first)) == 18
     assert has_controls(first) and not has_controls(second)
     assert host.operator == int(first.mirror.nodes[HAND]["owner"])
 
@@ -542,9 +544,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     # The camera is everybody's own: once it has arrived, all of the above has, too.
     known = opened.server.get_clients()
     (own,) = (client for number, client in known.items() if number != host.operator)
-    camera = {"wxyz": [1.0, 0.0, 0.0, 0.0], "position": [9.0, 1.0, 1.0], "fov": 1.0, "near": 0.01, "far": 100.0}
-    camera |= {"image_height": 500, "image_width": 700, "look_at": [0.0, 0.0, 0.0], "up_direction": [0.0, 0.0, 1.0]}
-    second.send({"type": "ViewerCameraMessage", **camera})
+    second.send(CAMERA | {"image_height": 500, "image_width": 700})
     second.wait_for(lambda _: own.camera.image_width == 700)
     assert ask(session, lambda s: (s.settings, s.paused, s.held, s.simulation.steps)) == (before, True, None, steps)
     # The first one can.
@@ -595,7 +595,8 @@ def test_a_lecture_has_more_than_eight_seats(house: OpenHouse, join: Join) -> No
 
 
 def test_every_hotkey_does_what_the_table_says(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house())
+    opened = house()
+    one = arrive(opened)
     session, done = one.session, set[str]()
 
     def hit(action: str) -> None:
@@ -620,9 +621,14 @@ def test_every_hotkey_does_what_the_table_says(house: OpenHouse, arrive: Arrive)
     assert not session.settings.page.autopilot
     hit("autopilot")
     assert session.settings.page.autopilot
+    (client,) = opened.server.get_clients().values()
+    seen_from = tuple(client.camera.position)
+    one.visitor.send(CAMERA | {"position": [0.0, 9.0, 9.0]})
+    one.visitor.wait_for(lambda _: client.camera.position[1] == 9.0)
     cameras = one.visitor.received.messages["SetCameraPositionMessage"]
     hit("view")
     one.visitor.wait_for(lambda v: v.received.messages["SetCameraPositionMessage"] == cameras + 1)
+    assert np.allclose(client.camera.position, seen_from)
 
     # Seen from in front of the torso, to the right is +y, away is −x (the view is turned by a little).
     place = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
@@ -654,7 +660,7 @@ def test_the_hotkeys_differ_from_each_other() -> None:
 
 def plots(visitor: SyncVisitor) -> list[tuple[np.ndarray, ...]]:
     """The data of every plot, in order."""
-    return [tuple(np.array(row) for row in element["_data"]) for element in bodies(visitor, "GuiUplotMessage")]
+    return [tuple(np.array(row) for row in element["data"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
 @pytest.mark.parametrize(("label", "value"), [("colours", "Dark"), ("text", "Projector")])
@@ -675,7 +681,9 @@ def test_plots_made_while_paused_are_not_empty(house: OpenHouse, arrive: Arrive,
     one = arrive(house())
     one.run_on(1.0)
     press(one, "pause")
+    old = {element["uuid"] for element in bodies(one.visitor, "GuiUplotMessage")}
     one.visitor.set_value(*change)
+    one.visitor.wait_for(lambda _: {element["uuid"] for element in bodies(one.visitor, "GuiUplotMessage")} - old)
     count = 3 if change[0] == "more plots" else 2
     one.visitor.wait_for(lambda _: len(bodies(one.visitor, "GuiUplotMessage")) == count)
     one.visitor.wait_for(lambda _: all(len(plot[0]) > 5 for plot in plots(one.visitor)))
@@ -698,9 +706,9 @@ def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypat
     take = one.visitor.mirror.take
 
     def count(message: dict[str, Any]) -> None:
-        if message["type"] == "GuiUpdateMessage" and "_data" in message["updates"]:
+        if message["type"] == "GuiUpdateMessage" and "data" in message["updates"]:
             refreshes[0] += 1
-            payloads.append(len(message["updates"]["_data"][0]))
+            payloads.append(len(message["updates"]["data"][0]))
         take(message)
 
     monkeypatch.setattr(one.visitor.mirror, "take", count)

@@ -1,0 +1,84 @@
+"""How long a movement of the mouse takes to become a picture: `python -m tests.measure_latency`.
+
+A figure for a person to read, not a test: it says what this machine does at this moment. In a small window, the hand's handle is
+pulled by single moves of the mouse while everything else stands still; each is timed from the pointer's event to the first drawn
+frame in which a link of the guided arm has turned.
+"""
+
+import statistics
+
+import numpy as np
+from playwright.sync_api import Page, sync_playwright
+
+from app.hosts import PrivateHost, open_house
+from app.settings import Settings, from_query
+from tests.browser import launch, wait_frames, wait_ready, world_to_px
+
+MOVES = 60
+
+_WATCH = """() => {
+  const links = ["j1", "j2", "j3", "j4", "j5", "j6", "j7"].map((_, i, all) => "/arms/right/base/" + all.slice(0, i + 1).join("/"));
+  const pose = () => links.flatMap(name => __viserMutable.nodeRefFromName[name].quaternion.toArray());
+  window.duet = { moved: 0, seen: [], still: 0 };
+  addEventListener("pointermove", event => { duet.moved = event.timeStamp; duet.waiting = true; duet.from = pose(); }, true);
+  let last = pose();
+  const frame = () => {
+    const now = pose();
+    duet.still = Math.max(...now.map((x, i) => Math.abs(x - last[i]))) < 1e-6 ? duet.still + 1 : 0;
+    if (duet.waiting && Math.max(...now.map((x, i) => Math.abs(x - duet.from[i]))) > 2e-5) {
+      duet.seen.push(performance.now() - duet.moved);
+      duet.waiting = false;
+    }
+    last = now;
+    requestAnimationFrame(frame);
+  };
+  requestAnimationFrame(frame);
+}"""
+
+
+def measure(page: Page, host: PrivateHost) -> list[float]:
+    """Return the delays of single mouse moves [ms]."""
+    session = next(iter(host.sessions.values()))
+    simulation = session.simulation
+    pose = simulation.kinematics.hand_pose(simulation.guided)
+    grip = pose.translation + pose.rotation[:, 2] * 0.22 * 0.6
+    x, y = world_to_px(page, grip)
+    page.mouse.move(x - 3, y - 3)
+    wait_frames(page)
+    page.mouse.move(x, y)
+    wait_frames(page, 3)
+    page.mouse.down()
+    page.evaluate(_WATCH)
+    ahead = np.array(world_to_px(page, grip + pose.rotation[:, 2] * 0.03)) - (x, y)
+    for i in range(MOVES):
+        page.wait_for_function("() => duet.still > 6")
+        seen = page.evaluate("duet.seen.length")
+        shift = ahead if i % 2 == 0 else np.zeros(2)
+        page.mouse.move(x + shift[0], y + shift[1])
+        page.wait_for_function("n => duet.seen.length > n", arg=seen)
+    page.mouse.up()
+    return page.evaluate("duet.seen")
+
+
+def main() -> None:
+    """Measure and print."""
+    settings, _ = from_query({"autopilot": "0"}, Settings())
+    house = open_house("127.0.0.1", 0, settings)
+    assert isinstance(house.host, PrivateHost)
+    try:
+        with sync_playwright() as playwright:
+            browser = launch(playwright)
+            page = browser.new_page(viewport={"width": 700, "height": 500})
+            page.goto(house.url)
+            wait_ready(page, "/gizmo/hand")
+            delays = measure(page, house.host)
+            browser.close()
+    finally:
+        house.close()
+    print(
+        f"pointer to picture, {len(delays)} moves: median {statistics.median(delays):.0f} ms, p90 {np.percentile(delays, 90):.0f} ms"
+    )
+
+
+if __name__ == "__main__":
+    main()
