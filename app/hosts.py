@@ -11,7 +11,7 @@ from typing import Final
 
 import viser
 
-from app.page.keys import relay_script
+from app.page.keys import picture_script, relay_script
 from app.page.page import Operation, View
 from app.server import DuetServer, request_query, start_server
 from app.session import Session
@@ -265,7 +265,11 @@ def open_house(
         PortInUse, BadSetting: see `app.server.start_server`.
     """
     server = start_server(
-        host, port, allowed_origins=allowed_origins, max_clients=None if lecture else sessions, script=relay_script()
+        host,
+        port,
+        allowed_origins=allowed_origins,
+        max_clients=None if lecture else sessions,
+        script=picture_script() + relay_script(),
     )
     server.scene.world_axes.visible = False
     return House(server, LectureHost(server, settings, key) if lecture else PrivateHost(server, settings))

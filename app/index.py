@@ -112,7 +112,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
         client_html: viser's own `index.html`.
         title: the title of the tab.
         run: a word that is different for every start of the server.
-        script: further JavaScript of the page's own.
+        script: further JavaScript of the page's own, which runs before ours and may change the page's query.
 
     Raises:
         ValueError: the page doesn't look as expected (another version of viser).
@@ -121,7 +121,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
     if not mark:
         raise ValueError("viser's page has no title to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "longest": _LONGEST_QUERY, "lost": "Connection lost – trying again…"}
-    script = _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c")) + script
+    script += _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
     return f"{head}<title>{html.escape(title)}</title><style>{_STYLE}</style><script>{script}</script>{rest}"

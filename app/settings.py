@@ -10,6 +10,7 @@ from scenes.settings import RunSettings, Spec, changed, specs, values
 
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
+Picture = Literal["fine", "fast"]
 Details = Literal["none", "lambda", "joints", "rates", "speeds"]
 
 
@@ -30,6 +31,18 @@ class PageSettings:
                 "Larger text and stronger lines for a projector.",
                 choices=("desk", "projector"),
                 choice_labels=("Desk", "Projector"),
+            )
+        },
+    )
+    picture: Picture = field(
+        default="fine",
+        metadata={
+            "spec": Spec(
+                "picture",
+                "picture",
+                "Fast leaves out shadows and reflections; a browser without a graphics card starts with it.",
+                choices=("fine", "fast"),
+                choice_labels=("Fine", "Fast"),
             )
         },
     )

@@ -41,7 +41,7 @@ def measure(page: Page, host: PrivateHost) -> list[float]:
     session = next(iter(host.sessions.values()))
     simulation = session.simulation
     pose = simulation.kinematics.hand_pose(simulation.guided)
-    grip = pose.translation + pose.rotation[:, 2] * 0.22 * 0.6
+    grip = pose.translation + pose.rotation[:, 0] * 0.22 * 0.6
     x, y = world_to_px(page, grip)
     page.mouse.move(x - 3, y - 3)
     wait_frames(page)
@@ -49,7 +49,7 @@ def measure(page: Page, host: PrivateHost) -> list[float]:
     wait_frames(page, 3)
     page.mouse.down()
     page.evaluate(_WATCH)
-    ahead = np.array(world_to_px(page, grip + pose.rotation[:, 2] * 0.03)) - (x, y)
+    ahead = np.array(world_to_px(page, grip + pose.rotation[:, 0] * 0.03)) - (x, y)
     for i in range(MOVES):
         page.wait_for_function("() => duet.still > 6")
         seen = page.evaluate("duet.seen.length")

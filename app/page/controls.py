@@ -15,7 +15,7 @@ from scenes.settings import Spec, specs, values
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, ("law", "dm", "n", "v", "k", "pairs", "beta", "ff", "one_sided")),
     ("Arms", viser.Icon.ROBOT, ("rig", "guided", "task", "autopilot", "wmax", "seed", "dt", "g")),
-    ("View", viser.Icon.EYE, ("theme", "profile")),
+    ("View", viser.Icon.EYE, ("theme", "profile", "picture")),
 )
 """Where each setting is found; `plot` and `speed` have places of their own."""
 

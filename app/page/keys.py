@@ -65,6 +65,19 @@ def relay_script() -> str:
     )
 
 
+def picture_script() -> str:
+    """Return JavaScript that asks for the fast picture where the browser draws without a graphics card, unless the link chose."""
+    return (
+        "(()=>{const q=new URLSearchParams(location.search);if(q.has('picture'))return;"
+        "const gl=document.createElement('canvas').getContext('webgl');if(!gl)return;"
+        "const info=gl.getExtension('WEBGL_debug_renderer_info');"
+        "const name=info?gl.getParameter(info.UNMASKED_RENDERER_WEBGL):'';"
+        "gl.getExtension('WEBGL_lose_context')?.loseContext();"
+        "if(/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name)){q.set('picture','fast');"
+        "history.replaceState(null,'','?'+q);}})();"
+    )
+
+
 def help_html() -> str:
     """Return the table as HTML."""
     rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{h.text}</td></tr>" for h in HOTKEYS)

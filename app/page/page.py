@@ -25,7 +25,13 @@ from scenes.rigs import RIGS
 SETTLING: Final = 6.0
 """How long a newcomer's camera is corrected when its canvas changes its shape [s of wall time]."""
 
-PHONE_ASPECT: Final = 0.8
+LOW_CANVAS: Final = 520.0
+"""On a canvas lower than this [px] the plots wait folded up until they are asked for, …"""
+
+PLOTS_BAR: Final = 60.0
+"""… as a bar of this height [CSS px]."""
+
+PHONE_ASPECT: Final = 0.62
 """A canvas narrower than this is a phone's, whose lower part is a sheet …"""
 
 PHONE_SHEET: Final = 0.48
@@ -56,16 +62,20 @@ class View:
         self.plots_tab = self._plots_panel.add_tab("Live plots", viser.Icon.CHART_LINE)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
         self._plots_panel.float(x=14, y=-14, width=760)
+        if self._canvas_height() < LOW_CANVAS:
+            self._plots_panel.minimize()
         self._look = page.theme, page.profile
         self._rig = session.settings.run.rig
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._configure_theme()
         self._stage = Stage(host.scene, session.simulation, page)
 
-    def _plots_height(self) -> int:
+    def _canvas_height(self) -> float:
         # A lecture's plots are drawn for everybody: for the projector, whose window nobody knows here.
-        height = self._host.camera.image_height if isinstance(self._host, viser.ClientHandle) else 900.0
-        return plots_height(height, self._session.settings.page.profile)
+        return self._host.camera.image_height if isinstance(self._host, viser.ClientHandle) else 900.0
+
+    def _plots_height(self) -> int:
+        return plots_height(self._canvas_height(), self._session.settings.page.profile)
 
     def _configure_theme(self) -> None:
         self._host.gui.configure_theme(
@@ -84,9 +94,8 @@ class View:
     def look(self, client: viser.ClientHandle) -> None:
         """Point a client's camera at the present rig."""
         profile, height = self._session.settings.page.profile, max(client.camera.image_height, 1)
-        covered = min((self._plots_height() + PLOTS_FRAME * scale(profile)) / height, 0.6)
-        if client.camera.aspect < PHONE_ASPECT:
-            covered = PHONE_SHEET
+        panel = self._plots_height() + PLOTS_FRAME * scale(profile) if height >= LOW_CANVAS else PLOTS_BAR
+        covered = PHONE_SHEET if client.camera.aspect < PHONE_ASPECT else min(panel / height, 0.6)
         place_camera(client, RIGS[self._session.settings.run.rig].camera, covered)
 
     def _settle(self, now: float) -> None:

@@ -8,7 +8,7 @@ import pinocchio as pin
 import viser
 
 from app.page.arms import ArmView
-from app.page.theme import PALETTES, blend, rgb, scale
+from app.page.theme import PALETTES, Palette, blend, rgb, scale
 from app.settings import PageSettings
 from scenes.history import Sample
 from scenes.rigs import Camera
@@ -32,11 +32,10 @@ class Stage:
 
     def __init__(self, scene: viser.SceneApi, simulation: Simulation, page: PageSettings) -> None:
         self.scene = scene
-        self._light()
         self._room: viser.GlbHandle | None = None
         self._arms: tuple[ArmView, ...] = ()
         self._built: tuple[str, str] | None = None
-        self._dressed: tuple[str, str] | None = None
+        self._dressed: tuple[str, ...] | None = None
         self._trace_points: deque[np.ndarray] = deque(maxlen=TRACE_POINTS)
         self._trace_time = -np.inf
         self._width = 0.0
@@ -54,36 +53,24 @@ class Stage:
         self._trace = scene.add_line_segments("/trace", trace, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
         self.show(simulation, simulation.sample(), page)
 
-    def _light(self) -> None:
-        scene = self.scene
-        scene.configure_default_lights(enabled=False)
-        scene.add_light_directional("/light/key", intensity=2.0, cast_shadow=True, position=(2.4, -2.0, 4.0))
-        scene.add_light_directional("/light/fill", intensity=0.7, position=(-2.5, 2.0, 2.0), color=(205, 222, 255))
-
     def _dress(self, page: PageSettings) -> None:
-        """Set everything that depends on the theme and the profile."""
-        scene, palette, dark = self.scene, PALETTES[page.theme], page.theme == "dark"
+        """Set everything that depends on the theme, the profile and the kind of picture."""
+        scene, palette, dark, fine = self.scene, PALETTES[page.theme], page.theme == "dark", page.picture == "fine"
         top, bottom = (np.array(c, float) for c in palette.background)
         ramp = np.linspace(0.0, 1.0, 256)[:, None, None]
         scene.set_background_image(np.tile(top + (bottom - top) * ramp, (1, 8, 1)).round().astype(np.uint8), format="png")
-        scene.configure_environment_map("studio", environment_intensity=0.42 if dark else 0.55)
-        scene.add_grid(
-            "/floor",
-            width=6,
-            height=6,
-            cell_size=0.1,
-            section_size=0.5,
-            cell_thickness=0.6,
-            section_thickness=1.0,
-            cell_color=palette.cell,
-            section_color=palette.section,
-            infinite_grid=False,
-            fade_distance=6,
-            fade_from="origin",
-            fade_strength=1.2,
-            shadow_opacity=0.3,
-            plane_opacity=0.0,
+        scene.configure_default_lights(enabled=False)
+        scene.add_light_directional("/light/key", intensity=2.0, cast_shadow=fine, position=(2.4, -2.0, 4.0))
+        scene.add_light_directional("/light/fill", intensity=0.7, position=(-2.5, 2.0, 2.0), color=(205, 222, 255))
+        if fine:
+            scene.configure_environment_map("studio", environment_intensity=0.42 if dark else 0.55)
+        else:
+            # Reflections are the dearest part of a picture drawn without a graphics card; plain light stands in for them.
+            scene.configure_environment_map(None)
+        scene.add_light_hemisphere(
+            "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 155, 165), intensity=1.9, visible=not fine
         )
+        self._lay_floor(palette, fine)
         error, ink = rgb(palette.error), (40, 44, 50) if not dark else (235, 240, 245)
         self._place.color = error
         self._ring.color = error
@@ -95,6 +82,33 @@ class Stage:
         self._label.font_screen_scale = 1.15 * self._scale
         for end in self._ends:
             end.color = ink
+
+    def _lay_floor(self, palette: Palette, fine: bool) -> None:
+        if fine:
+            self.scene.add_grid(
+                "/floor",
+                width=6,
+                height=6,
+                cell_size=0.1,
+                section_size=0.5,
+                cell_thickness=0.6,
+                section_thickness=1.0,
+                cell_color=palette.cell,
+                section_color=palette.section,
+                infinite_grid=False,
+                fade_distance=6,
+                fade_from="origin",
+                fade_strength=1.2,
+                shadow_opacity=0.3,
+                plane_opacity=0.0,
+            )
+            return
+        ticks = np.arange(-3.0, 3.01, 0.5)
+        ends = np.full_like(ticks, 3.0)
+        zero = np.zeros_like(ticks)
+        along = np.stack([np.stack([ticks, -ends, zero], -1), np.stack([ticks, ends, zero], -1)], 1)
+        lines = np.concatenate([along, along[..., [1, 0, 2]]]).astype(np.float32)
+        self.scene.add_line_segments("/floor", lines, palette.section, thickness=1, thickness_units="screen")
 
     def _build(self, simulation: Simulation) -> None:
         """Put up the rig's room and arms; the guided arm is orange, the avoiding one silver."""
@@ -111,9 +125,10 @@ class Stage:
 
     def show(self, simulation: Simulation, sample: Sample, page: PageSettings) -> None:
         """Draw one state; called by the frame loop, or once at the start."""
-        if self._dressed != (page.theme, page.profile):
+        look = page.theme, page.profile, page.picture
+        if self._dressed != look:
             self._dress(page)
-            self._dressed = page.theme, page.profile
+            self._dressed = look
         built = simulation.settings.rig, simulation.settings.guided
         if self._built != built:
             self._build(simulation)

@@ -1,0 +1,498 @@
+"""The page in a real browser, with a real mouse and a real keyboard.
+
+Nothing waits for a time: `until` looks again after every drawn frame, and gives up after a while.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Locator, Page
+
+from app.hosts import House, LectureHost
+from app.page.gizmos import NUDGE, swivel_frame
+from app.page.keys import HOTKEYS
+from app.session import Session
+from app.settings import Settings
+from scenes.history import COLUMN
+from scenes.settings import specs, values
+from tests.app.conftest import ELBOW, HAND, OpenHouse, ask, live_sessions
+from tests.browser import PageAt, drag_arrow, screenshot, wait_frames, wait_ready, world_position, world_to_px
+
+SPECS = specs(Settings)
+GIZMO, ARC = 0.22, 0.26 * 0.65
+"""Length of the hand's arrows and radius of the elbow's arc [m]."""
+
+WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
+
+
+def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 20.0) -> None:
+    """Return as soon as something is true, asked again after every drawn frame."""
+    deadline = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < deadline, f"{what}: not within {seconds:g} s"
+        wait_frames(page, 1)
+
+
+def visit(page: Page, opened: House, query: str = "") -> Session:
+    """Open a house's page; the session that it got."""
+    before = set(live_sessions(opened))
+    page.goto(f"{opened.url}/?{query}")
+    wait_ready(page, HAND)
+    (number,) = set(live_sessions(opened)) - before
+    return live_sessions(opened)[number]
+
+
+def hand(session: Session) -> np.ndarray:
+    """Where the guided hand is."""
+    return ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
+
+
+def run_on(page: Page, session: Session, seconds: float) -> None:
+    """Return when so much more time has been simulated."""
+    end = session.simulation.time + seconds
+    until(page, lambda: session.simulation.time >= end, "simulated time")
+
+
+def row(page: Page, label: str) -> Locator:
+    """A control with its label."""
+    return page.locator(f'label:text-is("{label}")').locator("xpath=../..")
+
+
+def control(page: Page, key: str) -> Locator:
+    """The control of a setting."""
+    spec = SPECS[key]
+    return row(page, f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label)
+
+
+def set_by_hand(page: Page, session: Session, key: str) -> None:
+    """Change a setting as a person does, and wait until the server has it, and nothing else."""
+    spec, before = SPECS[key], values(session.settings)
+    place, present = control(page, key), before[key]
+    if spec.choices:
+        index = spec.choices.index(present) - 1
+        place.locator("input[role=combobox], input:visible").first.click()
+        page.get_by_role("option", name=spec.choice_labels[index], exact=True).click()
+        expected: Any = spec.choices[index]
+    elif isinstance(present, bool):
+        place.locator("input[type=checkbox]").click(force=True)
+        expected = not present
+    else:
+        number = spec.low * spec.page_scale + 4.0 * (spec.step or 1.0)
+        number = int(present) + 41 if isinstance(present, int) else number
+        box = place.locator("input[type=text]").last
+        box.fill(f"{number:g}")
+        box.press("Enter")
+        expected = number if isinstance(present, int) else number / spec.page_scale
+    until(page, lambda: values(session.settings)[key] == pytest.approx(expected, abs=1e-9), key)
+    after = values(session.settings)
+    assert {k for k in after if after[k] != before[k]} == {key}
+
+
+def drag_through(page: Page, points: list[np.ndarray]) -> None:
+    """Take what is at the first point of the scene with the mouse, and pull it through the others."""
+    pixels = [world_to_px(page, point) for point in points]
+    for x, y in pixels:
+        assert page.evaluate("([x, y]) => document.elementFromPoint(x, y) === __viserMutable.canvas", [x, y]), (x, y)
+    x, y = pixels[0]
+    page.mouse.move(x - 3, y - 3)
+    wait_frames(page)
+    page.mouse.move(x, y)
+    wait_frames(page, 3)
+    page.mouse.down()
+    wait_frames(page)
+    for x, y in pixels[1:]:
+        page.mouse.move(x, y)
+        wait_frames(page, 3)
+
+
+def best_arrow(session: Session, toward: np.ndarray) -> tuple[np.ndarray, float]:
+    """The hand's arrow that lies most along a direction, and whether it points there (1) or away (−1)."""
+    rotation = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).rotation.copy())
+    along = toward @ rotation
+    i = int(np.abs(along).argmax())
+    return rotation[:, i], float(np.sign(along[i]))
+
+
+# --- the handles ---------------------------------------------------------------------------------------------------------------
+
+
+def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    # Slow, so that the arrow is still where the mouse goes.
+    session = visit(page, house(), "speed=0.25&wmax=0.05")
+    run_on(page, session, 0.1)
+    assert session.settings.page.autopilot and session.held is None
+    page.get_by_text("The autopilot moves the orange right arm").wait_for()
+    arrow, _ = best_arrow(session, np.array([0.0, 0.0, 1.0]))
+    before = session.simulation.time
+    drag_arrow(page, hand(session), arrow, GIZMO, 0.10, steps=4)
+    until(page, lambda: session.held is None and not session.settings.page.autopilot, "letting go")
+    assert session.simulation.time > before
+    page.get_by_text("Drag the orange right arm").wait_for()
+    # The control knows it, too.
+    page.get_by_role("tab", name="Arms").click()
+    assert not control(page, "autopilot").locator("input[type=checkbox]").is_checked()
+
+
+def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house(), "autopilot=0&speed=2")
+    start, other = hand(session), ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
+    still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
+    arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
+    drag_arrow(page, start, arrow, GIZMO, sign * 0.40, steps=24, frames_per_step=3)
+    # Released: the handle jumps back to the hand, which stays where it came to.
+    until(page, lambda: session.held is None, "release")
+    run_on(page, session, 0.3)
+    end = hand(session)
+    moved = end - start
+    assert moved @ arrow * sign > 0.15 and np.linalg.norm(moved - arrow * (moved @ arrow)) < 0.05
+    until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the hand")
+    arm_node = world_position(page, f"/arms/right{WRIST}")
+    assert np.linalg.norm(arm_node - ask(session, lambda s: s.simulation.kinematics.joint_point(14).copy())) < 2e-3
+    table = ask(session, lambda s: s.simulation.history.table())
+    q = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
+    limit = session.settings.run.law.critical_distance
+    assert np.abs(q - still).max() > 0.05
+    assert limit - 1e-4 <= table[:, COLUMN["d"]].min() < limit + 0.1
+    assert np.isfinite(table).all()
+
+
+def test_a_mouse_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house(), "autopilot=0&speed=2")
+
+    def state(s: Session) -> tuple[np.ndarray, np.ndarray]:
+        return swivel_frame(s.simulation)[0], s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy()
+
+    (frame, elbow), place = ask(session, state), hand(session)
+    out, across = (frame[:, 1] + frame[:, 2]) / np.sqrt(2.0), (frame[:, 2] - frame[:, 1]) / np.sqrt(2.0)
+    ways = [elbow + ARC * (np.cos(a) * out + np.sin(a) * across) for a in np.linspace(0.0, 0.6, 13)]
+    drag_through(page, ways)
+    until(page, lambda: session.held is not None, "taking hold of the elbow")
+    run_on(page, session, 3.0)
+    assert session.held is not None and session.held.elbow is not None
+    page.mouse.up()
+    until(page, lambda: session.held is None, "letting go of the elbow")
+    _, now = ask(session, state)
+    assert np.linalg.norm(now - elbow) > 0.05
+    assert np.linalg.norm(hand(session) - place) < 5e-3
+    until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - now) < 5e-3, "the handle on the elbow")
+
+
+# --- controls ------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("tab", "keys"),
+    [
+        ("Law", ("law", "dm", "n", "v", "k", "pairs", "beta", "ff", "one_sided")),
+        ("Arms", ("guided", "task", "autopilot", "wmax", "seed", "dt", "g", "rig")),
+        ("View", ("theme", "profile")),
+    ],
+)
+def test_every_control_by_hand(house: OpenHouse, page_at: PageAt, tab: str, keys: tuple[str, ...]) -> None:
+    page = page_at(900, 640)
+    opened = house()
+    session = visit(page, opened, "autopilot=0")
+    page.get_by_role("tab", name=tab).click()
+    control(page, keys[0]).wait_for()
+    for key in keys:
+        set_by_hand(page, session, key)
+    if tab == "Law":
+        # A slider's thumb by its keys, and by the mouse.
+        thumb = control(page, "dm").get_by_role("slider")
+        before = session.settings.run.law.critical_distance
+        thumb.focus()
+        page.keyboard.press("ArrowRight")
+        until(page, lambda: session.settings.run.law.critical_distance == pytest.approx(before + 0.005), "the thumb")
+        track = control(page, "n").locator(".mantine-Slider-root").bounding_box()
+        assert track is not None
+        page.mouse.click(track["x"] + 0.75 * track["width"], track["y"] + track["height"] / 2)
+        until(page, lambda: abs(session.settings.run.law.order - 15.25) < 1.0, "the track")
+        # A number that is impossible stays on the page.
+        settings, box = session.settings, control(page, "dm").locator("input[type=text]").last
+        box.fill("9999")
+        box.press("Enter")
+        box.fill("nan")
+        box.press("Tab")
+        control(page, "v").locator("input[type=text]").last.fill("0.5")
+        until(page, lambda: session.settings.run.law.nominal_velocity == 0.5, "v")
+        assert 0.03 <= session.settings.run.law.critical_distance <= 0.30
+        assert settings.run.law.order == session.settings.run.law.order
+    elif tab == "Arms":
+        wait_ready(page, "/room")
+        until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle at the table")
+        # The left arm of the table is the orange one now, and has the handle.
+        assert session.simulation.guided.name == "left" and session.simulation.room.rig.name == "table"
+    else:
+        page.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
+        page.wait_for_function("getComputedStyle(document.documentElement).getPropertyValue('--duet-k').trim() === '1.3'")
+        assert page.locator(".uplot-container canvas").count() == 2
+        for box in page.locator("[data-testid=floating-panel], [data-floating-window]").all():
+            place = box.bounding_box()
+            assert place is not None and place["x"] >= -1 and place["x"] + place["width"] <= 901
+        screenshot(page, "page-900-dark-projector")
+
+
+def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house())
+    shows = {"Law": "d_m [mm]", "Arms": "w_max [m/s]", "View": "colours", "Keys": "one single step"}
+    for name in ("Arms", "View", "Keys", "Law"):
+        page.get_by_role("tab", name=name).click()
+        for tab, text in shows.items():
+            shown = page.get_by_text(text, exact=True)
+            shown.wait_for(state="visible" if tab == name else "hidden")
+        if name == "Keys":
+            for hotkey in HOTKEYS:
+                assert page.locator(f'kbd:text-is("{hotkey.shown}")').count() == 1
+    # The third plot.
+    for label, title in (("λ", "activation λ"), ("q", "joints q of the avoiding arm [°]"), ("u v w", "speeds along the line [m/s]")):
+        page.get_by_role("button", name=label, exact=True).click()
+        page.locator(f'.u-title:text-is("{title}")').wait_for()
+        page.get_by_role("button", name=f"● {label}", exact=True).wait_for()
+        assert page.locator(".u-title").count() == 3
+        boxes = [box for box in (plot.bounding_box() for plot in page.locator(".uplot-container").all()) if box]
+        assert len(boxes) == 3 and len({round(box["y"]) for box in boxes}) == 1
+    page.get_by_role("button", name="None", exact=True).click()
+    until(page, lambda: page.locator(".u-title").count() == 2, "two plots")
+    # Pause by the button: the picture stands still, to the last pixel. And it moves again afterwards.
+    page.get_by_role("button", name="Pause", exact=True).click()
+    page.get_by_role("button", name="● Pause", exact=True).wait_for()
+    page.get_by_text("paused", exact=True).wait_for()
+    page.mouse.move(20, 20)
+    wait_frames(page, 10)
+    corner = {"x": 0, "y": 60, "width": 540, "height": 250}
+    steps, first = session.simulation.steps, page.screenshot(clip=corner, animations="disabled")  # type: ignore[arg-type]
+    wait_frames(page, 20)
+    assert page.screenshot(clip=corner, animations="disabled") == first  # type: ignore[arg-type]
+    assert session.simulation.steps == steps
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(page, lambda: session.simulation.steps == steps + 1, "one step")
+    page.get_by_role("button", name="● Pause", exact=True).click()
+    until(page, lambda: page.screenshot(clip=corner, animations="disabled") != first, "a moving picture")  # type: ignore[arg-type]
+    page.get_by_role("button", name="Reset", exact=True).click()
+    until(page, lambda: session.simulation.steps < steps, "a fresh start")
+
+
+# --- keys ----------------------------------------------------------------------------------------------------------------------
+
+CAMERA = "[...__viserMutable.camera.position.toArray(), ...__viserMutable.camera.quaternion.toArray()]"
+
+
+def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house())
+    page.mouse.click(30, 90)
+    view, done = np.array(page.evaluate(CAMERA)), set[str]()
+
+    def press(action: str, key: str, effect: Callable[[], object]) -> None:
+        done.add(action)
+        # Held for some frames, as a finger does.
+        page.keyboard.down(key)
+        wait_frames(page, 4)
+        page.keyboard.up(key)
+        until(page, effect, f"the key {key}")
+        assert action == "view" or np.allclose(page.evaluate(CAMERA), view, atol=2e-3), f"{key} moves the camera"
+
+    def paused() -> bool:
+        return session.paused
+
+    def driven() -> bool:
+        return session.settings.page.autopilot
+
+    press("pause", " ", paused)
+    steps = ask(session, lambda s: s.simulation.steps)
+    press("step", ".", lambda: session.simulation.steps == steps + 1)
+    press("slower", "[", lambda: session.settings.page.speed == 0.5)
+    press("faster", "]", lambda: session.settings.page.speed == 1.0)
+    press("law", "l", lambda: session.settings.run.law.law == "unprotected")
+    press("law", "l", lambda: session.settings.run.law.law == "smooth_priority")
+    press("autopilot", "a", lambda: not driven())
+    press("autopilot", "a", driven)
+    place = hand(session)
+    ways = {
+        ("left", "ArrowLeft"): (0, -1, 0),
+        ("right", "ArrowRight"): (0, 1, 0),
+        ("up", "ArrowUp"): (0, 0, 1),
+        ("down", "ArrowDown"): (0, 0, -1),
+        ("away", "PageUp"): (-1, 0, 0),
+        ("near", "PageDown"): (1, 0, 0),
+    }
+    for (action, key), way in ways.items():
+        press(action, key, lambda place=place: session.held and np.linalg.norm(session.held.position - place) > NUDGE / 2)
+        held = session.held
+        assert held is not None and np.linalg.norm(held.position - place) == pytest.approx(NUDGE, rel=1e-6)
+        assert (held.position - place) @ np.array(way) > 0.85 * NUDGE, action
+        place = held.position.copy()
+    assert not driven()
+    press("reset", "r", lambda: session.simulation.steps == 0)
+    assert session.paused
+
+    # Turn the view with the mouse, and take it back.
+    page.mouse.move(60, 100)
+    page.mouse.down()
+    for i in range(6):
+        page.mouse.move(60 + 25 * i, 100 + 5 * i)
+        wait_frames(page, 2)
+    page.mouse.up()
+    until(page, lambda: not np.allclose(page.evaluate(CAMERA), view, atol=0.05), "a turned view")
+    press("view", "v", lambda: np.allclose(page.evaluate(CAMERA), view, atol=2e-3))
+    assert done == {hotkey.action for hotkey in HOTKEYS}
+
+    # In an input they are letters and moves of the caret.
+    box = control(page, "dm").locator("input[type=text]").last
+    before = ask(session, lambda s: (s.settings, s.paused, s.held, s.simulation.steps))
+    box.click()
+    for key in (" ", ".", "[", "]", "r", "a", "l", "v", "PageUp", "ArrowLeft", "ArrowRight"):
+        page.keyboard.press(key)
+        wait_frames(page, 2)
+    box.fill("120")
+    box.press("Enter")
+    until(page, lambda: session.settings.run.law.critical_distance == pytest.approx(0.12), "d_m")
+    settings, *rest = ask(session, lambda s: (s.settings, s.paused, s.held, s.simulation.steps))
+    assert rest == list(before[1:])
+    assert {k: v for k, v in values(settings).items() if k != "dm"} == {k: v for k, v in values(before[0]).items() if k != "dm"}
+    page.mouse.click(30, 90)
+    page.keyboard.press(" ")
+    until(page, lambda: not session.paused, "going on")
+
+
+# --- who sees what -------------------------------------------------------------------------------------------------------------
+
+
+def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house()
+    one = page_at(900, 640)
+    first = visit(one, opened, "autopilot=0")
+    other = page_at(900, 640)
+    alerts: list[str] = []
+    other.on("dialog", lambda dialog: (alerts.append(dialog.message), dialog.dismiss()))
+    bad = "law=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E"
+    second = visit(other, opened, f"rig=table&dm=0.1&n=10&theme=dark&plot=lambda&{bad}")
+    expected = {"rig": "table", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "lambda"}
+    assert values(second.settings) == values(Settings()) | expected
+    # What could not be done is named, as plain text.
+    other.get_by_text("law = '<img src=x onerror=alert(1)>'").wait_for()
+    assert other.locator("img[src=x]").count() == 0 and alerts == []
+    other.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
+    assert control(other, "dm").locator("input[type=text]").last.input_value() == "100"
+    assert control(other, "n").locator("input[type=text]").last.input_value() == "10"
+    other.locator('.u-title:text-is("activation λ")').wait_for()
+    # Neither sees the other.
+    assert values(first.settings) == values(Settings()) | {"autopilot": False}
+    assert one.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
+    set_by_hand(one, first, "v")
+    assert second.settings.run.law.nominal_velocity == 0.30
+    assert not np.allclose(world_position(one, f"/arms/left{WRIST}"), world_position(other, f"/arms/left{WRIST}"), atol=0.05)
+    other.close()
+    until(one, lambda: len(live_sessions(opened)) == 1, "the session of the closed tab")
+    run_on(one, first, 0.1)
+
+
+def test_a_lecture_in_two_tabs(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house(lecture=True)
+    assert isinstance(opened.host, LectureHost)
+    session = opened.host.session
+    lecturer, listener = page_at(900, 640), page_at(900, 640)
+    lecturer.goto(opened.url)
+    wait_ready(lecturer, HAND)
+    listener.goto(opened.url)
+    wait_ready(listener, f"/arms/right{WRIST}")
+    listener.locator(".u-title").nth(1).wait_for()
+    listener.get_by_text("real time").wait_for()
+    lecturer.mouse.click(30, 90)
+    lecturer.keyboard.press(" ")
+    until(lecturer, lambda: session.paused, "a pause")
+    listener.get_by_text("paused", exact=True).wait_for()
+    for side, joint in (("left", 7), ("right", 14)):
+        place = ask(session, lambda s, joint=joint: s.simulation.kinematics.joint_point(joint).copy())
+        for page in (lecturer, listener):
+            until(page, lambda p=page, s=side, x=place: np.allclose(world_position(p, f"/arms/{s}{WRIST}"), x, atol=1e-3), side)
+    assert lecturer.get_by_role("tab", name="Arms").count() == 1 and control(lecturer, "dm").count() == 1
+    assert listener.get_by_role("tab", name="Arms").count() == 0 and control(listener, "dm").count() == 0
+    assert listener.get_by_role("button", name="Pause").count() == 0
+    assert not listener.evaluate(f"!!__viserMutable.nodeRefFromName['{HAND}']")
+    # The listener's keys do nothing; the lecturer's do.
+    steps = session.simulation.steps
+    listener.mouse.click(30, 90)
+    for key in (" ", "r", ".", "l"):
+        listener.keyboard.press(key)
+        wait_frames(listener, 3)
+    lecturer.keyboard.press("[")
+    until(lecturer, lambda: session.settings.page.speed == 0.5, "slower")
+    assert session.paused and session.simulation.steps == steps and session.settings.run.law.law == "smooth_priority"
+    # The lecturer leaves, and the listener has the controls.
+    lecturer.close()
+    wait_ready(listener, HAND)
+    control(listener, "dm").wait_for()
+    listener.keyboard.press(" ")
+    until(listener, lambda: not session.paused, "going on")
+
+
+# --- looks -----------------------------------------------------------------------------------------------------------------------
+
+FREE = """names => names.map(name => {
+  const { camera, nodeRefFromName, canvas } = __viserMutable, box = canvas.getBoundingClientRect(), node = nodeRefFromName[name];
+  if (!node) return name + ' is not there';
+  const v = camera.position.clone(); node.updateWorldMatrix(true, false); node.getWorldPosition(v); v.project(camera);
+  const x = box.left + (1 + v.x) / 2 * box.width, y = box.top + (1 - v.y) / 2 * box.height;
+  const top = document.elementFromPoint(x, y);
+  return top === canvas ? '' : `${name} at ${x.toFixed(0)}, ${y.toFixed(0)} is under ${top && top.outerHTML.slice(0, 90)}`;
+}).filter(text => text)"""
+
+CUT = """() => {
+  const wrong = [], wide = innerWidth, high = innerHeight;
+  for (const part of document.querySelectorAll('[data-testid=floating-panel], [data-floating-window]')) {
+    const b = part.getBoundingClientRect();
+    if (b.width && (b.left < -1 || b.top < -1 || b.right > wide + 1 || b.bottom > high + 1))
+      wrong.push(`panel ${part.dataset.testid ?? 'plots'} ${[b.left, b.top, b.right, b.bottom].map(Math.round)} of ${wide}×${high}`);
+  }
+  for (const part of document.querySelectorAll('.duet, .duet *, .duet-plots')) {
+    if (part.closest('svg') || !part.clientWidth) continue;
+    if (part.scrollWidth > part.clientWidth + 1)
+      wrong.push(`${part.className} “${part.textContent.slice(0, 60)}” ${part.scrollWidth} > ${part.clientWidth}`);
+  }
+  if (document.documentElement.scrollWidth > wide + 1) wrong.push('the page itself is too wide');
+  return wrong;
+}"""
+
+LINKS = [f"/arms/{side}/base" + "".join(f"/j{i}" for i in range(1, n + 1)) for side in ("left", "right") for n in range(8)]
+
+
+@pytest.mark.parametrize("rig", ["torso", "table"])
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])
+def test_first_sight(house: OpenHouse, page_at: PageAt, width: int, height: int, rig: str) -> None:
+    page = page_at(width, height)
+    session = visit(page, house(), f"rig={rig}")
+    if width > 576:
+        page.locator(".u-title").nth(1).wait_for()
+    # The view is corrected once the panels have found their places.
+    hidden: list[str] = []
+
+    def free() -> bool:
+        hidden[:] = page.evaluate(FREE, LINKS)
+        return not hidden
+
+    try:
+        until(page, free, "both arms in free sight", 8.0)
+    except AssertionError:
+        pytest.fail("\n".join(hidden))
+    run_on(page, session, 4.0)
+    ask(session, lambda s: s.toggle_pause())
+    page.get_by_text("paused", exact=True).wait_for()
+    faults: dict[str, list[str]] = {}
+    for theme in ("light", "dark"):
+        ask(session, lambda s, theme=theme: s.change("theme", theme))
+        page.wait_for_function("theme => document.documentElement.dataset.mantineColorScheme === theme", arg=theme)
+        wait_frames(page, 6)
+        screenshot(page, f"page-{width}-{rig}-{theme}")
+        faults[theme] = page.evaluate(CUT)
+    assert faults == {"light": [], "dark": []}
+    assert page.evaluate(FREE, LINKS) == []

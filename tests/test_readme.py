@@ -1,0 +1,61 @@
+"""What the README says is true: its code runs, its keys and options exist."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.page.keys import HOTKEYS
+from app.settings import Settings, from_query
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    """Return the code blocks of one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+
+
+def test_python_block_runs() -> None:
+    """The ten lines for a notebook do what they say."""
+    (code,) = blocks("python")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout.split()[0]) > 0.1
+
+
+def test_the_two_commands_come_first_and_are_self_contained() -> None:
+    """Each makes its own environment and installs from the lock file."""
+    start, test = blocks("sh")[:2]
+    for command in (start, test):
+        assert command.count("\n") == 1
+        assert command.startswith("python3 -m venv .venv && .venv/bin/pip install -q -c requirements.lock -e ")
+    assert start.rstrip().endswith(".venv/bin/lwr-duet")
+    assert test.rstrip().endswith(".venv/bin/python -m pytest")
+
+
+@pytest.mark.parametrize("option", sorted(set(re.findall(r"(?<!\S)`?(--[a-z-]+)", README))))
+def test_options_exist(option: str) -> None:
+    """Every option that the README names is in some command's help."""
+    texts = [
+        subprocess.run([sys.executable, "-m", "app", name, "--help"], capture_output=True, text=True, timeout=60, check=True).stdout
+        for name in ("serve", "run", "bench")
+    ]
+    assert any(option in text for text in texts)
+
+
+def test_the_link_in_the_readme_is_understood() -> None:
+    """Its query has no part that would be left out."""
+    query = re.findall(r"http://127\.0\.0\.1:8080/\?(\S+?)`", README)[0]
+    settings, problems = from_query(dict(part.split("=") for part in query.split("&")), Settings())
+    assert problems == ()
+    assert settings.run.rig == "table" and settings.page.profile == "projector"
+
+
+def test_every_key_is_in_the_table() -> None:
+    """The README's table of keys names every hotkey's key."""
+    table = README[README.index("| key | does |") : README.index("Try this")]
+    for hotkey in HOTKEYS:
+        assert hotkey.shown in table, hotkey
