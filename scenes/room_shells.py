@@ -144,15 +144,17 @@ def table_meshes(separation: float) -> dict[str, trimesh.Trimesh]:
 
 
 @functools.cache
-def torso_glb() -> bytes:
-    """The stand of the rig "torso"."""
-    return glb.cached("torso", _key(), lambda: (glb.glb(torso_meshes(), MATERIALS),))[0]
+def torso_glb(merged: bool = False) -> bytes:
+    """The stand of the rig "torso"; merged into one mesh for a browser without a graphics card."""
+    pack = glb.merged_glb if merged else glb.glb
+    return glb.cached(f"torso-{merged:d}", _key(), lambda: (pack(torso_meshes(), MATERIALS),))[0]
 
 
 @functools.cache
-def table_glb(separation: float = 1.1) -> bytes:
-    """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other."""
-    return glb.cached(f"table-{separation:.3f}", _key(separation), lambda: (glb.glb(table_meshes(separation), MATERIALS),))[0]
+def table_glb(separation: float = 1.1, merged: bool = False) -> bytes:
+    """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other; `merged` as above."""
+    pack, name = glb.merged_glb if merged else glb.glb, f"table-{separation:.3f}-{merged:d}"
+    return glb.cached(name, _key(separation), lambda: (pack(table_meshes(separation), MATERIALS),))[0]
 
 
 def _key(*more: object) -> str:

@@ -40,7 +40,9 @@ def test_the_two_commands_come_first_and_are_self_contained() -> None:
 def test_options_exist(option: str) -> None:
     """Every option that the README names is in some command's help."""
     texts = [
-        subprocess.run([sys.executable, "-m", "app", name, "--help"], capture_output=True, text=True, timeout=60, check=True).stdout
+        subprocess.run(
+            [sys.executable, "-m", "app", name, "--help"], capture_output=True, text=True, timeout=60, check=True
+        ).stdout
         for name in ("serve", "run", "bench")
     ]
     assert any(option in text for text in texts)

@@ -7,7 +7,7 @@ import viser
 
 from controllers.kinematics import Array
 from scenes.lwr.facts import JOINTS
-from scenes.lwr.shells import link_glbs
+from scenes.lwr.shells import COARSE, FINE, link_glbs
 
 
 class ArmView:
@@ -18,10 +18,11 @@ class ArmView:
         name: of the root node, e.g. "/left".
         base: pose of the base.
         palette: of `scenes.lwr.shells`.
+        fine: with every triangle, or for a browser without a graphics card.
     """
 
-    def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str) -> None:
-        glbs = link_glbs(palette)
+    def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool) -> None:
+        glbs = link_glbs(palette, FINE if fine else COARSE)
         turn = pin.Quaternion(base.rotation)
         self._root = scene.add_glb(
             f"{name}/base", glbs[0], wxyz=(turn.w, turn.x, turn.y, turn.z), position=tuple(base.translation.tolist())

@@ -34,7 +34,7 @@ class Stage:
         self.scene = scene
         self._room: viser.GlbHandle | None = None
         self._arms: tuple[ArmView, ...] = ()
-        self._built: tuple[str, str] | None = None
+        self._built: tuple[str, ...] | None = None
         self._dressed: tuple[str, ...] | None = None
         self._trace_points: deque[np.ndarray] = deque(maxlen=TRACE_POINTS)
         self._trace_time = -np.inf
@@ -61,14 +61,14 @@ class Stage:
         scene.set_background_image(np.tile(top + (bottom - top) * ramp, (1, 8, 1)).round().astype(np.uint8), format="png")
         scene.configure_default_lights(enabled=False)
         scene.add_light_directional("/light/key", intensity=2.0, cast_shadow=fine, position=(2.4, -2.0, 4.0))
-        scene.add_light_directional("/light/fill", intensity=0.7, position=(-2.5, 2.0, 2.0), color=(205, 222, 255))
+        scene.add_light_directional("/light/fill", intensity=0.7, position=(-2.5, 2.0, 2.0), color=(205, 222, 255), visible=fine)
         if fine:
             scene.configure_environment_map("studio", environment_intensity=0.42 if dark else 0.55)
         else:
             # Reflections are the dearest part of a picture drawn without a graphics card; plain light stands in for them.
             scene.configure_environment_map(None)
         scene.add_light_hemisphere(
-            "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 155, 165), intensity=1.9, visible=not fine
+            "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 155, 165), intensity=2.2, visible=not fine
         )
         self._lay_floor(palette, fine)
         error, ink = rgb(palette.error), (40, 44, 50) if not dark else (235, 240, 245)
@@ -110,16 +110,18 @@ class Stage:
         lines = np.concatenate([along, along[..., [1, 0, 2]]]).astype(np.float32)
         self.scene.add_line_segments("/floor", lines, palette.section, thickness=1, thickness_units="screen")
 
-    def _build(self, simulation: Simulation) -> None:
+    def _build(self, simulation: Simulation, fine: bool) -> None:
         """Put up the rig's room and arms; the guided arm is orange, the avoiding one silver."""
         if self._room is not None:
             self._room.remove()
         for arm in self._arms:
             arm.remove()
         rig, guided = simulation.room.rig, simulation.settings.guided
-        self._room = self.scene.add_glb("/room", torso_glb() if rig.name == "torso" else table_glb())
+        self._room = self.scene.add_glb(
+            "/room", torso_glb(merged=not fine) if rig.name == "torso" else table_glb(merged=not fine)
+        )
         self._arms = tuple(
-            ArmView(self.scene, f"/arms/{side}", base, "orange" if side == guided else "silver")
+            ArmView(self.scene, f"/arms/{side}", base, "orange" if side == guided else "silver", fine)
             for side, base in zip(SIDES, (rig.left_base, rig.right_base), strict=True)
         )
 
@@ -129,9 +131,9 @@ class Stage:
         if self._dressed != look:
             self._dress(page)
             self._dressed = look
-        built = simulation.settings.rig, simulation.settings.guided
+        built = simulation.settings.rig, simulation.settings.guided, page.picture
         if self._built != built:
-            self._build(simulation)
+            self._build(simulation, page.picture == "fine")
             self._built = built
             self.clear_trace()
         positions = simulation.positions

@@ -5,6 +5,7 @@ Nothing waits for a time: `until` looks again after every drawn frame, and gives
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +15,7 @@ import pytest
 from playwright.sync_api import Locator, Page
 
 from app.hosts import House, LectureHost
+from app.page.controls import TABS
 from app.page.gizmos import NUDGE, swivel_frame
 from app.page.keys import HOTKEYS
 from app.session import Session
@@ -27,10 +29,13 @@ SPECS = specs(Settings)
 GIZMO, ARC = 0.22, 0.26 * 0.65
 """Length of the hand's arrows and radius of the elbow's arc [m]."""
 
+GRIP = 0.85
+"""Where an arrow is taken: beyond the ends of the arcs that turn the hand, which lie on it at 0.65."""
+
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 
 
-def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 20.0) -> None:
+def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 10.0) -> None:
     """Return as soon as something is true, asked again after every drawn frame."""
     deadline = time.monotonic() + seconds
     while not true():
@@ -41,10 +46,19 @@ def until(page: Page, true: Callable[[], object], what: str = "it", seconds: flo
 def visit(page: Page, opened: House, query: str = "") -> Session:
     """Open a house's page; the session that it got."""
     before = set(live_sessions(opened))
+    page.set_default_timeout(10_000)
     page.goto(f"{opened.url}/?{query}")
     wait_ready(page, HAND)
     (number,) = set(live_sessions(opened)) - before
     return live_sessions(opened)[number]
+
+
+def close_software_note(page: Page) -> None:
+    """Close viser's note about software rendering, which nobody with a graphics card gets."""
+    page.evaluate(
+        """() => { for (const note of document.querySelectorAll('[class*=Notification-root]'))
+             if (/software webgl/i.test(note.textContent)) note.querySelector('button')?.click(); }"""
+    )
 
 
 def hand(session: Session) -> np.ndarray:
@@ -60,7 +74,7 @@ def run_on(page: Page, session: Session, seconds: float) -> None:
 
 def row(page: Page, label: str) -> Locator:
     """A control with its label."""
-    return page.locator(f'label:text-is("{label}")').locator("xpath=../..")
+    return page.locator("label").filter(has_text=re.compile(f"^{re.escape(label)}$")).locator("xpath=../../..")
 
 
 def control(page: Page, key: str) -> Locator:
@@ -122,15 +136,15 @@ def best_arrow(session: Session, toward: np.ndarray) -> tuple[np.ndarray, float]
 
 
 def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 640)
+    page = page_at(900, 760)
     # Slow, so that the arrow is still where the mouse goes.
     session = visit(page, house(), "speed=0.25&wmax=0.05")
     run_on(page, session, 0.1)
     assert session.settings.page.autopilot and session.held is None
     page.get_by_text("The autopilot moves the orange right arm").wait_for()
-    arrow, _ = best_arrow(session, np.array([0.0, 0.0, 1.0]))
+    arrow, sign = best_arrow(session, np.array([0.0, 1.0, 0.0]))
     before = session.simulation.time
-    drag_arrow(page, hand(session), arrow, GIZMO, 0.10, steps=4)
+    drag_arrow(page, hand(session), arrow, GIZMO, sign * 0.10, steps=4, grip=GRIP)
     until(page, lambda: session.held is None and not session.settings.page.autopilot, "letting go")
     assert session.simulation.time > before
     page.get_by_text("Drag the orange right arm").wait_for()
@@ -140,18 +154,26 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
 
 
 def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 640)
+    page = page_at(900, 800)
     session = visit(page, house(), "autopilot=0&speed=2")
-    start, other = hand(session), ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
+    start, other = (
+        hand(session),
+        ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy()),
+    )
     still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
     arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
-    drag_arrow(page, start, arrow, GIZMO, sign * 0.40, steps=24, frames_per_step=3)
+    grip = start + arrow * GRIP * GIZMO
+    drag_through(page, [grip + arrow * sign * way for way in np.linspace(0.0, 0.40, 24)])
+    until(page, lambda: session.held is not None, "taking hold")
+    goal = start + arrow * sign * 0.40
+    until(page, lambda: np.linalg.norm(hand(session) - goal) < 0.02, "the hand where the mouse is")
+    # Meanwhile the server leaves the handle alone: its node stays where the drag began.
+    assert np.linalg.norm(world_position(page, HAND) - start) < 2e-3
+    page.mouse.up()
     # Released: the handle jumps back to the hand, which stays where it came to.
     until(page, lambda: session.held is None, "release")
     run_on(page, session, 0.3)
-    end = hand(session)
-    moved = end - start
-    assert moved @ arrow * sign > 0.15 and np.linalg.norm(moved - arrow * (moved @ arrow)) < 0.05
+    assert np.linalg.norm(hand(session) - goal) < 0.03
     until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the hand")
     arm_node = world_position(page, f"/arms/right{WRIST}")
     assert np.linalg.norm(arm_node - ask(session, lambda s: s.simulation.kinematics.joint_point(14).copy())) < 2e-3
@@ -190,11 +212,7 @@ def test_a_mouse_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
 
 @pytest.mark.parametrize(
     ("tab", "keys"),
-    [
-        ("Law", ("law", "dm", "n", "v", "k", "pairs", "beta", "ff", "one_sided")),
-        ("Arms", ("guided", "task", "autopilot", "wmax", "seed", "dt", "g", "rig")),
-        ("View", ("theme", "profile")),
-    ],
+    [(tab, keys) for tab, _, keys in TABS],
 )
 def test_every_control_by_hand(house: OpenHouse, page_at: PageAt, tab: str, keys: tuple[str, ...]) -> None:
     page = page_at(900, 640)
@@ -253,7 +271,11 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
             for hotkey in HOTKEYS:
                 assert page.locator(f'kbd:text-is("{hotkey.shown}")').count() == 1
     # The third plot.
-    for label, title in (("λ", "activation λ"), ("q", "joints q of the avoiding arm [°]"), ("u v w", "speeds along the line [m/s]")):
+    for label, title in (
+        ("λ", "activation λ"),
+        ("q", "joints q of the avoiding arm [°]"),
+        ("u v w", "speeds along the line [m/s]"),
+    ):
         page.get_by_role("button", name=label, exact=True).click()
         page.locator(f'.u-title:text-is("{title}")').wait_for()
         page.get_by_role("button", name=f"● {label}", exact=True).wait_for()
@@ -480,6 +502,7 @@ def test_first_sight(house: OpenHouse, page_at: PageAt, width: int, height: int,
         hidden[:] = page.evaluate(FREE, LINKS)
         return not hidden
 
+    close_software_note(page)
     try:
         until(page, free, "both arms in free sight", 8.0)
     except AssertionError:

@@ -70,9 +70,10 @@ def test_the_rigid_capsules_are_those_of_the_robot() -> None:
     assert_allclose(rigid_capsules(7), [(-0.078, 0.05, 0.05), (-0.078, -0.078, 0.065)])
 
 
+@pytest.mark.parametrize("detail", [shells.FINE, shells.COARSE])
 @pytest.mark.parametrize("link", range(8))
-def test_every_vertex_is_inside_the_capsules(link: int) -> None:
-    for name, part in shells.link_meshes()[link].items():
+def test_every_vertex_is_inside_the_capsules(link: int, detail: shells.Detail) -> None:
+    for name, part in shells.link_meshes(detail)[link].items():
         assert outside(link, part.vertices).max() < 0, name
 
 
@@ -233,6 +234,20 @@ def test_glbs_load_back(link: int) -> None:
         material = loaded.visual.material
         assert isinstance(material, PBRMaterial)
         assert material.roughnessFactor == pytest.approx(shells.PALETTES["orange"][name].roughness)
+
+
+@pytest.mark.parametrize("link", range(8))
+def test_coarse_links_are_one_mesh_with_the_colours_of_their_materials(link: int) -> None:
+    (loaded,) = trimesh.load_scene(io.BytesIO(shells.link_glbs("orange", shells.COARSE)[link]), file_type="glb").geometry.values()
+    parts = shells.link_meshes(shells.COARSE)[link]
+    assert isinstance(loaded, trimesh.Trimesh)
+    assert len(loaded.faces) == sum(len(part.faces) for part in parts.values())
+    assert len(loaded.faces) < 0.6 * sum(len(part.faces) for part in shells.link_meshes()[link].values())
+    head = head_of(shells.link_glbs("orange", shells.COARSE)[link])
+    (primitive,) = head["meshes"][0]["primitives"]
+    low = head["accessors"][primitive["attributes"]["COLOR_0"]]["min"]
+    darkest = np.min([shells.PALETTES["orange"][name].linear()[:3] for name in parts], axis=0)
+    assert_allclose(low, darkest, atol=1e-6)
 
 
 def test_colours_are_linear() -> None:
