@@ -144,12 +144,16 @@ def live_html(simulation: Simulation, sample: Sample) -> str:
     rest = resting_distance(law.critical_distance, law.order, v, u, w)
     rest_text = "no rest, w &gt; v" if rest != rest else "∞" if rest > 9.0 else f"{rest * 1000.0:.0f} mm"
     lam_, v_, u_, w_, d_ = (f'<b class="{name}">' + "{}</b>" for name in ("lam", "v", "u", "w", "d"))
+    sharp = "J<sub>d</sub><sup>#</sup>"
+    law_now = f"q̇ = {sharp}·{lam_}·{v_} + (I − {lam_}·{sharp}J<sub>d</sub>) q̇<sub>n</sub>".format(
+        f"{lam:.2f}", f"{v:.2f}", f"{lam:.2f}"
+    )
     formula = f"{d_} = {lam_}{v_} − (1−{lam_}){u_} − {w_}".format("ḋ", "λ", "v", "λ", "u", "w")
     numbers = f"= {lam_}·{v_} − {lam_}·{u_} − {w_} = {d_} m/s".format(
         f"{lam:.2f}", f"{v:.2f}", f"{1.0 - lam:.2f}", _signed(u), _signed(w), f"{rate:+.3f}"
     )
     resting = f'rests at <b class="rest">d*</b> = <b class="rest">{rest_text}</b>'
-    return f'<div class="duet-live">{formula}<br>{numbers}<br>{resting}</div>'
+    return f'<div class="duet-live">{law_now}<hr>{formula}<br>{numbers}<br>{resting}</div>'
 
 
 def _signed(value: float) -> str:

@@ -32,6 +32,8 @@ GIZMO, ARC = 0.22, 0.26 * 0.65
 GRIP = 0.85
 """Where an arrow is taken: beyond the ends of the arcs that turn the hand, which lie on it at 0.65."""
 
+USUAL = {key: value for key, value in values(Settings()).items() if key != "picture"}
+CAMERA = "[...__viserMutable.camera.position.toArray(), ...__viserMutable.camera.quaternion.toArray()]"
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 
 
@@ -49,8 +51,27 @@ def visit(page: Page, opened: House, query: str = "") -> Session:
     page.set_default_timeout(10_000)
     page.goto(f"{opened.url}/?{query}")
     wait_ready(page, HAND)
+    # The page may have come anew, without the fine picture that this machine is too slow for.
+    until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
     (number,) = set(live_sessions(opened)) - before
     return live_sessions(opened)[number]
+
+
+def chosen(session: Session) -> dict[str, Any]:
+    """All settings but the one that the browser chooses for itself."""
+    return {key: value for key, value in values(session.settings).items() if key != "picture"}
+
+
+def settled_view(page: Page) -> np.ndarray:
+    """The camera, once it has been put right for the page's layout and stays where it is."""
+    seen: list[np.ndarray] = []
+
+    def still() -> bool:
+        seen.append(np.array(page.evaluate(CAMERA)))
+        return len(seen) > 20 and bool(np.allclose(seen[-20:], seen[-1], atol=1e-6))
+
+    until(page, still, "a view that stays")
+    return seen[-1]
 
 
 def close_software_note(page: Page) -> None:
@@ -167,8 +188,8 @@ def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_
     until(page, lambda: session.held is not None, "taking hold")
     goal = start + arrow * sign * 0.40
     until(page, lambda: np.linalg.norm(hand(session) - goal) < 0.02, "the hand where the mouse is")
-    # Meanwhile the server leaves the handle alone: its node stays where the drag began.
-    assert np.linalg.norm(world_position(page, HAND) - start) < 2e-3
+    # Meanwhile the handle is where the mouse is, not where the hand is.
+    assert np.linalg.norm(world_position(page, HAND) - goal) < 5e-3
     page.mouse.up()
     # Released: the handle jumps back to the hand, which stays where it came to.
     until(page, lambda: session.held is None, "release")
@@ -305,14 +326,12 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
 
 # --- keys ----------------------------------------------------------------------------------------------------------------------
 
-CAMERA = "[...__viserMutable.camera.position.toArray(), ...__viserMutable.camera.quaternion.toArray()]"
-
 
 def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     session = visit(page, house())
     page.mouse.click(30, 90)
-    view, done = np.array(page.evaluate(CAMERA)), set[str]()
+    view, done = settled_view(page), set[str]()
 
     def press(action: str, key: str, effect: Callable[[], object]) -> None:
         done.add(action)
@@ -399,7 +418,7 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
     bad = "law=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E"
     second = visit(other, opened, f"rig=table&dm=0.1&n=10&theme=dark&plot=lambda&{bad}")
     expected = {"rig": "table", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "lambda"}
-    assert values(second.settings) == values(Settings()) | expected
+    assert chosen(second) == USUAL | expected
     # What could not be done is named, as plain text.
     other.get_by_text("law = '<img src=x onerror=alert(1)>'").wait_for()
     assert other.locator("img[src=x]").count() == 0 and alerts == []
@@ -408,7 +427,7 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
     assert control(other, "n").locator("input[type=text]").last.input_value() == "10"
     other.locator('.u-title:text-is("activation λ")').wait_for()
     # Neither sees the other.
-    assert values(first.settings) == values(Settings()) | {"autopilot": False}
+    assert chosen(first) == USUAL | {"autopilot": False}
     assert one.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
     set_by_hand(one, first, "v")
     assert second.settings.run.law.nominal_velocity == 0.30
