@@ -15,7 +15,7 @@ import numpy as np
 
 from scenes import glb, surfaces
 from scenes.glb import Material
-from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min
+from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned
 
 if TYPE_CHECKING:
     import trimesh
@@ -28,6 +28,9 @@ MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
         "metal": Material("#a4aab1", 0.34, 0.6),
     }
 )
+
+COARSE_SHARE: Final = 0.12
+"""Share of the triangles that coarse furniture keeps."""
 
 TABLE_HEIGHT: Final = 0.75
 """World z of the mounting face under both arms of the table [m]."""
@@ -144,17 +147,22 @@ def table_meshes(separation: float) -> dict[str, trimesh.Trimesh]:
 
 
 @functools.cache
-def torso_glb(merged: bool = False) -> bytes:
-    """The stand of the rig "torso"; merged into one mesh for a browser without a graphics card."""
-    pack = glb.merged_glb if merged else glb.glb
-    return glb.cached(f"torso-{merged:d}", _key(), lambda: (pack(torso_meshes(), MATERIALS),))[0]
+def torso_glb(coarse: bool = False) -> bytes:
+    """The stand of the rig "torso"; coarse for a browser without a graphics card."""
+    return glb.cached(f"torso-{coarse:d}", _key(), lambda: (_packed(torso_meshes(), coarse),))[0]
 
 
 @functools.cache
-def table_glb(separation: float = 1.1, merged: bool = False) -> bytes:
-    """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other; `merged` as above."""
-    pack, name = glb.merged_glb if merged else glb.glb, f"table-{separation:.3f}-{merged:d}"
-    return glb.cached(name, _key(separation), lambda: (pack(table_meshes(separation), MATERIALS),))[0]
+def table_glb(separation: float = 1.1, coarse: bool = False) -> bytes:
+    """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other; `coarse` as above."""
+    name = f"table-{separation:.3f}-{coarse:d}"
+    return glb.cached(name, _key(separation), lambda: (_packed(table_meshes(separation), coarse),))[0]
+
+
+def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool) -> bytes:
+    if coarse:
+        return glb.merged_glb({name: thinned(part, COARSE_SHARE) for name, part in parts.items()}, MATERIALS)
+    return glb.glb(parts, MATERIALS)
 
 
 def _key(*more: object) -> str:

@@ -7,7 +7,7 @@ import viser
 
 from controllers.kinematics import Array
 from scenes.lwr.facts import JOINTS
-from scenes.lwr.shells import COARSE, FINE, link_glbs
+from scenes.lwr.shells import link_glbs
 
 
 class ArmView:
@@ -22,7 +22,7 @@ class ArmView:
     """
 
     def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool) -> None:
-        glbs = link_glbs(palette, FINE if fine else COARSE)
+        glbs = link_glbs(palette, coarse=not fine)
         turn = pin.Quaternion(base.rotation)
         self._root = scene.add_glb(
             f"{name}/base", glbs[0], wxyz=(turn.w, turn.x, turn.y, turn.z), position=tuple(base.translation.tolist())

@@ -118,7 +118,7 @@ class Stage:
             arm.remove()
         rig, guided = simulation.room.rig, simulation.settings.guided
         self._room = self.scene.add_glb(
-            "/room", torso_glb(merged=not fine) if rig.name == "torso" else table_glb(merged=not fine)
+            "/room", torso_glb(coarse=not fine) if rig.name == "torso" else table_glb(coarse=not fine)
         )
         self._arms = tuple(
             ArmView(self.scene, f"/arms/{side}", base, "orange" if side == guided else "silver", fine)

@@ -20,7 +20,7 @@ import numpy as np
 from scenes import glb, surfaces
 from scenes.glb import Material
 from scenes.lwr import facts
-from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, swollen
+from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, swollen, thinned
 
 if TYPE_CHECKING:
     import trimesh
@@ -59,32 +59,14 @@ PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
 )
 """Material of every part by the name of the palette. Ghosts are blended."""
 
-
-@dataclass(frozen=True)
-class Detail:
-    """How finely the shells are meshed.
-
-    Attributes:
-        sections: around a tube; a multiple of 4.
-        small: around a lid or a handle.
-        bolt: around a bolt.
-        rows: along a casting.
-        dome: strips over its end.
-    """
-
-    sections: int
-    small: int
-    bolt: int
-    rows: int
-    dome: int
-
-
-FINE: Final = Detail(sections=56, small=40, bolt=12, rows=27, dome=20)
-COARSE: Final = Detail(sections=24, small=16, bolt=5, rows=9, dome=8)
-"""For a picture drawn without a graphics card: a sixth of the triangles."""
+SECTIONS: Final = 56
+"""Around every tube."""
 
 SKIN: Final = 0.0008
 """How far the shells stay inside the capsules [m]."""
+
+COARSE_SHARE: Final = 0.055
+"""Share of the triangles that a coarse shell keeps."""
 
 GHOST_INSET: Final = 0.0012
 """A ghost is drawn this much slimmer [m]."""
@@ -142,52 +124,50 @@ class Casting:
         limit = np.minimum(np.sqrt(radius**2 + up**2) - self.ball, np.maximum(radius - self.wall, up))
         return smooth_max(body, limit + SKIN, 0.004)
 
-    def shell(self, detail: Detail) -> trimesh.Trimesh:
+    def shell(self) -> trimesh.Trimesh:
         """The painted shell; its open end hides in the ring of the roll joint."""
-        height = np.r_[0.0, 0.003, 0.008, np.linspace(0.02, self.length, detail.rows)]
+        height = np.r_[0.0, 0.003, 0.008, np.linspace(0.02, self.length, 27)]
         blend = np.clip((height - 0.02) / (0.4 * self.length), 0, 1)
         spine = np.stack([np.zeros(len(height)), (self.slit + 0.016) * blend**2 * (3 - 2 * blend), height], -1)
-        return surfaces.skin(self.form, spine, np.zeros(len(height)), detail.sections, 0.15, dome=detail.dome)
+        return surfaces.skin(self.form, spine, np.zeros(len(height)), SECTIONS, 0.15, dome=20)
 
-    def cover(self, detail: Detail) -> trimesh.Trimesh:
+    def cover(self) -> trimesh.Trimesh:
         """The round lid on the bulge."""
-        return moved(_lid(self.ball - SKIN, detail), Y_UP, (0, 0, self.length))
+        return moved(_lid(self.ball - SKIN), Y_UP, (0, 0, self.length))
 
-    def seam(self, detail: Detail) -> trimesh.Trimesh:
+    def seam(self) -> trimesh.Trimesh:
         """The dark disc in the slit and the groove around the lid."""
         r, y = self.drum - 0.0035, self.slit
-        disc = revolve([(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)], detail.sections)
-        return moved(join([disc, _groove(self.ball - SKIN, detail)]), Y_UP, (0, 0, self.length))
+        disc = revolve([(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)], SECTIONS)
+        return moved(join([disc, _groove(self.ball - SKIN)]), Y_UP, (0, 0, self.length))
 
 
-def _lid(ball: float, detail: Detail) -> trimesh.Trimesh:
+def _lid(ball: float) -> trimesh.Trimesh:
     """A lid of a housing inside a sphere of radius `ball`, its axis z; on the sphere's flat at 0.8 of the radius."""
     edge, seat, rise, top = 0.53 * ball, 0.78 * ball, 0.835 * ball, 0.955 * ball
     bow = np.linspace(0.0, 1.0, 7)[1:]
     dome = np.stack([(edge - 0.002) * (1 - bow), rise + (top - rise) * (1 - (1 - bow) ** 2)], 1)
-    return revolve(np.vstack([rounded([(edge, seat), (edge, rise), *dome[:1]], 0.0015, 3), dome[1:]]), detail.small)
+    return revolve(np.vstack([rounded([(edge, seat), (edge, rise), *dome[:1]], 0.0015, 3), dome[1:]]), 40)
 
 
-def _groove(ball: float, detail: Detail) -> trimesh.Trimesh:
+def _groove(ball: float) -> trimesh.Trimesh:
     edge, rise = 0.53 * ball, 0.812 * ball
-    return revolve([(edge + 0.0022, rise - 0.003), (edge + 0.0022, rise), (edge - 0.001, rise)], detail.small)
+    return revolve([(edge + 0.0022, rise - 0.003), (edge + 0.0022, rise), (edge - 0.001, rise)], 40)
 
 
-def _ring(z: float, radius: float, detail: Detail) -> trimesh.Trimesh:
+def _ring(z: float, radius: float, half: float = 0.0035) -> trimesh.Trimesh:
     """The dark ring of a roll joint at height z."""
-    inner, half = radius - 0.012, 0.0035
-    return revolve(
-        rounded([(inner, z - half), (radius, z - half), (radius, z + half), (inner, z + half)], 0.0012, 2), detail.sections
-    )
+    inner = radius - 0.012
+    return revolve(rounded([(inner, z - half), (radius, z - half), (radius, z + half), (inner, z + half)], 0.0012, 2), SECTIONS)
 
 
-def _band(z: float, radius: float, height: float, detail: Detail) -> trimesh.Trimesh:
+def _band(z: float, radius: float, height: float) -> trimesh.Trimesh:
     """A thin raised band on a tube, from z upwards."""
     return revolve(
         rounded(
             [(radius - 0.002, z), (radius + 0.0007, z), (radius + 0.0007, z + height), (radius - 0.002, z + height)], 0.0006, 1
         ),
-        detail.sections,
+        SECTIONS,
     )
 
 
@@ -198,24 +178,20 @@ ELBOW_FORE: Final = Casting(length=0.2, tube=0.0540, drum=0.0590, ball=0.070, wa
 WRIST: Final = Casting(length=0.19, tube=0.0540, drum=0.0560, ball=0.065, wall=0.065, slit=0.013)
 
 
-def _cast(casting: Casting, turn: Array, ring: bool, band: bool, detail: Detail) -> Parts:
+def _cast(casting: Casting, turn: Array, ring: bool, band: bool) -> Parts:
     """The parts of one link: turned upside down when the pitch joint comes first."""
     shift = (0.0, 0.0, casting.length if turn[2, 2] < 0 else 0.0)
-    parts = {
-        "body": [casting.shell(detail)],
-        "cover": [casting.cover(detail)],
-        "ring": [casting.seam(detail)] if turn[2, 2] > 0 else [],
-    }
+    parts = {"body": [casting.shell()], "cover": [casting.cover()], "ring": [casting.seam()] if turn[2, 2] > 0 else []}
     if turn[2, 2] < 0:
-        parts["ring"].append(moved(_groove(casting.ball - SKIN, detail), Y_UP, (0, 0, casting.length)))
+        parts["ring"].append(moved(_groove(casting.ball - SKIN), Y_UP, (0, 0, casting.length)))
     if ring:
-        parts["ring"].append(_ring(0.0, casting.tube - 0.001, detail))
+        parts["ring"].append(_ring(0.0, casting.tube - 0.001))
     if band:
-        parts["trim"] = [_band(0.012, casting.tube, 0.005, detail)]
+        parts["trim"] = [_band(0.012, casting.tube, 0.005)]
     return {name: moved(join(some), turn, shift) for name, some in parts.items() if some}
 
 
-def _base(detail: Detail) -> Parts:
+def _base() -> Parts:
     """Link 0: a foot with bolts, and a pedestal up to the first roll joint."""
     foot = rounded(
         [
@@ -230,13 +206,13 @@ def _base(detail: Detail) -> Parts:
         ],
         0.004,
     )
-    bolt = revolve(rounded([(0.0032, 0.008), (0.0032, 0.0135), (0, 0.0135)], 0.0008, 2), detail.bolt)
+    bolt = revolve(rounded([(0.0032, 0.008), (0.0032, 0.0135), (0, 0.0135)], 0.0008, 2), 12)
     turns = np.arange(8) * np.pi / 4 + np.pi / 8
     bolts = [moved(bolt, shift=(0.0695 * np.cos(a), 0.0695 * np.sin(a), 0)) for a in turns]
-    return {"dark": revolve(foot, detail.sections), "metal": join(bolts), "ring": _ring(0.110, 0.0565, detail)}
+    return {"dark": revolve(foot, SECTIONS), "metal": join(bolts), "ring": _ring(0.110, 0.0565)}
 
 
-def _wrist(detail: Detail) -> Parts:
+def _wrist() -> Parts:
     """Link 6: the dark ball beside the end of the forearm, and the neck of the flange."""
     ball, slit = facts.CAPSULES[2].radius - SKIN, WRIST.slit - GAP
     radius, flat = ball - 0.001, 0.79 * ball
@@ -245,13 +221,13 @@ def _wrist(detail: Detail) -> Parts:
     to_minus_y = Y_UP @ np.diag([1.0, -1.0, -1.0])
     neck = rounded([(0.0465, 0.030), (0.0445, 0.045), (0.0365, 0.052), (0.0365, 0.058)], 0.006, 5)
     return {
-        "dark": join([moved(revolve(outline, detail.sections), to_minus_y), revolve(neck, detail.sections)]),
-        "cover": moved(_lid(ball, detail), to_minus_y),
-        "ring": moved(_groove(ball, detail), to_minus_y),
+        "dark": join([moved(revolve(outline, SECTIONS), to_minus_y), revolve(neck, SECTIONS)]),
+        "cover": moved(_lid(ball), to_minus_y),
+        "ring": moved(_groove(ball), to_minus_y),
     }
 
 
-def _tool(detail: Detail) -> Parts:
+def _tool() -> Parts:
     """Link 7: the 80 mm flange disc, and beyond it a slim handle to guide the hand by; it fills part of the hand capsule."""
     disc = rounded([(0.030, -0.019), (0.040, -0.019), (0.040, 0.0), (0.0, 0.0)], 0.0018, 3)
     neck = rounded([(0.031, 0.0), (0.031, 0.006), (0.0235, 0.010), (0.0185, 0.019), (0.0185, 0.022)], 0.004, 3)
@@ -266,41 +242,44 @@ def _tool(detail: Detail) -> Parts:
     ]
     knob = [(0.0215 * np.cos(a), 0.076 + 0.0105 * np.sin(a)) for a in np.linspace(0, np.pi / 2, 8)]
     return {
-        "metal": join([revolve(disc, detail.sections), revolve(neck, detail.small)]),
-        "mark": revolve(rounded([(0.015, 0.0215), (0.0202, 0.0215), (0.0202, 0.0255), (0.015, 0.0255)], 0.0008, 2), detail.small),
-        "grip": revolve(np.vstack([[(0.017, 0.0255)], rounded(grip_line, 0.006, 3), knob]), detail.small),
+        "metal": join([revolve(disc, SECTIONS), revolve(neck, 36)]),
+        "mark": revolve(rounded([(0.015, 0.0215), (0.0202, 0.0215), (0.0202, 0.0255), (0.015, 0.0255)], 0.0008, 2), 40),
+        "grip": revolve(np.vstack([[(0.017, 0.0255)], rounded(grip_line, 0.006, 3), knob]), 36),
     }
 
 
 @functools.cache
-def link_meshes(detail: Detail = FINE) -> tuple[Parts, ...]:
+def link_meshes() -> tuple[Parts, ...]:
     """Links 0 (base) … 7 (flange and handle): material name → mesh in the link frame [m]. Shared: do not change them."""
     return (
-        _base(detail),
-        _cast(SHOULDER, UP, False, True, detail),
-        _cast(SHOULDER_UPPER, FROM_JOINT_TO_MINUS_Y, True, False, detail),
-        _cast(UPPER, TO_MINUS_Y, False, True, detail),
-        _cast(ELBOW_FORE, FROM_JOINT_TO_PLUS_Y, True, False, detail),
-        _cast(WRIST, UP, False, True, detail),
-        _wrist(detail),
-        _tool(detail),
+        _base(),
+        _cast(SHOULDER, UP, ring=False, band=True),
+        _cast(SHOULDER_UPPER, FROM_JOINT_TO_MINUS_Y, ring=True, band=False),
+        _cast(UPPER, TO_MINUS_Y, ring=False, band=True),
+        _cast(ELBOW_FORE, FROM_JOINT_TO_PLUS_Y, ring=True, band=False),
+        _cast(WRIST, UP, ring=False, band=True),
+        _wrist(),
+        _tool(),
     )
 
 
 @functools.cache
-def link_glbs(palette: str, detail: Detail = FINE) -> tuple[bytes, ...]:
-    """Links 0 … 7 as GLB files in one of the PALETTES."""
+def coarse_meshes() -> tuple[Parts, ...]:
+    """The same links with a fourteenth of the triangles, for a browser without a graphics card."""
+    return tuple({name: thinned(part, COARSE_SHARE) for name, part in parts.items()} for parts in link_meshes())
+
+
+@functools.cache
+def link_glbs(palette: str, coarse: bool = False) -> tuple[bytes, ...]:
+    """Links 0 … 7 as GLB files in one of the PALETTES; coarse ones are one mesh each, its colours on the vertices."""
     if palette not in PALETTES:
         raise ValueError(f"no palette {palette!r}; there are {', '.join(PALETTES)}")
     # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
     by = -GHOST_INSET if palette == "ghost" else 0.0
-    key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette, detail)
-
-    pack = glb.glb if detail is FINE else glb.merged_glb
+    key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette, coarse)
+    meshes, pack = (coarse_meshes, glb.merged_glb) if coarse else (link_meshes, glb.glb)
 
     def build() -> tuple[bytes, ...]:
-        return tuple(
-            pack({name: swollen(part, by) for name, part in parts.items()}, PALETTES[palette]) for parts in link_meshes(detail)
-        )
+        return tuple(pack({name: swollen(part, by) for name, part in parts.items()}, PALETTES[palette]) for parts in meshes())
 
-    return glb.cached(f"lwr-{palette}-{detail.sections}", key, build)
+    return glb.cached(f"lwr-{palette}-{coarse:d}", key, build)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Locator, Page
+from playwright.sync_api import Dialog, Locator, Page
 
 from app.hosts import House, LectureHost
 from app.page.controls import TABS
@@ -21,7 +21,7 @@ from app.page.keys import HOTKEYS
 from app.session import Session
 from app.settings import Settings
 from scenes.history import COLUMN
-from scenes.settings import specs, values
+from scenes.settings import changed, specs, values
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask, live_sessions
 from tests.browser import PageAt, drag_arrow, screenshot, wait_frames, wait_ready, world_position, world_to_px
 
@@ -35,6 +35,10 @@ GRIP = 0.85
 USUAL = {key: value for key, value in values(Settings()).items() if key != "picture"}
 CAMERA = "[...__viserMutable.camera.position.toArray(), ...__viserMutable.camera.quaternion.toArray()]"
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
+
+
+# viser's browser side applies updates after all else that came with them, so it complains about the last one of a plot that goes.
+LATE_UPDATE = r"Tried to update non-existent component"
 
 
 def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 10.0) -> None:
@@ -53,6 +57,7 @@ def visit(page: Page, opened: House, query: str = "") -> Session:
     wait_ready(page, HAND)
     # The page may have come anew, without the fine picture that this machine is too slow for.
     until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
+    close_software_note(page)
     (number,) = set(live_sessions(opened)) - before
     return live_sessions(opened)[number]
 
@@ -165,7 +170,7 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
     page.get_by_text("The autopilot moves the orange right arm").wait_for()
     arrow, sign = best_arrow(session, np.array([0.0, 1.0, 0.0]))
     before = session.simulation.time
-    drag_arrow(page, hand(session), arrow, GIZMO, sign * 0.10, steps=4, grip=GRIP)
+    drag_arrow(page, hand(session), arrow.tolist(), GIZMO, sign * 0.10, steps=4, grip=GRIP)
     until(page, lambda: session.held is None and not session.settings.page.autopilot, "letting go")
     assert session.simulation.time > before
     page.get_by_text("Drag the orange right arm").wait_for()
@@ -184,9 +189,9 @@ def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_
     still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
     arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
     grip = start + arrow * GRIP * GIZMO
-    drag_through(page, [grip + arrow * sign * way for way in np.linspace(0.0, 0.40, 24)])
+    drag_through(page, [grip + arrow * sign * way for way in np.linspace(0.0, 0.45, 24)])
     until(page, lambda: session.held is not None, "taking hold")
-    goal = start + arrow * sign * 0.40
+    goal = start + arrow * sign * 0.45
     until(page, lambda: np.linalg.norm(hand(session) - goal) < 0.02, "the hand where the mouse is")
     # Meanwhile the handle is where the mouse is, not where the hand is.
     assert np.linalg.norm(world_position(page, HAND) - goal) < 5e-3
@@ -201,7 +206,7 @@ def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_
     table = ask(session, lambda s: s.simulation.history.table())
     q = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
     limit = session.settings.run.law.critical_distance
-    assert np.abs(q - still).max() > 0.05
+    assert np.abs(q - still).max() > 0.03 and table[:, COLUMN["e2"]].max() > 0.01**2
     assert limit - 1e-4 <= table[:, COLUMN["d"]].min() < limit + 0.1
     assert np.isfinite(table).all()
 
@@ -236,7 +241,7 @@ def test_a_mouse_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
     [(tab, keys) for tab, _, keys in TABS],
 )
 def test_every_control_by_hand(house: OpenHouse, page_at: PageAt, tab: str, keys: tuple[str, ...]) -> None:
-    page = page_at(900, 640)
+    page = page_at(900, 640, expect=(LATE_UPDATE,) if tab == "View" else ())
     opened = house()
     session = visit(page, opened, "autopilot=0")
     page.get_by_role("tab", name=tab).click()
@@ -280,7 +285,7 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt, tab: str, keys
 
 
 def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 640)
+    page = page_at(900, 640, expect=(LATE_UPDATE,))
     session = visit(page, house())
     shows = {"Law": "d_m [mm]", "Arms": "w_max [m/s]", "View": "colours", "Keys": "one single step"}
     for name in ("Arms", "View", "Keys", "Law"):
@@ -330,7 +335,7 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
 def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     session = visit(page, house())
-    page.mouse.click(30, 90)
+    page.mouse.click(520, 90)
     view, done = settled_view(page), set[str]()
 
     def press(action: str, key: str, effect: Callable[[], object]) -> None:
@@ -377,10 +382,10 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     assert session.paused
 
     # Turn the view with the mouse, and take it back.
-    page.mouse.move(60, 100)
+    page.mouse.move(520, 90)
     page.mouse.down()
     for i in range(6):
-        page.mouse.move(60 + 25 * i, 100 + 5 * i)
+        page.mouse.move(520 - 25 * i, 90 + 5 * i)
         wait_frames(page, 2)
     page.mouse.up()
     until(page, lambda: not np.allclose(page.evaluate(CAMERA), view, atol=0.05), "a turned view")
@@ -400,7 +405,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     settings, *rest = ask(session, lambda s: (s.settings, s.paused, s.held, s.simulation.steps))
     assert rest == list(before[1:])
     assert {k: v for k, v in values(settings).items() if k != "dm"} == {k: v for k, v in values(before[0]).items() if k != "dm"}
-    page.mouse.click(30, 90)
+    page.mouse.click(520, 90)
     page.keyboard.press(" ")
     until(page, lambda: not session.paused, "going on")
 
@@ -414,7 +419,12 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
     first = visit(one, opened, "autopilot=0")
     other = page_at(900, 640)
     alerts: list[str] = []
-    other.on("dialog", lambda dialog: (alerts.append(dialog.message), dialog.dismiss()))
+
+    def dismiss(dialog: Dialog) -> None:
+        alerts.append(dialog.message)
+        dialog.dismiss()
+
+    other.on("dialog", dismiss)
     bad = "law=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E"
     second = visit(other, opened, f"rig=table&dm=0.1&n=10&theme=dark&plot=lambda&{bad}")
     expected = {"rig": "table", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "lambda"}
@@ -438,7 +448,7 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
 
 
 def test_a_lecture_in_two_tabs(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house(lecture=True)
+    opened = house(changed(Settings(), "picture", "fast"), lecture=True)
     assert isinstance(opened.host, LectureHost)
     session = opened.host.session
     lecturer, listener = page_at(900, 640), page_at(900, 640)
@@ -448,7 +458,7 @@ def test_a_lecture_in_two_tabs(house: OpenHouse, page_at: PageAt) -> None:
     wait_ready(listener, f"/arms/right{WRIST}")
     listener.locator(".u-title").nth(1).wait_for()
     listener.get_by_text("real time").wait_for()
-    lecturer.mouse.click(30, 90)
+    lecturer.mouse.click(520, 90)
     lecturer.keyboard.press(" ")
     until(lecturer, lambda: session.paused, "a pause")
     listener.get_by_text("paused", exact=True).wait_for()
@@ -462,7 +472,7 @@ def test_a_lecture_in_two_tabs(house: OpenHouse, page_at: PageAt) -> None:
     assert not listener.evaluate(f"!!__viserMutable.nodeRefFromName['{HAND}']")
     # The listener's keys do nothing; the lecturer's do.
     steps = session.simulation.steps
-    listener.mouse.click(30, 90)
+    listener.mouse.click(520, 90)
     for key in (" ", "r", ".", "l"):
         listener.keyboard.press(key)
         wait_frames(listener, 3)
@@ -510,8 +520,8 @@ LINKS = [f"/arms/{side}/base" + "".join(f"/j{i}" for i in range(1, n + 1)) for s
 @pytest.mark.parametrize("rig", ["torso", "table"])
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])
 def test_first_sight(house: OpenHouse, page_at: PageAt, width: int, height: int, rig: str) -> None:
-    page = page_at(width, height)
-    session = visit(page, house(), f"rig={rig}")
+    page = page_at(width, height, expect=(LATE_UPDATE,))
+    session = visit(page, house(), f"rig={rig}&speed=2")
     if width > 576:
         page.locator(".u-title").nth(1).wait_for()
     # The view is corrected once the panels have found their places.
@@ -526,7 +536,8 @@ def test_first_sight(house: OpenHouse, page_at: PageAt, width: int, height: int,
         until(page, free, "both arms in free sight", 8.0)
     except AssertionError:
         pytest.fail("\n".join(hidden))
-    run_on(page, session, 4.0)
+    # On its way back the hand moves away from the other arm: the numbers are longest then.
+    until(page, lambda: session.simulation.time > 3.0 and session.simulation.sample().law_approach < -0.02, "a retreat", 20.0)
     ask(session, lambda s: s.toggle_pause())
     page.get_by_text("paused", exact=True).wait_for()
     faults: dict[str, list[str]] = {}

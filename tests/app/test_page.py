@@ -343,6 +343,7 @@ def test_dragging_the_elbow_swivels_it_and_leaves_the_hand(house: OpenHouse, arr
         one.run_on(0.1)
     goal = foot + pin.exp3(frame[:, 0] * 0.4) @ (elbow - foot)
     assert np.linalg.norm(goal - elbow) > 0.05
+    now = elbow
     for _ in range(60):
         now, hand_now, _, _ = one.ask(state)
         assert np.linalg.norm(hand_now - hand) < 5e-3

@@ -267,11 +267,11 @@ def test_nudges_add_up_but_do_not_run_away(session: Session) -> None:
     simulation = session.simulation
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     session.nudge(np.array([0.0, 0.0, 0.02]))
-    assert session.held is not None and np.allclose(session.held.position, hand + [0.0, 0.0, 0.02])
+    assert session.held is not None and np.allclose(session.held.position, hand + np.array([0.0, 0.0, 0.02]))
     assert not session.settings.page.autopilot
     for _ in range(100):
         session.nudge(np.array([0.02, 0.0, 0.02]))
-    assert np.allclose(session.held.position, hand + [0.3, 0.0, 0.3])
+    assert np.allclose(session.held.position, hand + np.array([0.3, 0.0, 0.3]))
     session.advance(0.1)
     assert np.isfinite(simulation.positions).all()
 

@@ -3,7 +3,7 @@
 import io
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -70,10 +70,10 @@ def test_the_rigid_capsules_are_those_of_the_robot() -> None:
     assert_allclose(rigid_capsules(7), [(-0.078, 0.05, 0.05), (-0.078, -0.078, 0.065)])
 
 
-@pytest.mark.parametrize("detail", [shells.FINE, shells.COARSE])
+@pytest.mark.parametrize("meshes", [shells.link_meshes, shells.coarse_meshes])
 @pytest.mark.parametrize("link", range(8))
-def test_every_vertex_is_inside_the_capsules(link: int, detail: shells.Detail) -> None:
-    for name, part in shells.link_meshes(detail)[link].items():
+def test_every_vertex_is_inside_the_capsules(link: int, meshes: Callable[[], tuple[shells.Parts, ...]]) -> None:
+    for name, part in meshes()[link].items():
         assert outside(link, part.vertices).max() < 0, name
 
 
@@ -238,12 +238,12 @@ def test_glbs_load_back(link: int) -> None:
 
 @pytest.mark.parametrize("link", range(8))
 def test_coarse_links_are_one_mesh_with_the_colours_of_their_materials(link: int) -> None:
-    (loaded,) = trimesh.load_scene(io.BytesIO(shells.link_glbs("orange", shells.COARSE)[link]), file_type="glb").geometry.values()
-    parts = shells.link_meshes(shells.COARSE)[link]
+    (loaded,) = trimesh.load_scene(io.BytesIO(shells.link_glbs("orange", coarse=True)[link]), file_type="glb").geometry.values()
+    parts = shells.coarse_meshes()[link]
     assert isinstance(loaded, trimesh.Trimesh)
     assert len(loaded.faces) == sum(len(part.faces) for part in parts.values())
-    assert len(loaded.faces) < 0.6 * sum(len(part.faces) for part in shells.link_meshes()[link].values())
-    head = head_of(shells.link_glbs("orange", shells.COARSE)[link])
+    assert len(loaded.faces) < 0.25 * sum(len(part.faces) for part in shells.link_meshes()[link].values())
+    head = head_of(shells.link_glbs("orange", coarse=True)[link])
     (primitive,) = head["meshes"][0]["primitives"]
     low = head["accessors"][primitive["attributes"]["COLOR_0"]]["min"]
     darkest = np.min([shells.PALETTES["orange"][name].linear()[:3] for name in parts], axis=0)
