@@ -115,6 +115,9 @@ class Bench:
     """Steps measured of each scene."""
 
 
+MOST_STEPS: Final = 1_000_000
+"""Longest run; every step of it is kept, at 312 bytes each."""
+
 COMMANDS: Final[dict[str, type]] = {"serve": Serve, "run": Run, "bench": Bench}
 
 
@@ -178,8 +181,9 @@ def run(command: Run) -> int:
     from scenes.recording import read_inputs, write_table
 
     settings: RunSettings = chosen(command.settings, RunSettings())
-    if not 0.0 < command.seconds <= 86_400.0:
-        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to 86400.")
+    longest = MOST_STEPS * settings.dt
+    if not 0.0 < command.seconds <= longest:
+        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to {longest:g} (or a larger dt).")
     person = read_inputs(command.inputs) if command.inputs else None
     if command.csv is not None and not command.csv.parent.is_dir():
         raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.parent}; make it first.")

@@ -1,5 +1,6 @@
 """Who sees what: a private session for every tab, or one stage for a whole lecture."""
 
+import contextlib
 import logging
 import secrets
 import threading
@@ -100,7 +101,7 @@ class PrivateHost(_Visitors):
     @property
     def sessions(self) -> dict[int, Session]:
         """The live sessions by client id."""
-        return {number: stand.session for number, stand in self._stands.items()}
+        return {number: stand.session for number, stand in list(self._stands.items())}
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw every session."""
@@ -151,7 +152,9 @@ class LectureHost(_Visitors):
         arrivals, departures = self.changes()
         for client in arrivals:
             self._clients[client.client_id] = client
-            self._view.welcome(client)
+            with contextlib.suppress(Exception):
+                # Whoever is gone again before being welcomed must not cost the others their frame.
+                self._view.welcome(client)
         for number in departures:
             self._clients.pop(number, None)
             if number == self._operator:

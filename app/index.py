@@ -46,6 +46,7 @@ _SCRIPT = """
   // viser rewrites the address bar a moment from now.
   const given = new URLSearchParams(location.search);
   given.delete("websocket");
+  for (const [key, value] of Object.entries(window.duetQuery)) if (!given.has(key)) given.set(key, value);
   let query = given.toString();
   if (query.length > ours.longest) query = "";
   let retry = 0, leaving = false;
@@ -112,7 +113,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
         client_html: viser's own `index.html`.
         title: the title of the tab.
         run: a word that is different for every start of the server.
-        script: further JavaScript of the page's own, which runs before ours and may change the page's query.
+        script: further JavaScript of the page's own, which may add to `duetQuery` what the server is to know of the browser.
 
     Raises:
         ValueError: the page doesn't look as expected (another version of viser).
@@ -121,7 +122,8 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
     if not mark:
         raise ValueError("viser's page has no title to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "longest": _LONGEST_QUERY, "lost": "Connection lost – trying again…"}
-    script += _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
+    what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
+    script = what_we_see + script + _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
     return f"{head}<title>{html.escape(title)}</title><style>{_STYLE}</style><script>{script}</script>{rest}"

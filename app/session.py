@@ -120,7 +120,7 @@ class Session:
     def toggle_pause(self) -> None:
         """Pause or go on."""
         self.paused = not self.paused
-        self._debt = 0.0
+        self._debt, self._steps_asked = 0.0, 0
 
     def single_step(self) -> None:
         """Pause, and make one step."""

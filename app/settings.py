@@ -93,8 +93,10 @@ def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tup
     return start, tuple(problems)
 
 
-FOREIGN_KEYS = frozenset({"websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"})
-"""Keys of a link that are not settings: viser's own, and the key of a lecture."""
+FOREIGN_KEYS = frozenset(
+    {"window", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
+)
+"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window."""
 
 
 def to_query(settings: Settings) -> str:

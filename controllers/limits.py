@@ -68,18 +68,37 @@ class VelocityBox:
         self._lower_position, self._upper_position = lower_position, upper_position
         self._top_speed = top_speed
         self._least_speed = -top_speed
-        self.gain = gain
         self.lower = -top_speed
         self.upper = top_speed.copy()
+        self._is_full = True
+        self.gain = gain
+
+    @property
+    def gain(self) -> float:
+        """g [1/s]."""
+        return self._gain
+
+    @gain.setter
+    def gain(self, gain: float) -> None:
+        self._gain = gain
+        self._free_lower = self._lower_position + self._top_speed / gain
+        self._free_upper = self._upper_position - self._top_speed / gain
 
     def update(self, positions: Array) -> None:
         """Compute `lower` and `upper` (n,) [rad/s] at q (n,)."""
         lower, upper = self.lower, self.upper
+        if not (np.count_nonzero(positions < self._free_lower) or np.count_nonzero(positions > self._free_upper)):
+            # No joint is near a stop: the usual case, and nothing to compute if it was so before.
+            if not self._is_full:
+                lower[:], upper[:] = self._least_speed, self._top_speed
+                self._is_full = True
+            return
+        self._is_full = False
         np.subtract(self._lower_position, positions, out=lower)
-        lower *= self.gain
+        lower *= self._gain
         np.maximum(lower, self._least_speed, out=lower)
         np.subtract(self._upper_position, positions, out=upper)
-        upper *= self.gain
+        upper *= self._gain
         np.minimum(upper, self._top_speed, out=upper)
 
     def part(self, joints: slice) -> "VelocityBox":

@@ -62,6 +62,7 @@ class Guide:
         self.velocities = np.zeros(arm.joints.stop - arm.joints.start)
         self._hand = kinematics.hand_pose(arm)
         first, offset = arm.joints.start, arm.shoulder - robot.shoulder
+        self._reach = _reach(robot)
         # Of every place where an axis ends: its placement, the Jacobian's columns and the velocities that move it (live views), and
         # where it is in the frame of its joint.
         self._points = [
@@ -91,9 +92,11 @@ class Guide:
         dq = self.velocities
         dq += (wanted - dq) * (dt / (SMOOTHING_TIME + dt))
         np.minimum(np.maximum(dq, self.box.lower, out=dq), self.box.upper, out=dq)
-        fastest = self.fastest_point()
-        if fastest > top_speed:
-            dq *= top_speed / fastest
+        # Each joint moves no point faster than its rate times the arm's length beyond it: mostly, that settles it.
+        if float(np.abs(dq).dot(self._reach)) > top_speed:
+            fastest = self.fastest_point()
+            if fastest > top_speed:
+                dq *= top_speed / fastest
         return dq
 
     def fastest_point(self) -> float:
@@ -109,11 +112,10 @@ class Guide:
     def _wanted(self, target: HandTarget, positions: Array, top_speed: float) -> Array:
         kinematics, arm = self.kinematics, self.arm
         pose = self._hand
-        task = np.empty(3 if target.rotation is None else 6)
-        linear = (target.position - pose.translation) * FOLLOW_GAIN
-        task[:3] = _shortened(linear, top_speed)
+        task = _shortened((target.position - pose.translation) * FOLLOW_GAIN, top_speed)
         if target.rotation is not None:
-            task[3:] = _shortened(pin.log3(target.rotation.dot(pose.rotation.T)) * FOLLOW_GAIN, TURN_SPEED)
+            turn = _shortened(pin.log3(target.rotation.dot(pose.rotation.T)) * FOLLOW_GAIN, TURN_SPEED)
+            task = np.concatenate([task, turn])
         J = kinematics.hand_jacobian(arm)[: len(task)]
         free = (self.posture - positions) * POSTURE_GAIN
         if target.elbow is not None:
@@ -142,6 +144,19 @@ class Guide:
 def _shortened(vector: Array, longest: float) -> Array:
     length = float(vector.dot(vector)) ** 0.5
     return vector * (longest / length) if length > longest else vector
+
+
+def _reach(robot: Robot) -> Array:
+    """Return how far the arm reaches beyond each joint at most (n,) [m]: the way along the joints to the farthest capsule end."""
+    model = robot.model
+    ways = np.array([float(np.linalg.norm(model.jointPlacements[j].translation)) for j in range(1, model.njoints)])
+    reach = np.zeros(model.nv)
+    for joint, point in _axis_ends(robot):
+        beyond = float(np.linalg.norm(point))
+        for j in range(joint, 0, -1):
+            reach[j - 1] = max(reach[j - 1], beyond)
+            beyond += ways[j - 1]
+    return reach
 
 
 def _axis_ends(robot: Robot) -> list[tuple[int, Array]]:

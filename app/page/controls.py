@@ -54,13 +54,13 @@ class Controls:
         actions = ("pause", "step", "reset")
         self._clock = ChoiceButtons(
             gui,
-            "",
+            "clock",
             ("Pause", "Step", "Reset"),
             "Space pauses and goes on, . makes one step, R starts anew.",
             lambda i: session.post(lambda: self._act(actions[i])),
         )
         labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
-        self._speed = ChoiceButtons(gui, "", labels, "Slower and faster: [ and ].", lambda i: self._post("speed", SPEEDS[i]))
+        self._speed = ChoiceButtons(gui, "speed", labels, "Slower and faster: [ and ].", lambda i: self._post("speed", SPEEDS[i]))
 
     def _control(self, key: str, spec: Spec, value: Any) -> Handle:
         gui = self._gui

@@ -36,7 +36,8 @@ HOTKEYS: Final = (
     Hotkey("slower", "[", "slower", "2", "alt+shift", "[", viser.Icon.PLAYER_TRACK_PREV),
     Hotkey("faster", "]", "faster", "3", "alt+shift", "]", viser.Icon.PLAYER_TRACK_NEXT),
     Hotkey("reset", "R", "start anew", "R", icon=viser.Icon.REFRESH),
-    Hotkey("autopilot", "A", "autopilot on or off", "A", icon=viser.Icon.ROBOT),
+    # viser moves its camera by W, A, S and D.
+    Hotkey("autopilot", "A", "autopilot on or off", "8", "alt+shift", "a", viser.Icon.ROBOT),
     Hotkey("left", "←", "your hand 2 cm to the left", "4", "alt+shift", "ArrowLeft", viser.Icon.ARROW_LEFT),
     Hotkey("right", "→", "your hand 2 cm to the right", "5", "alt+shift", "ArrowRight", viser.Icon.ARROW_RIGHT),
     Hotkey("up", "↑", "your hand 2 cm up", "6", "alt+shift", "ArrowUp", viser.Icon.ARROW_UP),
@@ -54,7 +55,7 @@ def relay_script() -> str:
     return (
         "(()=>{const to=" + repr(table) + ";"
         "addEventListener('keydown',e=>{"
-        "const k=to[e.key],t=e.target;"
+        "const k=to[e.key]||to[e.key.toLowerCase()],t=e.target;"
         "if(!k||(e.ctrlKey||e.metaKey||e.altKey)&&!e.getModifierState('AltGraph'))return;"
         "if(t instanceof Element&&t.closest('input,textarea,select,[contenteditable=true],[role=slider],[role=tab],"
         "[role=listbox],[role=combobox],[role=dialog]'))return;"
@@ -68,13 +69,11 @@ def relay_script() -> str:
 def picture_script() -> str:
     """Return JavaScript that asks for the fast picture where the browser draws without a graphics card, unless the link chose."""
     return (
-        "(()=>{const q=new URLSearchParams(location.search);if(q.has('picture'))return;"
-        "const gl=document.createElement('canvas').getContext('webgl');if(!gl)return;"
+        "(()=>{const gl=document.createElement('canvas').getContext('webgl');if(!gl)return;"
         "const info=gl.getExtension('WEBGL_debug_renderer_info');"
         "const name=info?gl.getParameter(info.UNMASKED_RENDERER_WEBGL):'';"
         "gl.getExtension('WEBGL_lose_context')?.loseContext();"
-        "if(/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name)){q.set('picture','fast');"
-        "history.replaceState(null,'','?'+q);}})();"
+        "if(/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name))duetQuery.picture='fast';})();"
     )
 
 

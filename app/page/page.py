@@ -4,6 +4,7 @@ What is seen (stage, plots, numbers) and what is operated (controls, handles, ke
 the first to everybody and hand the second to one.
 """
 
+import re
 from collections.abc import Callable
 from time import perf_counter
 from typing import Final
@@ -19,11 +20,15 @@ from app.page.plots import DetailsChooser, Plots
 from app.page.readout import Readout
 from app.page.stage import Stage, place_camera
 from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_FRAME, plots_height, scale, style_sheet
+from app.server import request_query
 from app.session import Session
 from scenes.rigs import RIGS
 
 SETTLING: Final = 6.0
 """How long a newcomer's camera is corrected when its canvas changes its shape [s of wall time]."""
+
+TITLEBAR: Final = 47.0
+"""Height of the bar at the top [CSS px]."""
 
 LOW_CANVAS: Final = 520.0
 """On a canvas lower than this [px] the plots wait folded up until they are asked for, …"""
@@ -62,7 +67,7 @@ class View:
         self.plots_tab = self._plots_panel.add_tab("Live plots", viser.Icon.CHART_LINE)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
         self._plots_panel.float(x=14, y=-14, width=760)
-        if self._canvas_height() < LOW_CANVAS:
+        if isinstance(host, viser.ClientHandle) and canvas_size(host)[1] < LOW_CANVAS:
             self._plots_panel.minimize()
         self._look = page.theme, page.profile
         self._rig = session.settings.run.rig
@@ -70,12 +75,10 @@ class View:
         self._configure_theme()
         self._stage = Stage(host.scene, session.simulation, page)
 
-    def _canvas_height(self) -> float:
-        # A lecture's plots are drawn for everybody: for the projector, whose window nobody knows here.
-        return self._host.camera.image_height if isinstance(self._host, viser.ClientHandle) else 900.0
-
     def _plots_height(self) -> int:
-        return plots_height(self._canvas_height(), self._session.settings.page.profile)
+        # A lecture's plots are drawn for everybody: for the projector, whose window nobody knows here.
+        height = canvas_size(self._host)[1] if isinstance(self._host, viser.ClientHandle) else 900.0
+        return plots_height(height, self._session.settings.page.profile)
 
     def _configure_theme(self) -> None:
         self._host.gui.configure_theme(
@@ -93,9 +96,9 @@ class View:
 
     def look(self, client: viser.ClientHandle) -> None:
         """Point a client's camera at the present rig."""
-        profile, height = self._session.settings.page.profile, max(client.camera.image_height, 1)
+        profile, (width, height) = self._session.settings.page.profile, canvas_size(client)
         panel = self._plots_height() + PLOTS_FRAME * scale(profile) if height >= LOW_CANVAS else PLOTS_BAR
-        covered = PHONE_SHEET if client.camera.aspect < PHONE_ASPECT else min(panel / height, 0.6)
+        covered = PHONE_SHEET if width / height < PHONE_ASPECT else min(panel / height, 0.6)
         place_camera(client, RIGS[self._session.settings.run.rig].camera, covered)
 
     def _settle(self, now: float) -> None:
@@ -121,19 +124,26 @@ class View:
         self._stage.show(session.simulation, sample, page)
         self._readout.show(session, sample, now, force=not moved)
         self._plots.choose(page.details)
-        if moved or session.simulation.history.count == 0:
-            self._plots.show(session.simulation, now)
+        self._plots.show(session.simulation, now)
 
     def _change_look(self) -> None:
         page = self._session.settings.page
         self._look = page.theme, page.profile
         self._style.content = style_sheet(page.profile)
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
-        buffer = self._plots.buffer
-        self._plots.remove()
-        self._plots = Plots(self._host.gui, self.plots_tab, page, self._plots_height())
-        self._plots.buffer = buffer
+        self._plots.dress(page)
         self._configure_theme()
+
+
+def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
+    """Return width and height of a client's window below the title bar, as they were when it came [CSS px].
+
+    The camera's own size is in device pixels, and of a canvas that has not found its place yet.
+    """
+    given = re.fullmatch(r"(\d{2,5})x(\d{2,5})", request_query(client).get("window", ""))
+    if given is None:
+        return max(client.camera.image_width, 1.0), max(client.camera.image_height, 1.0)
+    return float(given[1]), max(float(given[2]) - TITLEBAR, 1.0)
 
 
 class Operation:

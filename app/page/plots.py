@@ -8,7 +8,7 @@ import viser
 from viser import uplot
 
 from app.page.buttons import ChoiceButtons
-from app.page.theme import PALETTES, Palette, scale
+from app.page.theme import PALETTES, scale
 from app.session import Session
 from app.settings import Details, PageSettings
 from controllers.budget import resting_distance
@@ -92,97 +92,122 @@ class PlotBuffer:
         return (rows[:, 0], *(rows[:, c] * scale for c in columns))
 
 
-_CHOICES: Final[dict[Details, tuple[str, tuple[int, ...]]]] = {
-    "none": ("", ()),
-    "lambda": ("activation λ", (5,)),
-    "joints": ("joints q of the avoiding arm [°]", tuple(range(9, 16))),
-    "rates": ("joint speeds q̇ of the avoiding arm [°/s]", tuple(range(16, 23))),
-    "speeds": ("speeds along the line [m/s]", (6, 7, 8)),
+_PLOTS: Final[dict[str, tuple[str, tuple[int, ...], tuple[float, float] | None]]] = {
+    "distance": ("distance d [m]", (1, 2, 3), (0.0, _CEILING)),
+    "error": ("squared error e² [m²]", (4,), None),
+    "lambda": ("activation λ", (5,), (0.0, 1.05)),
+    "joints": ("joints q of the avoiding arm [°]", tuple(range(9, 16)), (-180.0, 180.0)),
+    "rates": ("joint speeds q̇ of the avoiding arm [°/s]", tuple(range(16, 23)), None),
+    "speeds": ("speeds along the line [m/s]", (6, 7, 8), None),
 }
+"""Name → title, columns of the buffer, span of the axis (None: as the data ask)."""
+
+
+Line = tuple[str, str, float, tuple[float, ...]]
+"""Label, colour, width [px at a desk], dashes."""
 
 
 class Plots:
-    """The panel of plots.
+    """The panel of plots. A plot that is not wanted is hidden, never removed: viser's page complains of late news for what is gone.
 
     Args:
         gui: of whoever sees them.
         tab: where they are drawn.
-        page: how they look; a new theme or profile needs new plots.
+        page: how they look.
         height: of one plot [CSS px].
     """
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, page: PageSettings, height: int) -> None:
         self.buffer = PlotBuffer()
-        self._tab = tab
-        self._height = height
-        self._gui, self._page = gui, page
-        self._palette: Palette = PALETTES[page.theme]
-        p = self._palette
+        self._gui, self._tab, self._height, self._page = gui, tab, height, page
         with tab:
             self._legend = gui.add_html("", order=0.0)
-        self._distance = self._plot(
-            "distance d [m]",
-            (("d", p.distance, 2.2, ()), ("d_m", p.critical, 1.6, (7.0, 5.0)), ("d*", p.resting, 1.6, (2.0, 4.0))),
-            (0.0, _CEILING),
-        )
-        self._error = self._plot("squared error e² [m²]", (("e²", p.error, 2.2, ()),), None)
-        self._details: viser.GuiUplotHandle | None = None
+        self._plots: dict[str, viser.GuiUplotHandle] = {}
         self._shown: Details = "none"
         self._next = 0.0
+        self._drawn: tuple[int, Details] | None = None
+        self._add("distance")
+        self._add("error")
         self._legend.content = self._legend_html()
         self.choose(page.details)
 
-    def _plot(
-        self, title: str, lines: tuple[tuple[str, str, float, tuple[float, ...]], ...], span: tuple[float, float] | None
-    ) -> viser.GuiUplotHandle:
+    def _lines(self, name: str) -> tuple[Line, ...]:
+        p = PALETTES[self._page.theme]
+        match name:
+            case "distance":
+                return (
+                    ("d", p.distance, 2.2, ()),
+                    ("d_m", p.critical, 1.6, (7.0, 5.0)),
+                    ("d*", p.resting, 1.6, (2.0, 4.0)),
+                )
+            case "error":
+                return (("e²", p.error, 2.2, ()),)
+            case "lambda":
+                return (("λ", p.activation, 2.2, ()),)
+            case "speeds":
+                return (("u", p.pull, 2.0, ()), ("v", p.velocity, 1.8, (7.0, 5.0)), ("w", p.approach, 2.0, (2.0, 4.0)))
+            case _:
+                return tuple((f"q{i + 1}", c, 1.6, ((), (7.0, 4.0), (2.0, 3.0))[i // 3]) for i, c in enumerate(p.joints))
+
+    def _series(self, name: str) -> tuple[uplot.Series, ...]:
         k = scale(self._page.profile)
-        font = f'{round(11 * k)}px system-ui, "Segoe UI", Roboto, "Liberation Sans", sans-serif'
-        dark = self._page.theme == "dark"
-        ink, grid = ("#aeb8c2", "#333941") if dark else ("#4b545e", "#e4e8ec")
+        return (
+            uplot.Series(),
+            *(
+                uplot.Series(label=label, stroke=colour, width=width * k, points={"show": False}, dash=dash)
+                for label, colour, width, dash in self._lines(name)
+            ),
+        )
+
+    def _axes(self) -> tuple[uplot.Axis, ...]:
+        k = scale(self._page.profile)
+        ink, grid = ("#aeb8c2", "#333941") if self._page.theme == "dark" else ("#4b545e", "#e4e8ec")
         axis: dict[str, Any] = {
-            "font": font,
+            "font": f'{round(11 * k)}px system-ui, "Segoe UI", Roboto, "Liberation Sans", sans-serif',
             "stroke": ink,
             "grid": {"stroke": grid, "width": 1},
             "ticks": {"size": 4, "stroke": grid},
         }
-        series: list[uplot.Series] = [uplot.Series()]
-        for label, colour, width, dash in lines:
-            series.append(uplot.Series(label=label, stroke=colour, width=width * k, points={"show": False}, dash=dash))
+        return (
+            uplot.Axis(**axis, size=round(24 * k), space=round(46 * k)),
+            uplot.Axis(**axis, size=round(46 * k), space=round(28 * k)),
+        )
+
+    def _add(self, name: str) -> None:
+        title, columns, span = _PLOTS[name]
         # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is not to look like a hill.
         soft = {"min": {"soft": 0.0, "mode": 1, "pad": 0.05}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
-        y = uplot.Scale(range=span if span else soft)
         with self._tab:
-            return self._gui.add_uplot(
-                data=(np.array([0.0, 0.1]), *(np.full(2, np.nan) for _ in lines)),
-                series=tuple(series),
+            self._plots[name] = self._gui.add_uplot(
+                data=self.buffer.series(columns),
+                series=self._series(name),
                 title=title,
                 height=self._height,
-                scales={"x": uplot.Scale(time=False, auto=True), "y": y},
-                axes=(
-                    uplot.Axis(**axis, size=round(24 * k), space=round(46 * k)),
-                    uplot.Axis(**axis, size=round(46 * k), space=round(28 * k)),
-                ),
+                scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(range=span if span else soft)},
+                axes=self._axes(),
                 legend=uplot.Legend(show=False),
                 cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
                 padding=(6, 12, 0, 0),
             )
 
+    def dress(self, page: PageSettings) -> None:
+        """Take on another theme or profile."""
+        self._page = page
+        for name, plot in self._plots.items():
+            plot.series = self._series(name)
+            plot.axes = self._axes()
+        self._legend.content = self._legend_html()
+
     def choose(self, details: Details) -> None:
         """Show another third plot, or none."""
         if details == self._shown:
             return
-        if self._details is not None:
-            self._details.remove()
-            self._details = None
-        title, columns = _CHOICES[details]
-        if columns:
-            p = self._palette
-            spans: dict[Details, tuple[float, float]] = {"lambda": (0.0, 1.05), "joints": (-180.0, 180.0)}
-            lines = {
-                "lambda": (("λ", p.activation, 2.2, ()),),
-                "speeds": (("u", p.pull, 2.0, ()), ("v", p.velocity, 1.8, (7.0, 5.0)), ("w", p.approach, 2.0, (2.0, 4.0))),
-            }.get(details) or tuple((f"q{i + 1}", c, 1.6, ((), (7.0, 4.0), (2.0, 3.0))[i // 3]) for i, c in enumerate(p.joints))
-            self._details = self._plot(title, lines, spans.get(details))
+        if self._shown in self._plots:
+            self._plots[self._shown].visible = False
+        if details in self._plots:
+            self._plots[details].visible = True
+        elif details != "none":
+            self._add(details)
         self._shown = details
         self._legend.content = self._legend_html()
 
@@ -205,28 +230,21 @@ class Plots:
             kinds = ("", "dash", "dot")
             parts += [
                 f'<span style="color:{c}"><i class="{kinds[i // 3]}"></i>{i + 1}</span>'
-                for i, c in enumerate(self._palette.joints)
+                for i, c in enumerate(PALETTES[self._page.theme].joints)
             ]
         three = " duet-three" if self._shown != "none" else ""
         return f'<div class="duet-plots duet-legend{three}">{"".join(parts)}</div>'
 
-    def show(self, simulation: Simulation, now: float, force: bool = False) -> None:
-        """Take in the newest steps, and refresh the plots if it is time. `now`: wall time [s]."""
+    def show(self, simulation: Simulation, now: float) -> None:
+        """Take in the newest steps, and refresh the plots if there is news and it is time. `now`: wall time [s]."""
         self.buffer.feed(simulation)
-        if now < self._next and not force:
+        state = simulation.history.count, self._shown
+        if now < self._next or state == self._drawn:
             return
-        self._next = now + PERIOD
-        self._distance.data = self.buffer.series((1, 2, 3))
-        self._error.data = self.buffer.series((4,))
-        if self._details is not None:
-            columns = _CHOICES[self._shown][1]
-            self._details.data = self.buffer.series(columns, 180.0 / math.pi if self._shown in ("joints", "rates") else 1.0)
-
-    def remove(self) -> None:
-        """Take the plots off the page."""
-        for handle in (self._legend, self._distance, self._error, self._details):
-            if handle is not None:
-                handle.remove()
+        self._next, self._drawn = now + PERIOD, state
+        for name, plot in self._plots.items():
+            if name in ("distance", "error", self._shown):
+                plot.data = self.buffer.series(_PLOTS[name][1], 180.0 / math.pi if name in ("joints", "rates") else 1.0)
 
 
 class DetailsChooser:

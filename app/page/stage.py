@@ -159,7 +159,7 @@ class Stage:
         width = round((2.0 + 6.0 * lam) * self._scale * 2.0) / 2.0
         if width != self._width:
             self._line.thickness = self._width = width
-        self._label.position = (a + b) / 2.0 + np.array([0.0, 0.0, 0.02])
+        self._label.position = (a + b) / 2.0 + np.array([0.0, 0.0, 0.06])
         text = f"d = {sample.distance * 1000.0:.0f} mm"
         if text != self._label.text:
             self._label.text = text

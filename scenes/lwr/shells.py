@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 ORANGE: Final = "#e15404"
 SILVER: Final = "#c3c8ce"
 ANTHRACITE: Final = "#2b2f35"
+SLATE: Final = "#56616d"
 
 PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
     {
@@ -43,13 +44,13 @@ PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
         },
         "silver": {
             "body": Material("#cdd2d7", 0.36, 0.1),
-            "cover": Material(ORANGE, 0.38, 0.05),
-            "trim": Material(ORANGE, 0.38, 0.05),
+            "cover": Material(SLATE, 0.38, 0.2),
+            "trim": Material(SLATE, 0.38, 0.2),
             "ring": Material("#24272c", 0.5, 0.2),
             "dark": Material(ANTHRACITE, 0.42, 0.1),
             "metal": Material("#aeb4bb", 0.3, 0.8),
             "grip": Material("#1d2024", 0.6, 0.05),
-            "mark": Material(ORANGE, 0.4, 0.05),
+            "mark": Material(SLATE, 0.4, 0.2),
         },
         "ghost": {
             name: Material("#2f7dff", 0.5, 0.0, 0.24)

@@ -664,14 +664,19 @@ def plots(visitor: SyncVisitor) -> list[tuple[np.ndarray, ...]]:
     return [tuple(np.array(row) for row in element["data"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
+def looks(visitor: SyncVisitor) -> list[tuple[Any, ...]]:
+    """Colour and width of the first line of every plot, in order."""
+    return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
+
+
 @pytest.mark.parametrize(("label", "value"), [("colours", "Dark"), ("text", "Projector")])
 def test_another_look_keeps_the_plots(house: OpenHouse, arrive: Arrive, label: str, value: str) -> None:
     one = arrive(house(), "plot=lambda")
     one.run_on(2.0)
     one.visitor.wait_for(lambda _: all(len(plot[0]) > 12 for plot in plots(one.visitor)))
-    old = {element["uuid"] for element in bodies(one.visitor, "GuiUplotMessage")}
+    old = looks(one.visitor)
     one.visitor.set_value(label, value)
-    one.visitor.wait_for(lambda _: len(new := bodies(one.visitor, "GuiUplotMessage")) == 3 and not old & {e["uuid"] for e in new})
+    one.visitor.wait_for(lambda _: len(new := looks(one.visitor)) == 3 and all(a != b for a, b in zip(old, new, strict=True)))
     one.visitor.wait_for(lambda _: all(len(plot[0]) > 12 for plot in plots(one.visitor)))
     for times, *lines in plots(one.visitor):
         assert times[0] < 0.2 and np.isfinite(lines[0]).all()
@@ -682,9 +687,9 @@ def test_plots_made_while_paused_are_not_empty(house: OpenHouse, arrive: Arrive,
     one = arrive(house())
     one.run_on(1.0)
     press(one, "pause")
-    old = {element["uuid"] for element in bodies(one.visitor, "GuiUplotMessage")}
+    old = looks(one.visitor)
     one.visitor.set_value(*change)
-    one.visitor.wait_for(lambda _: {element["uuid"] for element in bodies(one.visitor, "GuiUplotMessage")} - old)
+    one.visitor.wait_for(lambda _: looks(one.visitor) != old)
     count = 3 if change[0] == "more plots" else 2
     one.visitor.wait_for(lambda _: len(bodies(one.visitor, "GuiUplotMessage")) == count)
     one.visitor.wait_for(lambda _: all(len(plot[0]) > 5 for plot in plots(one.visitor)))

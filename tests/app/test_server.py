@@ -833,6 +833,7 @@ def test_two_tabs_bring_their_own_query(start: Callable[..., DuetServer], page_a
     for page, dm in ((one, "0.1"), (two, "0.2")):
         page.get_by_text(f"ready {dm}").wait_for()
         assert page.evaluate("location.search") == f"?dm={dm}&n=10"
+    assert all(query.pop("window") == "700x500" for query in arrived)
     assert sorted(arrived, key=lambda q: q["dm"]) == [{"dm": "0.1", "n": "10"}, {"dm": "0.2", "n": "10"}]
     assert one.title() == "Duet"
 
