@@ -19,15 +19,16 @@ MOVES = 60
 _WATCH = """() => {
   const links = ["j1", "j2", "j3", "j4", "j5", "j6", "j7"].map((_, i, all) => "/arms/right/base/" + all.slice(0, i + 1).join("/"));
   const pose = () => links.flatMap(name => __viserMutable.nodeRefFromName[name].quaternion.toArray());
-  window.duet = { moved: 0, seen: [], still: 0 };
-  addEventListener("pointermove", event => { duet.moved = event.timeStamp; duet.waiting = true; duet.from = pose(); }, true);
+  const differ = (a, b) => Math.max(...a.map((x, i) => Math.abs(x - b[i])));
+  window.duet = { seen: [], still: 0 };
+  addEventListener("pointermove", event => { duet.moved = event.timeStamp; duet.from = pose(); }, true);
   let last = pose();
   const frame = () => {
     const now = pose();
-    duet.still = Math.max(...now.map((x, i) => Math.abs(x - last[i]))) < 1e-6 ? duet.still + 1 : 0;
-    if (duet.waiting && Math.max(...now.map((x, i) => Math.abs(x - duet.from[i]))) > 2e-5) {
+    duet.still = differ(now, last) < 1e-6 ? duet.still + 1 : 0;
+    if (duet.from && differ(now, duet.from) > 1e-5) {
       duet.seen.push(performance.now() - duet.moved);
-      duet.waiting = false;
+      duet.from = null;
     }
     last = now;
     requestAnimationFrame(frame);
@@ -41,21 +42,22 @@ def measure(page: Page, host: PrivateHost) -> list[float]:
     session = next(iter(host.sessions.values()))
     simulation = session.simulation
     pose = simulation.kinematics.hand_pose(simulation.guided)
-    grip = pose.translation + pose.rotation[:, 0] * 0.22 * 0.6
+    grip = pose.translation + pose.rotation[:, 0] * 0.22 * 0.9
     x, y = world_to_px(page, grip)
     page.mouse.move(x - 3, y - 3)
     wait_frames(page)
     page.mouse.move(x, y)
     wait_frames(page, 3)
     page.mouse.down()
+    wait_frames(page, 3)
     page.evaluate(_WATCH)
-    ahead = np.array(world_to_px(page, grip + pose.rotation[:, 0] * 0.03)) - (x, y)
+    ahead = np.array(world_to_px(page, grip + pose.rotation[:, 0] * 0.05)) - (x, y)
     for i in range(MOVES):
-        page.wait_for_function("() => duet.still > 6")
-        seen = page.evaluate("duet.seen.length")
-        shift = ahead if i % 2 == 0 else np.zeros(2)
+        page.wait_for_function("() => duet.still > 3")
+        shift = ahead * (1.0 if i % 2 == 0 else 0.4)
         page.mouse.move(x + shift[0], y + shift[1])
-        page.wait_for_function("n => duet.seen.length > n", arg=seen)
+        # A move that the handle does not feel (a pixel beside it) is left out.
+        wait_frames(page, 25)
     page.mouse.up()
     return page.evaluate("duet.seen")
 

@@ -306,8 +306,12 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
         page.locator(f'.u-title:text-is("{title}")').wait_for()
         page.get_by_role("button", name=f"● {label}", exact=True).wait_for()
         assert page.locator(".u-title").count() == 3
-        boxes = [box for box in (plot.bounding_box() for plot in page.locator(".uplot-container").all()) if box]
-        assert len(boxes) == 3 and len({round(box["y"]) for box in boxes}) == 1
+        # Side by side, as soon as the legend above them has its new length.
+        page.wait_for_function(
+            """() => { const tops = [...document.querySelectorAll(".uplot-container")].map(e => e.getBoundingClientRect())
+                 .filter(box => box.height).map(box => Math.round(box.top));
+                 return tops.length === 3 && new Set(tops).size === 1; }"""
+        )
     page.get_by_role("button", name="None", exact=True).click()
     until(page, lambda: page.locator(".u-title").count() == 2, "two plots")
     # Pause by the button: the picture stands still, to the last pixel. And it moves again afterwards.
