@@ -238,7 +238,7 @@ def swollen(part: trimesh.Trimesh, by: float) -> trimesh.Trimesh:
 
 
 def thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
-    """A mesh with only a share of the triangles, but no fewer than 48, kept where the shape needs them (quadric error metric).
+    """A mesh with only a share of the triangles, but no fewer than 64, kept where the shape needs them (quadric error metric).
 
     Every vertex is one of the original's: what was inside a capsule stays inside.
     """
@@ -246,7 +246,7 @@ def thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
     import trimesh
     from scipy.spatial import KDTree
 
-    count = max(48, round(share * len(part.faces)))
+    count = max(64, round(share * len(part.faces)))
     vertices, faces = fast_simplification.simplify(np.asarray(part.vertices), np.asarray(part.faces), target_count=count)
     originals = np.asarray(part.vertices)
     bare = trimesh.Trimesh(originals[KDTree(originals).query(vertices)[1]], faces, process=False)

@@ -66,7 +66,7 @@ SECTIONS: Final = 56
 SKIN: Final = 0.0008
 """How far the shells stay inside the capsules [m]."""
 
-COARSE_SHARE: Final = 0.055
+COARSE_SHARE: Final = 0.07
 """Share of the triangles that a coarse shell keeps."""
 
 GHOST_INSET: Final = 0.0012
@@ -266,7 +266,7 @@ def link_meshes() -> tuple[Parts, ...]:
 
 @functools.cache
 def coarse_meshes() -> tuple[Parts, ...]:
-    """The same links with a fourteenth of the triangles, for a browser without a graphics card."""
+    """The same links with few of the triangles, for a browser without a graphics card."""
     return tuple({name: thinned(part, COARSE_SHARE) for name, part in parts.items()} for parts in link_meshes())
 
 
