@@ -32,6 +32,9 @@ MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
 COARSE_SHARE: Final = 0.12
 """Share of the triangles that coarse furniture keeps."""
 
+BOARDS: Final = ("light", "dark")
+"""Parts of the bench that are boards and bars: they have few triangles already, and would fall apart with fewer."""
+
 TABLE_HEIGHT: Final = 0.75
 """World z of the mounting face under both arms of the table [m]."""
 
@@ -156,13 +159,13 @@ def torso_glb(coarse: bool = False) -> bytes:
 def table_glb(separation: float = 1.1, coarse: bool = False) -> bytes:
     """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other; `coarse` as above."""
     name = f"table-{separation:.3f}-{coarse:d}"
-    return glb.cached(name, _key(separation), lambda: (_packed(table_meshes(separation), coarse),))[0]
+    return glb.cached(name, _key(separation), lambda: (_packed(table_meshes(separation), coarse, BOARDS),))[0]
 
 
-def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool) -> bytes:
+def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool, whole: tuple[str, ...] = ()) -> bytes:
+    """One GLB; of a coarse one, the parts named in `whole` keep all their triangles."""
     if coarse:
-        # Boards and plates have few triangles already, and would fall apart.
-        few = {name: thinned(part, COARSE_SHARE) if len(part.faces) > 2000 else part for name, part in parts.items()}
+        few = {name: part if name in whole else thinned(part, COARSE_SHARE) for name, part in parts.items()}
         return glb.merged_glb(few, MATERIALS)
     return glb.glb(parts, MATERIALS)
 
