@@ -77,6 +77,8 @@ def main() -> None:
             browser.close()
     finally:
         house.close()
+    if not delays:
+        raise SystemExit("the mouse did not get hold of the handle, as the view was still moving; run it again")
     print(
         f"pointer to picture, {len(delays)} moves: median {statistics.median(delays):.0f} ms, p90 {np.percentile(delays, 90):.0f} ms"
     )
