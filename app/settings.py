@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
-from urllib.parse import urlencode
+from typing import Literal
 
 from controllers.errors import BadSetting
-from scenes.settings import RunSettings, Spec, changed, specs, values
+from scenes.settings import RunSettings, Spec, changed
 
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
@@ -97,20 +96,3 @@ FOREIGN_KEYS = frozenset(
     {"window", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window."""
-
-
-def to_query(settings: Settings) -> str:
-    """Return the link's query that leads to these settings: what differs from the defaults, in the order of the tree."""
-    usual = values(Settings())
-    return urlencode({key: _text(value) for key, value in values(settings).items() if value != usual[key]})
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return "1" if value else "0"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def run_keys() -> tuple[str, ...]:
-    """Return the keys of the run's settings, in order."""
-    return tuple(specs(RunSettings))
