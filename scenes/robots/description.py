@@ -1,14 +1,14 @@
 """A robot arm as the rest of Duet sees it: one Pinocchio model, its capsules and its landmarks."""
 
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Array
-from scenes.lwr import facts
+
+RobotName = Literal["lwr", "panda", "ur5"]
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Capsule:
     Attributes:
         name: part of the arm, as a person calls it.
         joint: index of the joint that carries it, 0 for the base.
-        start, end: sphere centres (3,) in the frame of that joint [m].
+        start, end: sphere centres (3,) in the frame of that joint [m]; never the same point.
         radius: [m].
     """
 
@@ -28,10 +28,16 @@ class Capsule:
     end: Array
     radius: float
 
+    def outside(self, points: Array) -> Array:
+        """Return how far points (k, 3), in the frame of the joint, are outside; negative inside (k,) [m]."""
+        axis = self.end - self.start
+        along = np.minimum(np.maximum((points - self.start) @ axis / (axis @ axis), 0.0), 1.0)
+        return np.linalg.norm(points - self.start - along[:, None] * axis, axis=1) - self.radius
+
 
 @dataclass(frozen=True)
 class Robot:
-    """One arm.
+    """One arm; all its joints are revolute and in one chain.
 
     Attributes:
         name: of the make.
@@ -50,13 +56,3 @@ class Robot:
     wrist: int
     capsules: tuple[Capsule, ...]
     labels: tuple[str, ...]
-
-
-@cache
-def lwr() -> Robot:
-    """Return the KUKA LWR 4+."""
-    path = Path(__file__).parent / "lwr" / "lwr.urdf"
-    capsules = tuple(
-        Capsule(c.name, c.link, np.array([0.0, 0.0, c.start]), np.array([0.0, 0.0, c.end]), c.radius) for c in facts.CAPSULES
-    )
-    return Robot("KUKA LWR 4+", pin.buildModelFromUrdf(str(path)), "flange", 2, 4, 6, capsules, facts.JOINT_LABELS)

@@ -1,0 +1,33 @@
+"""The arms there are: the paper's own, and two that come with the package example-robot-data."""
+
+from functools import cache
+from typing import get_args
+
+from controllers.errors import BadSetting
+from scenes.robots.description import Capsule, Robot, RobotName
+from scenes.robots.kuka import build_lwr
+from scenes.robots.postures import start_posture
+
+__all__ = ["Capsule", "Robot", "RobotName", "lwr", "robot", "start_posture"]
+
+
+@cache
+def robot(name: RobotName) -> Robot:
+    """Return a robot by its name, built once and shared: do not change it.
+
+    Raises:
+        BadSetting: there is no robot of that name, or what it needs is not installed.
+    """
+    if name == "lwr":
+        return build_lwr()
+    if name not in get_args(RobotName):
+        raise BadSetting(f"There is no robot {name!r}; choose from {', '.join(get_args(RobotName))}.")
+    # Brings scipy's optimiser with it, which is slow to import; the LWR does without.
+    from scenes.robots.example_data import EXAMPLES, build_example
+
+    return build_example(EXAMPLES[name])
+
+
+def lwr() -> Robot:
+    """Return the KUKA LWR 4+."""
+    return robot("lwr")
