@@ -1,0 +1,241 @@
+"""The panel on stability: what it says in every case, and that it is written anew only when there is something new."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from html.parser import HTMLParser
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import viser
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.page.stability import PERIOD, StabilityPanel, condition_text, error_text, ranks_text, stability_html
+from controllers.kinematics import Array
+from controllers.stability import Analysis, analyse, barrier
+
+HAND = np.eye(4)[:3]
+"""J_b of a task that uses the first three of four joints."""
+
+FREE, ALONG, BETWEEN = np.array([0.0, 0.0, 0.0, 0.5]), np.array([0.5, 0.0, 0.0, 0.0]), np.array([0.5, 0.0, 0.0, 0.1])
+"""J_d orthogonal to it, inside it, and in between."""
+
+
+def at(row: Array, lam: float = 0.7, J_b: Array | None = HAND) -> Analysis:
+    """The analysis of one of these rows."""
+    return analyse(row, J_b, lam, 2.0, 2.0)
+
+
+class Reader(HTMLParser):
+    """Text and tags of a piece of HTML; says whether every tag that was opened was closed."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: set[str] = set()
+        self.text = ""
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Note a tag that opens."""
+        self.tags.add(tag)
+        if tag != "br":
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        """Check that it is the newest one that closes."""
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        """Gather the text."""
+        self.text += data
+
+
+# --- words ---------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("analysis", "holds", "why"),
+    [
+        (at(FREE), True, "avoidance and task are orthogonal."),
+        (at(np.array([0.5, 0.0, 0.0, 0.5])), True, "every error makes V fall."),
+        (at(ALONG), False, "not every error makes V fall."),
+        (at(BETWEEN), False, "not every error makes V fall."),
+        (at(ALONG, lam=0.0), True, "nothing disturbs the task."),
+        (analyse(ALONG, HAND, 0.0, 2.0, 0.0), False, "not every error makes V fall."),
+        (at(np.zeros(4)), False, "no joint can move this point away."),
+        (at(0.01 * ALONG), False, "no joint can move this point away."),
+        (at(ALONG, J_b=None), False, "not every error makes V fall."),
+    ],
+)
+def test_the_condition_in_words(analysis: Analysis, holds: bool, why: str) -> None:
+    text = condition_text(analysis)
+    assert text.startswith(f"<b>The paper’s condition {'holds' if holds else 'does not hold'}:</b>") and text.endswith(why)
+    assert analysis.condition_holds is holds
+
+
+@pytest.mark.parametrize(
+    ("analysis", "norm", "rate", "says"),
+    [
+        (at(BETWEEN), 0.042, -0.013, "The error shrinks all the same: |e| = 42 mm, −13 mm/s."),
+        (at(FREE), 0.042, -0.013, "The error shrinks: |e| = 42 mm, −13 mm/s."),
+        (at(BETWEEN), 0.042, 0.013, "The error grows: |e| = 42 mm, +13 mm/s."),
+        (at(FREE), 0.042, 0.013, "The error grows even so: |e| = 42 mm, +13 mm/s."),
+        (at(ALONG), 0.042, 0.0002, "The error stays as it is: |e| = 42 mm, for avoidance and task are dependent."),
+        (at(FREE), 0.042, 0.0, "The error stays as it is: |e| = 42 mm."),
+        (at(ALONG), 0.0001, -0.0001, "There is no error to bring down."),
+        (at(ALONG), 0.0001, 0.1, "The error grows: |e| = 0 mm, +100 mm/s."),
+        (at(ALONG, J_b=None), 0.1, -0.2, "The error shrinks all the same: |e| = 5.7°, −11.5°/s."),
+        (at(ALONG), math.nan, 0.0, "The error is not known."),
+    ],
+)
+def test_the_error_in_words(analysis: Analysis, norm: float, rate: float, says: str) -> None:
+    assert Reader(error_text(analysis, norm, rate)).text == says
+
+
+@pytest.mark.parametrize(
+    ("analysis", "says"),
+    [
+        (at(FREE), "4 = 1 + 3, independent by 90.0°"),
+        (at(BETWEEN), "4 = 1 + 3, independent by 11.3°"),
+        (at(ALONG), "3 < 1 + 3, dependent"),
+        (at(ALONG, J_b=None), "4 < 1 + 4, dependent"),
+        (at(np.zeros(4)), "3 = 0 + 3, for Ja = 0"),
+    ],
+)
+def test_the_ranks(analysis: Analysis, says: str) -> None:
+    assert Reader(ranks_text(analysis)).text == says
+
+
+# --- numbers -------------------------------------------------------------------------------------------------------------------
+
+
+def test_the_numbers_are_there() -> None:
+    """Every number of section III stands in the panel, as the analysis has it; W only where there is one."""
+    a = at(BETWEEN, lam=0.5)
+    html = stability_html(a, 0.1, -0.02, 0.0123, -0.0045, None)
+    text = Reader(html).text.replace("−", "-")
+    assert f"sym(M) {a.smallest_eigenvalue:+.2f}, M {a.slowest_mode:+.3f} 1/s" in text
+    assert "4 = 1 + 3" in text and "‖JaJb#‖ (16)0.50: not orthogonal" in text
+    assert f"1 - λρ²{a.survival:.3f} of the task is left" in text
+    assert "V, V̇ (20)0.01230, -0.00450: falls" in text
+    assert "W" not in text
+    assert html.count("<tr>") == 5 and html.count("<tr>") + 2 <= 8
+
+
+def test_v_that_rises_says_so() -> None:
+    texts = [Reader(stability_html(at(BETWEEN), 0.1, 0.0, 0.01, rate, None)).text for rate in (0.01, 1e-9, -0.01)]
+    assert "+0.01000: rises" in texts[0] and "0.01000: falls" in texts[2].replace("−", "-")
+    assert "falls" not in texts[1] and "rises" not in texts[1]
+
+
+@pytest.mark.parametrize(
+    ("distance", "row", "says"),
+    [(0.2, ALONG, "W0."), (0.15, ALONG, "W∞: d ≤ dm"), (0.2, 0.1 * ALONG, "Wnot defined: no lever")],
+)
+def test_the_barrier_function(distance: float, row: Array, says: str) -> None:
+    W = barrier(np.full(4, 0.1), 2.0, row, distance, 0.15, 2.0, 0.3)
+    html = stability_html(at(ALONG, J_b=None), 0.1, 0.0, 0.01, 0.0, W)
+    assert says in Reader(html).text
+    assert html.count("<tr>") == 6
+
+
+NUMBERS = st.floats(allow_nan=True, allow_infinity=True)
+
+
+@given(st.integers(0, 1000), st.floats(0.0, 1.0), st.booleans(), NUMBERS, NUMBERS, NUMBERS, NUMBERS, st.none() | NUMBERS)
+def test_any_numbers_make_sound_html(
+    seed: int, lam: float, posture: bool, norm: float, rate: float, V: float, V_rate: float, W: float | None
+) -> None:
+    """Tags match, there is no script and no "nan", whatever the numbers."""
+    random = np.random.default_rng(seed)
+    J_b = None if posture else random.normal(size=(3, 7))
+    html = stability_html(at(random.normal(size=7) * 0.3, lam, J_b), norm, rate, V, V_rate, W)
+    reader = Reader(html)
+    assert not reader.open
+    assert reader.tags <= {"div", "p", "b", "br", "table", "tr", "td", "sub", "sup"}
+    assert not re.search(r"\b(nan|inf)\b", reader.text)
+    assert set(re.findall(r'class="([^"]*)"', html)) <= {"duet duet-stability", "lam", "e"}
+
+
+def test_a_rounded_zero_has_no_sign() -> None:
+    """A number that trembles around zero must not make the panel flicker."""
+    one, other = (stability_html(at(ALONG), 0.1, 0.0, 0.01, rate, x) for rate, x in ((1e-9, 1e-9), (-1e-9, -1e-9)))
+    assert one == other
+    assert "−0.00000" not in one and "+0.00000" not in one
+
+
+# --- the panel -----------------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Block:
+    """An HTML element that counts how often it is written."""
+
+    texts: list[str] = field(default_factory=list)
+
+    @property
+    def content(self) -> str:
+        """The newest text."""
+        return self.texts[-1]
+
+    @content.setter
+    def content(self, text: str) -> None:
+        self.texts.append(text)
+
+
+@dataclass
+class Gui:
+    """As much of viser's GUI as the panel uses."""
+
+    block: Block = field(default_factory=Block)
+
+    def add_html(self, content: str) -> Block:
+        """Return the one element."""
+        assert content == ""
+        return self.block
+
+
+def panel() -> tuple[StabilityPanel, Block]:
+    """A panel and what it writes to."""
+    gui: Any = Gui()
+    return StabilityPanel(cast(viser.GuiApi, gui)), gui.block
+
+
+def test_written_at_most_every_period_and_only_when_it_changes() -> None:
+    shown, block = panel()
+    a, b = at(BETWEEN), at(ALONG)
+    assert shown.due(10.0)
+    shown.show(a, 0.1, -0.02, 0.01, 0.0, None, 10.0)
+    assert block.content == stability_html(a, 0.1, -0.02, 0.01, 0.0, None)
+    assert not shown.due(10.0 + 0.9 * PERIOD)
+    shown.show(b, 0.1, -0.02, 0.01, 0.0, None, 10.0 + 0.9 * PERIOD)
+    assert len(block.texts) == 1
+    assert shown.due(10.0 + 1.1 * PERIOD)
+    shown.show(a, 0.1, -0.02, 0.01, 0.0, None, 10.0 + 1.1 * PERIOD)
+    assert len(block.texts) == 1
+    shown.show(b, 0.1, -0.02, 0.01, 0.0, None, 10.0 + 2.2 * PERIOD)
+    assert len(block.texts) == 2 and "dependent" in block.content
+
+
+def test_force_does_not_wait() -> None:
+    shown, block = panel()
+    shown.show(at(BETWEEN), 0.1, 0.0, 0.01, 0.0, None, 0.0)
+    shown.show(at(ALONG), 0.1, 0.0, 0.01, 0.0, None, 0.0, force=True)
+    assert len(block.texts) == 2
+
+
+def test_a_real_page_takes_it() -> None:
+    """viser's own element keeps what the panel writes."""
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        shown = StabilityPanel(server.gui)
+        shown.show(at(BETWEEN), 0.1, -0.02, 0.01, 0.0, 0.3, 0.0)
+        assert "all the same" in shown._block.content
+    finally:
+        server.stop()
