@@ -22,10 +22,10 @@ from app.server import duet_version
 from app.wsclient import Visitor
 from controllers.errors import BadInputFile
 from scenes.autopilot import Autopilot
-from scenes.guide import HandTarget
 from scenes.headless import Person
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
+from scenes.targets import HandTarget
 
 Figures = dict[str, dict[str, float]]
 

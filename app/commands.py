@@ -2,6 +2,7 @@
 
 import json
 import logging
+import math
 import sys
 import webbrowser
 from dataclasses import asdict, dataclass, field, make_dataclass
@@ -198,10 +199,12 @@ def run(command: Run) -> int:
         }
         try:
             with command.csv.open("w", encoding="utf-8", newline="\n") as out:
-                write_table(out, done.table, done.simulation.detector.pair_names, header)
+                write_table(out, done.simulation, done.table, header)
         except OSError as error:
             raise BadSetting(f"csv = {command.csv}: cannot be written ({error.strerror}).") from None
-    print(json.dumps(asdict(done.summary), indent=2))
+    # JSON knows no infinity, which is the distance where nothing can be met.
+    figures = {key: None if value == math.inf else value for key, value in asdict(done.summary).items()}
+    print(json.dumps(figures, indent=2))
     return 0
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from app.settings import Settings
 from controllers.kinematics import Array
 from scenes.autopilot import Autopilot
-from scenes.guide import HandTarget
 from scenes.settings import changed
 from scenes.simulation import Simulation
+from scenes.targets import HandTarget
 
 log = logging.getLogger("duet.session")
 

@@ -46,7 +46,7 @@ class ProximityDetector:
 
     Args:
         kinematics: the arms; its `update` must be called before `detect`.
-        geometry: bodies and pairs (the pairs already chosen, at least one).
+        geometry: bodies and pairs (the pairs already chosen). Without a pair nothing is near: d = ∞, J_d = 0, pair −1.
     """
 
     def __init__(self, kinematics: Kinematics, geometry: pin.GeometryModel) -> None:
@@ -54,8 +54,8 @@ class ProximityDetector:
         self.geometry = geometry
         self.data = geometry.createData()
         count, nv = len(geometry.collisionPairs), kinematics.model.nv
-        if count == 0:
-            raise ValueError("a ProximityDetector needs at least one pair of bodies")
+        nothing = np.zeros(nv)
+        self._nothing = Proximity(math.inf, -1, math.inf, nothing, nothing) if count == 0 else None
         self.pair_names: tuple[tuple[str, str], ...] = tuple(
             (geometry.geometryObjects[p.first].name, geometry.geometryObjects[p.second].name) for p in geometry.collisionPairs
         )
@@ -66,7 +66,8 @@ class ProximityDetector:
             for body, sign in ((pair.first, -1.0), (pair.second, 1.0)):
                 for joint in kinematics.model.supports[geometry.geometryObjects[body].parentJoint]:
                     if joint:
-                        signs[kinematics.model.joints[joint].idx_v] += sign
+                        moved = kinematics.model.joints[joint]
+                        signs[moved.idx_v : moved.idx_v + moved.nv] += sign
         self._sign_rows = list(self._signs)
         self._wrench = np.empty(6)
         self._wrenches = np.empty((count, 6))
@@ -89,6 +90,8 @@ class ProximityDetector:
             treatment: see `Treatment`.
             beta: β of the smooth minimum [1/m]; unused for "single".
         """
+        if self._nothing is not None:
+            return self._nothing
         kinematics = self.kinematics
         pin.updateGeometryPlacements(kinematics.model, kinematics.data, self.geometry, self.data)
         pair = pin.computeDistances(self.geometry, self.data)

@@ -5,7 +5,7 @@ from typing import Final, Literal
 import numpy as np
 import pinocchio as pin
 
-from controllers.kinematics import Arm, Array, Kinematics, damped_solution
+from controllers.kinematics import Array, damped_solution
 
 HoldTask = Literal["position", "pose"]
 """What the hand keeps: where it is (3 dimensions), or also how it is turned (6)."""
@@ -29,13 +29,20 @@ def pose_error(pose: pin.SE3, target_position: Array, target_rotation: Array) ->
     return error
 
 
-def hold(kinematics: Kinematics, arm: Arm, task: HoldTask, error: Array, gain: float) -> Array:
-    """Return q̇_n = J^# K e (n,) [rad/s], eq. (7) with ẋ_d = 0.
+def hold(J: Array, error: Array, gain: float, velocity: Array | None = None, free: Array | None = None) -> Array:
+    """Return q̇_n = J^#(ẋ_d + K e) + N q̇₀ (n,) [rad/s], eqs (4), (7).
 
     Args:
-        error: e (m,) of `position_error` or `pose_error`; the position task reads its first three entries only.
+        J: of the task (m, n).
+        error: e (m,) of `position_error` or `pose_error`.
         gain: K [1/s].
+        velocity: ẋ_d of the place, its first entries; None while it stands still.
+        free: q̇₀ (n,), what the joints do where that does not move the hand; None for nothing.
     """
-    J = kinematics.hand_jacobian(arm)
-    m = TASK_DIMENSION[task]
-    return damped_solution(J[:m], gain * error[:m])
+    task = gain * error
+    if velocity is not None:
+        task[: len(velocity)] += velocity
+    if free is None:
+        return damped_solution(J, task)
+    # J^# (ẋ − J q̇₀) + q̇₀ is J^# ẋ + N q̇₀ without building N.
+    return damped_solution(J, task - J.dot(free)) + free

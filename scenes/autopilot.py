@@ -5,9 +5,9 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Array, Kinematics
-from scenes.guide import HandTarget
 from scenes.room import Room
 from scenes.settings import ArmName
+from scenes.targets import HandTarget
 
 SPEED_RANGE: Final = (0.10, 0.22)
 """Peak speed of a move [m/s]."""
@@ -48,9 +48,8 @@ class Autopilot:
         while self._end <= time:
             self._plan_move()
         start, duration, a, b = next(move for move in reversed(self._moves) if move[0] <= time)
-        s = min((time - start) / duration, 1.0)
-        blend = s * s * s * (10.0 + s * (6.0 * s - 15.0))
-        return HandTarget(a + (b - a) * blend)
+        share, _ = quintic(min((time - start) / duration, 1.0))
+        return HandTarget(a + (b - a) * share)
 
     def _plan_move(self) -> None:
         random = self._random
@@ -63,3 +62,8 @@ class Autopilot:
         duration = max(1.875 * float(np.linalg.norm(b - a)) / random.uniform(*SPEED_RANGE), 0.5)
         self._moves.append((self._end, duration, a, b))
         self._end += duration + random.uniform(*PAUSE_RANGE)
+
+
+def quintic(s: float) -> tuple[float, float]:
+    """Return the share of a way from rest to rest that is done at s in [0, 1] of its time, and its derivative by s."""
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s)

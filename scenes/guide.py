@@ -1,6 +1,6 @@
 """A person's hand on an arm: where the hand should be → how the guided arm moves, at no more than a person's speed."""
 
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import pinocchio as pin
@@ -8,6 +8,7 @@ import pinocchio as pin
 from controllers.kinematics import Arm, Array, Kinematics, damped_solution
 from controllers.limits import VelocityBox
 from scenes.robots import Robot
+from scenes.targets import HandTarget, JointTarget
 
 FOLLOW_GAIN: Final = 8.0
 """How fast the hand closes the way to where the person wants it [1/s]; also smooths targets that arrive in steps."""
@@ -27,20 +28,6 @@ GUIDE_DAMPING: Final = 0.03
 
 SATURATIONS: Final = 4
 """How often joints at their bounds are taken out before the rest is clipped."""
-
-
-class HandTarget(NamedTuple):
-    """Where the person wants the guided arm.
-
-    Attributes:
-        position: of the hand (3,), world [m].
-        rotation: of the hand (3, 3), or None if the person does not care.
-        elbow: where the person pulls the elbow (3,), world [m], or None.
-    """
-
-    position: Array
-    rotation: Array | None = None
-    elbow: Array | None = None
 
 
 class Guide:
@@ -79,7 +66,7 @@ class Guide:
         """Come to rest at once."""
         self.velocities[:] = 0.0
 
-    def follow(self, target: HandTarget | None, positions: Array, dt: float, top_speed: float) -> Array:
+    def follow(self, target: HandTarget | JointTarget | None, positions: Array, dt: float, top_speed: float) -> Array:
         """Return q̇ (n,) of the guided arm for this tick [rad/s]; the array is reused.
 
         Args:
@@ -109,19 +96,21 @@ class Guide:
             fastest = max(fastest, sx * sx + sy * sy + sz * sz)
         return fastest**0.5
 
-    def _wanted(self, target: HandTarget, positions: Array, top_speed: float) -> Array:
+    def _wanted(self, target: HandTarget | JointTarget, positions: Array, top_speed: float) -> Array:
+        if isinstance(target, JointTarget):
+            return self.box.clip((target.positions - positions) * FOLLOW_GAIN)
         kinematics, arm = self.kinematics, self.arm
         pose = self._hand
-        task = _shortened((target.position - pose.translation) * FOLLOW_GAIN, top_speed)
+        task = shortened((target.position - pose.translation) * FOLLOW_GAIN, top_speed)
         if target.rotation is not None:
-            turn = _shortened(pin.log3(target.rotation.dot(pose.rotation.T)) * FOLLOW_GAIN, TURN_SPEED)
+            turn = shortened(pin.log3(target.rotation.dot(pose.rotation.T)) * FOLLOW_GAIN, TURN_SPEED)
             task = np.concatenate([task, turn])
         J = kinematics.hand_jacobian(arm)[: len(task)]
         free = (self.posture - positions) * POSTURE_GAIN
         if target.elbow is not None:
             elbow = kinematics.joint_point(arm.elbow)
             J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
-            free = damped_solution(J_elbow, _shortened((target.elbow - elbow) * FOLLOW_GAIN, top_speed), 0.05)
+            free = damped_solution(J_elbow, shortened((target.elbow - elbow) * FOLLOW_GAIN, top_speed), 0.05)
         return self._inside_box(J, task, free)
 
     def _inside_box(self, J: Array, task: Array, free: Array) -> Array:
@@ -141,7 +130,8 @@ class Guide:
         return self.box.clip(dq)
 
 
-def _shortened(vector: Array, longest: float) -> Array:
+def shortened(vector: Array, longest: float) -> Array:
+    """Return the vector, shortened to a length if it is longer."""
     length = float(vector.dot(vector)) ** 0.5
     return vector * (longest / length) if length > longest else vector
 

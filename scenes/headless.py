@@ -3,25 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter_ns
-from typing import Protocol
 
 import numpy as np
 
 from controllers.kinematics import Array
-from scenes.autopilot import Autopilot
-from scenes.guide import HandTarget
+from scenes.cast import Person
 from scenes.history import COLUMN
 from scenes.recording import pair_label
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-
-
-class Person(Protocol):
-    """Whoever moves the guided hand."""
-
-    def target(self, time: float) -> HandTarget | None:
-        """Return where the hand should be at a time [s], or None to leave it alone."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -74,15 +64,15 @@ def run(
     Args:
         settings: checked.
         seconds: simulated time; rounded to whole steps, at least one.
-        person: who moves the guided hand; None for the autopilot of the settings' seed.
-        start: q (nv,) [rad], None for the rig's start posture.
+        person: who moves what can be moved; None for the experiment's own, of the settings' seed.
+        start: q (nv,) [rad], None for the room's start posture.
         on_progress: called now and then with the number of steps made since the last call.
     """
     steps = max(1, round(seconds / settings.dt))
     simulation = Simulation(settings, steps)
     if start is not None:
         simulation.reset(start)
-    mover = person or Autopilot(simulation.room, settings.guided, settings.seed)
+    mover = person or simulation.person()
     times = np.empty(steps, dtype=np.int64)
     for i in range(steps):
         target = mover.target(simulation.time)
@@ -102,11 +92,12 @@ def summarise(simulation: Simulation, table: Array, step_us_median: float = floa
     dt = simulation.settings.dt
     distance = table[:, COLUMN["d"]]
     nearest = int(distance.argmin())
+    pair = int(table[nearest, COLUMN["pair"]])
     velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
     largest = float(np.abs(np.diff(velocities, axis=0)).max()) if len(table) > 1 else 0.0
     return Summary(
         d_min=float(distance[nearest]),
-        d_min_pair=pair_label(simulation.detector.pair_names[int(table[nearest, COLUMN["pair"]])]),
+        d_min_pair=pair_label(simulation.detector.pair_names[pair]) if pair >= 0 else "none",
         share_below=float((distance < simulation.settings.law.critical_distance).mean()),
         e2_max=float(table[:, COLUMN["e2"]].max()),
         e2_end=float(table[-1, COLUMN["e2"]]),

@@ -1,5 +1,6 @@
 """What happened: one row a step in a ring of fixed size."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -7,17 +8,37 @@ import numpy as np
 
 from controllers.kinematics import Array
 
-SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law", "authority", "joint")
-"""Columns before the joints: time [s], true distance [m], λ, squared position error [m²], pull and approach [m/s], closest pair,
-distance the law acts on [m], approach along the law's row [m/s], `Authority`, its joint."""
+SCALARS: Final = (
+    *("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law", "authority", "joint"),
+    *("e2_b", "u_b", "w_b", "w_law_b", "authority_b", "joint_b"),
+)
+"""Columns before the joints: time [s], true distance [m], λ, squared error of the task [m² or rad²], pull and approach [m/s],
+closest pair (−1 if there is none), distance the law acts on [m], approach along the law's row [m/s], `Authority`, its joint. Those
+that end in _b are of the second arm that keeps clear, nan if there is none."""
 
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
 _HEAD: Final = len(SCALARS)
 
+ALONE: Final = (math.nan,) * 6
+"""The second arm's columns where only one keeps clear."""
+
+
+@dataclass(frozen=True)
+class Second:
+    """What a step meant for the second arm that keeps clear; names and units as in `SCALARS`."""
+
+    squared_error: float
+    pull: float
+    approach: float
+    law_approach: float
+    authority: int
+    joint: int
+
 
 @dataclass(frozen=True)
 class Sample:
-    """One step. Names and units as in `SCALARS`; positions and velocities (nv,) are those of all arms, left first."""
+    """One step. Names and units as in `SCALARS`; positions, velocities and desired positions (nv,) are those of everything that
+    moves, left first; desired is nan where nothing is followed."""
 
     time: float
     distance: float
@@ -30,12 +51,14 @@ class Sample:
     law_approach: float
     authority: int
     joint: int
+    second: Second | None
     positions: Array
     velocities: Array
+    desired: Array
 
     @property
     def error(self) -> float:
-        """|e| of the hand's position [m]."""
+        """|e| of the task [m or rad]."""
         return self.squared_error**0.5
 
 
@@ -48,8 +71,9 @@ class History:
     """
 
     def __init__(self, capacity: int, joints: int) -> None:
-        self._rows = np.full((capacity, _HEAD + 2 * joints), np.nan)
+        self._rows = np.full((capacity, _HEAD + 3 * joints), np.nan)
         self._capacity, self._joints = capacity, joints
+        self._middle, self._end = _HEAD + joints, _HEAD + 2 * joints
         self.count = 0
         """Steps recorded since the last `clear`; may exceed what is kept."""
 
@@ -57,13 +81,15 @@ class History:
         """Forget everything."""
         self.count = 0
 
-    def append(self, scalars: tuple[float, ...], positions: Array, velocities: Array) -> None:
-        """Record one step: scalars in the order of `SCALARS`, q and q̇ (nv,)."""
+    def append(self, scalars: tuple[float, ...], positions: Array, velocities: Array, desired: Array | None = None) -> None:
+        """Record one step: scalars in the order of `SCALARS`, q, q̇ and q_d (nv,)."""
         row = self._rows[self.count % self._capacity]
-        middle = _HEAD + self._joints
+        middle, end = self._middle, self._end
         row[:_HEAD] = scalars
         row[_HEAD:middle] = positions
-        row[middle:] = velocities
+        row[middle:end] = velocities
+        if desired is not None:
+            row[end:] = desired
         self.count += 1
 
     def last(self) -> Sample:
@@ -75,9 +101,12 @@ class History:
         if self.count == 0:
             raise IndexError("the history is empty: no step was made yet")
         row = self._rows[(self.count - 1) % self._capacity]
-        t, d, lam, e2, u, w, pair, law_d, law_w, authority, joint = row[:_HEAD].tolist()
-        q, dq = row[_HEAD : _HEAD + self._joints].copy(), row[_HEAD + self._joints :].copy()
-        return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, int(authority), int(joint), q, dq)
+        t, d, lam, e2, u, w, pair, law_d, law_w, authority, joint, e2_b, u_b, w_b, law_w_b, authority_b, joint_b = row[
+            :_HEAD
+        ].tolist()
+        second = None if authority_b != authority_b else Second(e2_b, u_b, w_b, law_w_b, int(authority_b), int(joint_b))
+        q, dq, desired = row[_HEAD : self._middle].copy(), row[self._middle : self._end].copy(), row[self._end :].copy()
+        return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, int(authority), int(joint), second, q, dq, desired)
 
     def table(self, newest: int | None = None) -> Array:
         """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones."""
@@ -87,8 +116,12 @@ class History:
 
     def positions(self, table: Array) -> Array:
         """Return q (rows, nv) of a table."""
-        return table[:, _HEAD : _HEAD + self._joints]
+        return table[:, _HEAD : self._middle]
 
     def velocities(self, table: Array) -> Array:
         """Return q̇ (rows, nv) of a table."""
-        return table[:, _HEAD + self._joints :]
+        return table[:, self._middle : self._end]
+
+    def desired(self, table: Array) -> Array:
+        """Return q_d (rows, nv) of a table, nan where nothing was followed."""
+        return table[:, self._end :]

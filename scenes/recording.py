@@ -11,8 +11,9 @@ import pinocchio as pin
 
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
-from scenes.guide import HandTarget
-from scenes.history import COLUMN, SCALARS
+from scenes.history import COLUMN
+from scenes.simulation import Simulation
+from scenes.targets import HandTarget
 
 POSITION_HEADER: Final = ("t", "x", "y", "z")
 POSE_HEADER: Final = (*POSITION_HEADER, "qw", "qx", "qy", "qz")
@@ -106,10 +107,8 @@ def _checked_row(path: Path, number: int, header: tuple[str, ...], cells: list[s
 
 
 CSV_SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "pair")
-CSV_HEADER: Final = (
-    *CSV_SCALARS,
-    *(f"{side}_{what}{i}" for what in ("q", "dq") for side in ("left", "right") for i in range(1, 8)),
-)
+CSV_SECOND: Final = ("e2_b", "u_b", "w_b")
+"""Further columns where two arms keep clear: the second one's."""
 
 
 def pair_label(names: tuple[str, str]) -> str:
@@ -117,19 +116,40 @@ def pair_label(names: tuple[str, str]) -> str:
     return f"{names[0]} / {names[1]}"
 
 
-def write_table(out: TextIO, table: Array, pair_names: tuple[tuple[str, str], ...], settings: Mapping[str, Any]) -> None:
-    """Write a history table (rows, columns) as CSV, the settings as # lines on top. Same table and settings, same bytes.
+def csv_header(simulation: Simulation, table: Array) -> tuple[str, ...]:
+    """Return the names of the columns that `write_table` writes."""
+    columns = simulation.room.columns
+    second = CSV_SECOND if _has_second(table) else ()
+    followed = np.flatnonzero(~np.isnan(simulation.history.desired(table)[-1]))
+    return (
+        *CSV_SCALARS,
+        *second,
+        *(name.format("q") for name in columns),
+        *(name.format("dq") for name in columns),
+        *(columns[i].format("qd") for i in followed),
+    )
+
+
+def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Mapping[str, Any]) -> None:
+    """Write a history table (rows ≥ 1, columns) as CSV, the settings as # lines on top. Same table and settings, same bytes.
 
     Args:
+        simulation: whose history it is of.
         settings: key → value, in order.
     """
     for key, value in settings.items():
         out.write(f"# {key} = {value}\n")
-    out.write(",".join(CSV_HEADER) + "\n")
-    head = len(SCALARS)
-    scalars = [COLUMN[name] for name in CSV_SCALARS[:-1]]
-    for row in table.tolist():
-        cells = [repr(row[i]) for i in scalars]
-        cells.append(pair_label(pair_names[int(row[COLUMN["pair"]])]))
-        cells.extend(map(repr, row[head:]))
-        out.write(",".join(cells) + "\n")
+    out.write(",".join(csv_header(simulation, table)) + "\n")
+    history, pairs = simulation.history, [pair_label(names) for names in simulation.detector.pair_names]
+    numbers = [table[:, [COLUMN[name] for name in CSV_SCALARS[:-1]]]]
+    rest = [table[:, [COLUMN[name] for name in CSV_SECOND]]] if _has_second(table) else []
+    desired = history.desired(table)
+    rest += [history.positions(table), history.velocities(table), desired[:, ~np.isnan(desired[-1])]]
+    heads, tails = numbers[0].tolist(), np.concatenate(rest, axis=1).tolist()
+    for head, pair, tail in zip(heads, table[:, COLUMN["pair"]].astype(int).tolist(), tails, strict=True):
+        name = pairs[pair] if pair >= 0 else "none"
+        out.write(",".join((*map(repr, head), name, *map(repr, tail))) + "\n")
+
+
+def _has_second(table: Array) -> bool:
+    return not math.isnan(table[-1, COLUMN["authority_b"]])

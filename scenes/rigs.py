@@ -1,6 +1,6 @@
 """Where the two arms stand, how they start, and from where one looks at them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -88,3 +88,14 @@ def _table() -> Rig:
 
 
 RIGS: Final[dict[RigName, Rig]] = {"torso": _torso(), "table": _table()}
+
+
+def _alone() -> Rig:
+    two = RIGS["table"]
+    base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
+    start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
+    return Rig("table", base, base, start, start, replace(two.camera, centre=(0.0, 0.0, 1.15), width=1.35))
+
+
+ALONE: Final = _alone()
+"""Where a single arm stands, whatever the rig of two: upright at the end of the table. Only its left half is used."""

@@ -1,18 +1,52 @@
-"""Rig and robots → one Pinocchio model of both arms, its bodies, and the pairs that can meet."""
+"""Rig, robots and obstacles → one Pinocchio model of everything that moves, its bodies, and the pairs that can meet."""
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Final
 
 import coal
 import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Arm, Array
-from scenes.rigs import RIGS, Rig
+from scenes.rigs import ALONE, RIGS, Rig
 from scenes.robots import Capsule, Robot, lwr
-from scenes.settings import ArmName, RigName
+from scenes.settings import ArmName, ControlPoint, RigName, RobotName, RunSettings
+
+
+def robot(name: RobotName) -> Robot:
+    return lwr()
+
+
+def start_posture(name: RobotName, rig: RigName, side: ArmName) -> Array:
+    return RIGS[rig].left_start if side == "left" else RIGS[rig].right_start
+
 
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
+
+ALONE_NAME: Final = "arm"
+"""Name of an arm that stands alone."""
+
+BALL_RADIUS: Final = 0.08
+"""[m]"""
+
+POINT_RADIUS: Final = 0.05
+"""Radius of the sphere about a control point [m]."""
+
+PATH: Final = np.array([0.0, 0.64, 0.0])
+"""From A to B: what a hand does past the ball (3,) [m]."""
+
+PATH_TURN: Final = -0.60
+"""By how much the first joint is turned back where the path begins [rad]."""
+
+PATH_CLEARANCE: Final = 0.03
+"""How near to the ball's surface the way would bring the control point's if nobody gave way [m]."""
+
+BALL_ROOM: Final = 2.5
+"""The ball stays within this of the world's origin, along each axis [m]."""
+
+BALL_SPEED: Final = 1.5
+"""Top speed of the ball along each axis [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -21,68 +55,154 @@ class Room:
 
     Attributes:
         rig: where the arms stand.
-        robots: left and right.
-        model: both arms, left first (14 joints for two LWRs).
+        robots: one for each arm.
+        model: all arms, left first (14 joints for two LWRs), then the ball's three translations if there is one.
         geometry: their capsules, named "left hand" …, and the pairs.
-        arms: left and right.
-        start: q (nv,) [rad].
+        arms: left and right, or the one that stands alone.
+        start: q (nv,) [rad, m].
+        ball: columns of the ball in q, None if there is none.
+        point: what keeps clear of the ball.
     """
 
     rig: Rig
-    robots: tuple[Robot, Robot]
+    robots: tuple[Robot, ...]
     model: pin.Model
     geometry: pin.GeometryModel
-    arms: tuple[Arm, Arm]
+    arms: tuple[Arm, ...]
     start: Array
+    ball: slice | None = None
+    point: ControlPoint = "arm"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Name of every column of q, with {} where "q", "dq" or "qd" belongs: "left_{}1" …"""
+        arms = (f"{arm.name}_{{}}{i + 1}" for arm in self.arms for i in range(arm.joints.stop - arm.joints.start))
+        return (*arms, *((f"ball_{{}}_{axis}" for axis in "xyz") if self.ball is not None else ()))
 
     def arm(self, side: ArmName) -> Arm:
-        """Return the arm of a side."""
-        return self.arms[SIDES.index(side)]
+        """Return the arm of a side; the only one where one stands alone."""
+        return self.arms[min(SIDES.index(side), len(self.arms) - 1)]
 
     def other(self, side: ArmName) -> Arm:
-        """Return the arm opposite a side."""
-        return self.arms[1 - SIDES.index(side)]
+        """Return the arm opposite a side; the only one where one stands alone."""
+        return self.arms[min(1 - SIDES.index(side), len(self.arms) - 1)]
+
+    def bases(self) -> tuple[pin.SE3, ...]:
+        """Return the pose of each arm's base."""
+        return (self.rig.left_base, self.rig.right_base)[: len(self.arms)]
+
+
+def room_of(settings: RunSettings) -> Room:
+    """Return the room that the settings ask for."""
+    if settings.scene == "solo":
+        return build_alone(settings.robot)
+    if settings.scene == "ball":
+        return build_ball_room(settings.robot, settings.point)
+    if settings.scene == "imitation":
+        # A person's two arms fit the laboratory's torso with LWRs, nothing else.
+        return build_room("torso")
+    return build_room(settings.rig, settings.robot)
 
 
 @cache
-def build_room(rig_name: RigName) -> Room:
-    """Return the room of a rig with two LWRs, built once."""
-    rig, robots = RIGS[rig_name], (lwr(), lwr())
-    model, arms = pin.Model(), []
-    for side, robot, base in zip(SIDES, robots, (rig.left_base, rig.right_base), strict=True):
-        first = model.nv
-        offset = model.njoints - 1
-        model = pin.appendModel(model, _renamed(robot.model, side), 0, base)
-        arms.append(
-            Arm(
-                side,
-                slice(first, first + robot.model.nv),
-                model.getFrameId(f"{side}_{robot.hand}"),
-                robot.shoulder + offset,
-                robot.elbow + offset,
-                robot.wrist + offset,
-                robot.labels,
-            )
+def build_room(rig_name: RigName, robot_name: RobotName = "lwr") -> Room:
+    """Return the room of a rig with two arms of one make, built once."""
+    rig, made = RIGS[rig_name], robot(robot_name)
+    model, geometry = pin.Model(), pin.GeometryModel()
+    arms: list[Arm] = []
+    for side, base in zip(SIDES, (rig.left_base, rig.right_base), strict=True):
+        model, arm = _with_arm(model, geometry, made, side, base)
+        arms.append(arm)
+    _pair_bodies(geometry, "left ", "right ")
+    start = np.concatenate([start_posture(robot_name, rig_name, side) for side in SIDES])
+    return Room(rig, (made, made), model, geometry, tuple(arms), start)
+
+
+@cache
+def build_alone(robot_name: RobotName = "lwr") -> Room:
+    """Return the room of one arm and nothing that it could meet, built once."""
+    made, geometry = robot(robot_name), pin.GeometryModel()
+    model, arm = _with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
+    return Room(ALONE, (made,), model, geometry, (arm,), _alone_start(robot_name))
+
+
+@cache
+def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand") -> Room:
+    """Return the room of one arm and a ball, built once. The ball moves by three joints of its own."""
+    made, geometry = robot(robot_name), pin.GeometryModel()
+    model, arm = _with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
+    start = _alone_start(robot_name)
+    start[0] += PATH_TURN
+    first = model.nv
+    bound = np.full(3, BALL_ROOM)
+    joint = model.addJoint(
+        0, pin.JointModelTranslation(), pin.SE3.Identity(), "ball", np.zeros(3), np.full(3, BALL_SPEED), -bound, bound
+    )
+    geometry.addGeometryObject(pin.GeometryObject("ball", joint, pin.SE3.Identity(), coal.Sphere(BALL_RADIUS)))
+    if point == "arm":
+        # The pedestal cannot get out of anybody's way.
+        _pair_bodies(geometry, f"{ALONE_NAME} ", "ball", movable=True)
+    else:
+        carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else _hand_placement(model, arm)
+        geometry.addGeometryObject(pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS)))
+        geometry.addCollisionPair(
+            pin.CollisionPair(geometry.getGeometryId(f"control point at the {point}"), geometry.getGeometryId("ball"))
         )
-    geometry = pin.GeometryModel()
-    for side, robot, base, arm in zip(SIDES, robots, (rig.left_base, rig.right_base), arms, strict=True):
-        offset = arm.shoulder - robot.shoulder
-        for capsule in robot.capsules:
-            placement = _capsule_placement(capsule)
-            joint = capsule.joint + offset if capsule.joint else 0
-            geometry.addGeometryObject(
-                pin.GeometryObject(
-                    f"{side} {capsule.name}",
-                    joint,
-                    placement if joint else base * placement,
-                    coal.Capsule(capsule.radius, float(np.linalg.norm(capsule.end - capsule.start))),
-                )
-            )
-    _add_pairs(geometry)
-    return Room(rig, robots, model, geometry, (arms[0], arms[1]), np.concatenate([rig.left_start, rig.right_start]))
+    ball_start = _beside_the_path(model, arm, start, point)
+    whole = np.concatenate([start, ball_start])
+    return Room(ALONE, (made,), model, geometry, (arm,), whole, slice(first, first + 3), point)
 
 
-def _renamed(model: pin.Model, side: ArmName) -> pin.Model:
+def _alone_start(robot_name: RobotName) -> Array:
+    return ALONE.left_start.copy() if robot_name == "lwr" else start_posture(robot_name, "table", "left")
+
+
+def _hand_placement(model: pin.Model, arm: Arm) -> tuple[int, pin.SE3]:
+    frame = model.frames[arm.hand]
+    return frame.parentJoint, frame.placement
+
+
+def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:
+    """Return where the ball lies at first (3,): beyond the end of the elbow's way, or below the middle of the hand's."""
+    data = model.createData()
+    aside = BALL_RADIUS + POINT_RADIUS + PATH_CLEARANCE
+    q = np.concatenate([start, np.zeros(3)])
+    if point == "elbow":
+        ways: list[Array] = []
+        for turn in (0.0, -2.0 * PATH_TURN):
+            q[0] = start[0] + turn
+            pin.forwardKinematics(model, data, q)
+            ways.append(data.oMi[arm.elbow].translation.copy())
+        way = ways[1] - ways[0]
+        # The elbow itself would not go all the way.
+        return ways[1] + way * ((aside - 0.05) / float(np.linalg.norm(way)))
+    pin.framesForwardKinematics(model, data, q)
+    return data.oMf[arm.hand].translation + PATH / 2.0 - np.array([0.0, 0.0, aside])
+
+
+def _with_arm(model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: str, base: pin.SE3) -> tuple[pin.Model, Arm]:
+    """Return the model with one more arm, and the arm; its capsules are added to the geometry."""
+    first, offset = model.nv, model.njoints - 1
+    model = pin.appendModel(model, _renamed(made.model, name), 0, base)
+    for capsule in made.capsules:
+        placement = _capsule_placement(capsule)
+        joint = capsule.joint + offset if capsule.joint else 0
+        shape = coal.Capsule(capsule.radius, float(np.linalg.norm(capsule.end - capsule.start)))
+        geometry.addGeometryObject(
+            pin.GeometryObject(f"{name} {capsule.name}", joint, placement if joint else base * placement, shape)
+        )
+    return model, Arm(
+        name,
+        slice(first, first + made.model.nv),
+        model.getFrameId(f"{name}_{made.hand}"),
+        made.shoulder + offset,
+        made.elbow + offset,
+        made.wrist + offset,
+        made.labels,
+    )
+
+
+def _renamed(model: pin.Model, side: str) -> pin.Model:
     model = model.copy()
     for i in range(1, model.njoints):
         model.names[i] = f"{side}_{model.names[i]}"
@@ -97,14 +217,16 @@ def _capsule_placement(capsule: Capsule) -> pin.SE3:
     return pin.SE3(turn, (capsule.start + capsule.end) / 2.0)
 
 
-def _add_pairs(geometry: pin.GeometryModel) -> None:
-    """Pair every body of the left arm with every body of the right, but those whose distance no joint can change.
+def _pair_bodies(geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:
+    """Pair every body whose name begins with one word with every body of the other, but pairs whose distance no joint can change.
 
     Such a pair has J_d ≡ 0. Here that is fixed body against fixed body; a capsule about its own joint's axis would be another.
+    With `movable` the fixed bodies of the first word are left out altogether.
     """
-    left = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith("left ")]
-    right = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith("right ")]
+    left = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith(first)]
+    right = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith(second)]
     for a in left:
         for b in right:
-            if geometry.geometryObjects[a].parentJoint or geometry.geometryObjects[b].parentJoint:
+            fixed_a, fixed_b = (geometry.geometryObjects[i].parentJoint == 0 for i in (a, b))
+            if not (fixed_a and (fixed_b or movable)):
                 geometry.addCollisionPair(pin.CollisionPair(a, b))

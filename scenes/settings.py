@@ -13,9 +13,27 @@ from controllers.proximity import Treatment
 from controllers.tasks import HoldTask
 
 RigName = Literal["torso", "table"]
-LawName = Literal["smooth_priority", "unprotected"]
-SceneName = Literal["hold"]
+LawName = Literal[
+    "smooth_priority",
+    "strict_priority",
+    "strict_switched",
+    "null_space_avoidance",
+    "potential_field",
+    "barrier_qp",
+    "intermediate_value",
+    "unprotected",
+]
+SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
 ArmName = Literal["left", "right"]
+RobotName = Literal["lwr", "panda", "ur5"]
+Avoiders = Literal["paper", "free", "guided", "both"]
+"""Who keeps clear: as in the paper, the arm that nobody holds, the one that is held, or both."""
+Following = Literal["identical", "mirrored"]
+PathName = Literal["stay", "circle"]
+ControlPoint = Literal["hand", "elbow", "arm"]
+"""What the ball must not touch: one point of the arm, fixed once and for all, or the whole arm."""
+BallMotion = Literal["still", "cross"]
+ClipName = Literal["medley", "wave", "clap", "cross", "reach"]
 T = TypeVar("T")
 
 
@@ -73,8 +91,17 @@ class LawSettings:
         Spec(
             "law",
             "law",
-            "The paper's smooth change of priority, or no avoidance at all.",
-            choice_labels=("Smooth priority (paper)", "Unprotected (task only)"),
+            "The paper's smooth change of priority, what came before and after it, or no avoidance at all.",
+            choice_labels=(
+                "Smooth priority (paper)",
+                "Strict priority, always on",
+                "Strict priority, switched at d_m",
+                "Null-space avoidance",
+                "Potential field",
+                "Barrier QP, all pairs",
+                "Intermediate value",
+                "Unprotected (task only)",
+            ),
         ),
     )
     pairs: Treatment = _choice(
@@ -109,6 +136,20 @@ class LawSettings:
         "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then holds at any hand speed."
     )
     one_sided: bool = _flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
+    coupled: bool = _flag(
+        "coupled", "coupled", "Where both arms keep clear: one row over the joints of both, instead of one row an arm."
+    )
+    influence_distance: float = _number(
+        0.30,
+        Spec(
+            "d0", "d_0", "Where null-space avoidance and the potential field begin to act.",
+            "m", 0.05, 0.60, 5.0, "mm", 1000.0,
+        ),
+    )  # fmt: skip
+    field_strength: float = _number(0.02, Spec("eta", "η", "Strength of the potential field.", "", 0.0, 0.2, 0.001))
+    barrier_gain: float = _number(
+        2.0, Spec("gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 20.0, 0.1, "1/s")
+    )
 
 
 @dataclass(frozen=True)
@@ -118,12 +159,23 @@ class RunSettings:
     scene: SceneName = _choice(
         "hold",
         SceneName,
-        Spec("scene", "scene", "One arm holds its place, a person moves the other (Fig. 5).", choice_labels=("Hold (Fig. 5)",)),
-    )
+        Spec(
+            "scene", "scene", "Which experiment.",
+            choice_labels=(
+                "One arm alone (eqs 1–8)", "A ball in the way (Fig. 1)", "Hold (Fig. 5)",
+                "Master and slave (Fig. 6)", "Imitation (Figs 7, 8)",
+            ),
+        ),
+    )  # fmt: skip
     rig: RigName = _choice(
         "torso",
         RigName,
         Spec("rig", "rig", "Where the two arms stand.", choice_labels=("Torso (the paper's laboratory)", "Table, face to face")),
+    )
+    robot: RobotName = _choice(
+        "lwr",
+        RobotName,
+        Spec("robot", "robot", "Which arms; nothing is tied to the LWR.", choice_labels=("KUKA LWR 4+", "Franka Panda", "UR5")),
     )
     guided: ArmName = _choice(
         "right", ArmName, Spec("guided", "your arm", "The arm that you move.", choice_labels=("Left", "Right"))
@@ -136,8 +188,45 @@ class RunSettings:
             choice_labels=("Hold position", "Hold pose"),
         ),
     )  # fmt: skip
+    avoid: Avoiders = _choice(
+        "paper",
+        Avoiders,
+        Spec(
+            "avoid", "who avoids", "Which arm keeps clear. In the paper: the free arm in Fig. 5, both in Figs 6 and 7.",
+            choice_labels=("As in the paper", "The free arm", "Your arm", "Both arms"),
+        ),
+    )  # fmt: skip
+    following: Following = _choice(
+        "mirrored",
+        Following,
+        Spec("following", "slave", "How the slave copies the master's joints.", choice_labels=("Identical", "Mirrored")),
+    )
+    path: PathName = _choice(
+        "stay", PathName, Spec("path", "path", "What the hand of the single arm does.", choice_labels=("Stays", "Draws a circle"))
+    )
+    point: ControlPoint = _choice(
+        "hand",
+        ControlPoint,
+        Spec(
+            "point",
+            "keeps clear",
+            "What of the arm keeps clear of the ball.",
+            choice_labels=("Its hand", "Its elbow", "All of it"),
+        ),
+    )
+    ball: BallMotion = _choice(
+        "still", BallMotion, Spec("ball", "ball", "What the ball does by itself.", choice_labels=("Stays", "Crosses the path"))
+    )
+    clip: ClipName = _choice(
+        "medley",
+        ClipName,
+        Spec("clip", "clip", "What the built-in person does.", choice_labels=("All in turn", "Wave", "Clap", "Cross", "Reach")),
+    )
     gain: float = _number(
         2.0, Spec("k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s")
+    )
+    overdrive: float = _number(
+        1.0, Spec("kx", "K times", "Multiplies K of the single arm, to see what happens where K dt > 2.", "", 1.0, 10.0, 0.5)
     )
     hand_speed: float = _number(
         0.25,

@@ -1,36 +1,51 @@
-"""Scene, law and a fixed time step: inputs → joint velocities → joint positions, one tick at a time, always the same bits."""
+"""Experiment, law and a fixed time step: wishes → joint velocities → joint positions, one tick at a time, always the same bits."""
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from controllers.kinematics import Arm, Array, Kinematics
-from controllers.laws.situation import Law, Situation, row_damping
-from controllers.laws.smooth_priority import SmoothPriority
-from controllers.laws.unprotected import Unprotected
-from controllers.limits import Authority, Bounded, VelocityBox, bounded_row
+from controllers.laws.situation import row_damping
+from controllers.limits import Authority, Bounded
 from controllers.proximity import ProximityDetector
-from controllers.tasks import hold, pose_error, position_error
-from scenes.guide import Guide, HandTarget
-from scenes.history import History, Sample
-from scenes.room import Room, build_room
-from scenes.settings import LawSettings, RunSettings
+from scenes.avoider import Avoider, form_avoiders
+from scenes.cast import Person
+from scenes.experiments import EXPERIMENTS
+from scenes.history import ALONE, History, Sample, Second
+from scenes.lawbook import make_law
+from scenes.movers.keeper import Keeper
+from scenes.movers.mover import Memory
+from scenes.room import Room, room_of
+from scenes.settings import RunSettings
+from scenes.targets import Target
+from scenes.world import World
 
 HISTORY: Final = 16_000
 """Steps kept by default: 20 s at the smallest time step."""
 
 
-def make_law(settings: LawSettings) -> Law:
-    """Return the law that the settings describe."""
-    if settings.law == "unprotected":
-        return Unprotected()
-    return SmoothPriority(
-        settings.critical_distance, settings.order, settings.nominal_velocity, settings.feed_forward, settings.one_sided
-    )
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything that a simulation carries from one step to the next; `Simulation.resume` goes on from it, to the same bits.
+
+    Attributes:
+        settings: in force.
+        steps, time: made so far, and simulated so far [s].
+        positions, velocities: (nv,).
+        memories: of each mover.
+    """
+
+    settings: RunSettings
+    steps: int
+    time: float
+    positions: Array
+    velocities: Array
+    memories: tuple[Memory, ...]
 
 
 class Simulation:
-    """The hold experiment (Fig. 5): a person moves one arm, the other keeps its hand in place and gets out of the way.
+    """One experiment.
 
     Args:
         settings: of the run; already checked.
@@ -39,136 +54,170 @@ class Simulation:
 
     def __init__(self, settings: RunSettings, capacity: int = HISTORY) -> None:
         self.settings = settings
-        self.room: Room = build_room(settings.rig)
-        self.history = History(capacity, self.room.model.nv)
-        self._enter(self.room)
-        self.apply(settings)
+        self._capacity = capacity
+        self.law = make_law(settings.law)
+        self._enter(room_of(settings))
         self.reset()
 
     def _enter(self, room: Room) -> None:
         self.room = room
-        self.kinematics = Kinematics(room.model, room.arms)
-        self.detector = ProximityDetector(self.kinematics, room.geometry)
-        nv = room.model.nv
-        self.positions: Array = room.start.copy()
-        self.velocities: Array = np.zeros(nv)
-        self._way = np.zeros(nv)
-        gain = self.settings.limit_gain
-        lower, upper, speed = room.model.lowerPositionLimit, room.model.upperPositionLimit, room.model.velocityLimit
-        self._all_joints = VelocityBox(lower.copy(), upper.copy(), speed.copy(), gain)
-        self._boxes = {arm.name: self._all_joints.part(arm.joints) for arm in room.arms}
-        self._guides = {
-            arm.name: Guide(self.kinematics, arm, robot, self._boxes[arm.name], room.start[arm.joints])
-            for arm, robot in zip(room.arms, room.robots, strict=True)
-        }
-
+        self.world = World(room, self.settings.limit_gain)
+        self.kinematics: Kinematics = self.world.kinematics
+        self.detector: ProximityDetector = self.world.detector
+        self.positions: Array = self.world.positions
+        self.velocities: Array = self.world.velocities
+        self.history = History(self._capacity, room.model.nv)
+        self._way = np.zeros(room.model.nv)
+        self._desired = np.full(room.model.nv, np.nan)
         self._assign()
 
     def _assign(self) -> None:
-        """Note who is who: everything that a step would otherwise look up again."""
-        side = self.settings.guided
-        self.guided: Arm = self.room.arm(side)
+        """Give the roles; everybody begins where they are."""
+        self.cast = EXPERIMENTS[self.settings.scene].cast(self.world, self.settings)
+        self.guided: Arm = self.cast.guided
         """The arm that the person moves."""
-        self.avoiding: Arm = self.room.other(side)
-        """The arm that keeps its place and keeps clear."""
-        self._guide = self._guides[self.guided.name]
-        self._box = self._boxes[self.avoiding.name]
-        self._q_guided = self.positions[self.guided.joints]
-        self._q_avoiding = self.positions[self.avoiding.joints]
-        self._dq_guided = self.velocities[self.guided.joints]
-        self._dq_avoiding = self.velocities[self.avoiding.joints]
+        self.avoiding: Arm = self.cast.avoiding
+        """The arm whose task is shown: the one that keeps its place and keeps clear, the slave, …"""
+        self._followers = [mover for mover in self.cast.movers if mover.desired is not None]
+        self._form()
+
+    def _form(self) -> None:
+        """Settle who keeps clear, and whether together."""
+        movers, avoiding = self.cast.movers, self.cast.avoiders(self.settings.avoid)
+        self._avoiders: tuple[Avoider, ...] = form_avoiders(self.world, movers, avoiding, self.settings.law.coupled)
+        nominals = {mover.joints.start: avoider.part(mover) for avoider in self._avoiders for mover in avoider.movers}
+        # Whoever does not keep clear moves as they want.
+        self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in movers]
+        self.bounded = Bounded(np.zeros(self._avoiders[0].velocities.shape))
+        """What the first avoiding arm did in the last step, and why not more."""
+        self.bound_bites = False
+        """Whether a law's velocity was outside its arm's bounds in the last step."""
 
     def apply(self, settings: RunSettings) -> None:
-        """Change the settings from the next step on. The arms stay where they are, unless they are put on another rig."""
+        """Change the settings from the next step on. The arms stay where they are, unless they are put into another room."""
         before = self.settings
         self.settings = settings
         self.law = make_law(settings.law)
-        self._all_joints.gain = settings.limit_gain
-        if settings.rig != before.rig:
-            self._enter(build_room(settings.rig))
+        self.world.bounds.gain = settings.limit_gain
+        room = room_of(settings)
+        if room is not self.room or settings.scene != before.scene:
+            self._enter(room)
             self.reset()
-        elif settings.guided != before.guided:
-            self._take_places()
+        elif (settings.guided, settings.path) != (before.guided, before.path):
+            self._assign()
+            self._begin()
+        elif (settings.avoid, settings.law.coupled) != (before.avoid, before.law.coupled):
+            self._form()
 
     def reset(self, positions: Array | None = None) -> None:
-        """Begin anew at time 0, at rest, in the rig's start posture or at q (nv,) [rad]. The settings stay."""
+        """Begin anew at time 0, at rest, in the room's start posture or at q (nv,) [rad]. The settings stay."""
         self.positions[:] = self.room.start if positions is None else positions
         self.steps = 0
         self.time = 0.0
-        self.bounded = Bounded(np.zeros(self._box.lower.shape))
-        """What the avoiding arm did in the last step, and why not more."""
-        self.bound_bites = False
-        """Whether the law's velocity was outside the arm's bounds in the last step."""
         self.history.clear()
-        self._take_places()
+        self._form()
+        self._begin()
 
-    def _take_places(self) -> None:
-        """The avoiding hand's place is where it is now, and nobody moves."""
-        self._assign()
+    def _begin(self) -> None:
         self.velocities[:] = 0.0
-        for guide in self._guides.values():
-            guide.reset()
+        self.world.update()
+        for mover in self.cast.movers:
+            mover.begin()
+
+    @property
+    def place(self) -> Array | None:
+        """Where the avoiding hand should be (3,), world [m]; None if it follows joints."""
+        return self.cast.task.place if isinstance(self.cast.task, Keeper) else None
+
+    @property
+    def place_rotation(self) -> Array | None:
+        """How the avoiding hand should be turned (3, 3); None if it follows joints."""
+        return self.cast.task.place_rotation if isinstance(self.cast.task, Keeper) else None
+
+    @property
+    def error_unit(self) -> str:
+        """Of the squared error that is recorded."""
+        return EXPERIMENTS[self.settings.scene].error_unit
+
+    def person(self) -> Person:
+        """Return who moves what can be moved as long as nobody else does, beginning from the present state."""
         self.kinematics.update(self.positions)
-        pose = self.kinematics.hand_pose(self.avoiding)
-        self.place: Array = pose.translation.copy()
-        self.place_rotation: Array = pose.rotation.copy()
+        return EXPERIMENTS[self.settings.scene].person(self.world, self.settings)
 
-    def step(self, target: HandTarget | None) -> None:
-        """Advance by dt. `target` is where the person wants the guided hand; None leaves the guided arm alone."""
-        settings, kinematics, law = self.settings, self.kinematics, self.settings.law
-        guided, avoiding, box = self.guided.joints, self.avoiding, self._box
-        kinematics.update(self.positions)
-        self._all_joints.update(self.positions)
-        near = self.detector.detect(law.pairs, law.beta)
+    def joint_label(self, joint: int, second: bool = False) -> str:
+        """Return what a person calls the joint that costs authority, as recorded for the first or second arm that keeps clear."""
+        column = joint + self._avoiders[int(second and len(self._avoiders) > 1)].joints.start
+        arm = next(arm for arm in self.room.arms if arm.joints.start <= column < arm.joints.stop)
+        return arm.labels[column - arm.joints.start]
 
-        dq_guided = self._guide.follow(target, self._q_guided, settings.dt, settings.hand_speed)
-        law_approach = -float(near.row[guided].dot(dq_guided))
-        approach = law_approach if near.row is near.pair_row else -float(near.pair_row[guided].dot(dq_guided))
-
-        pose = kinematics.hand_pose(avoiding)
-        error = (
-            position_error(pose, self.place) if settings.task == "position" else pose_error(pose, self.place, self.place_rotation)
-        )
-        nominal = box.clip(hold(kinematics, avoiding, settings.task, error, settings.gain))
-        situation = Situation(self._q_avoiding, nominal, near.row[avoiding.joints], near.law_distance, law_approach)
-        lam = self.law.activation(near.law_distance)
-        self.bounded = bounded = self._bound(situation, self.law(situation), lam)
-
-        self._dq_guided[:] = dq_guided
-        self._dq_avoiding[:] = bounded.velocities
-        x, y, z = error[:3].tolist()
+    def step(self, target: Target | None) -> None:
+        """Advance by dt. `target` is what the person wants; None leaves everything alone."""
+        settings, law, world = self.settings, self.law, self.world
+        world.update()
+        near = self.detector.detect(settings.law.pairs, settings.law.beta)
+        for mover, wanted in self._asked:
+            wanted[:] = mover.nominal(target, settings, self.time)
+        lam = law.activation(near.law_distance)
+        scalars: list[float] = []
+        done: list[Bounded] = []
+        self.bound_bites = False
+        for avoider in self._avoiders:
+            situation = avoider.situation(law, near)
+            bounded = self._bound(avoider, situation.row, law(situation), lam)
+            done.append(bounded)
+            w_law = situation.approach
+            w = w_law if near.row is near.pair_row else avoider.approach(near.pair_row)
+            scalars += (avoider.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint)
+        for avoider, bounded in zip(self._avoiders, done, strict=True):
+            avoider.velocities[:] = bounded.velocities
+        self.bounded = done[0]
+        e2, u, w, w_law, authority, joint = scalars[:6]
+        if self.cast.task is not self._avoiders[0].movers[0]:
+            e2 = self.cast.task.squared_error
+        for follower in self._followers:
+            self._desired[follower.joints] = follower.desired
         self.history.append(
             (
-                self.time,
-                near.distance,
-                lam,
-                x * x + y * y + z * z,
-                situation.pull,
-                approach,
-                near.pair,
-                near.law_distance,
-                law_approach,
-                int(bounded.authority),
-                bounded.joint,
+                *(self.time, near.distance, lam, e2, u, w, near.pair, near.law_distance, w_law, authority, joint),
+                *(scalars[6:] if len(done) > 1 else ALONE),
             ),
             self.positions,
             self.velocities,
+            self._desired if self._followers else None,
         )
         self.positions += np.multiply(self.velocities, settings.dt, out=self._way)
         self.steps += 1
         self.time += settings.dt
 
-    def _bound(self, situation: Situation, wanted: Array, lam: float) -> Bounded:
-        """Return what the avoiding arm can do of what the law wants."""
-        box, row = self._box, situation.row
-        self.bound_bites = not box.contains(wanted)
-        bounded = bounded_row(situation.nominal, row, float(row.dot(wanted)), box) if self.bound_bites else Bounded(wanted)
+    def _bound(self, avoider: Avoider, row: Array, wanted: Array, lam: float) -> Bounded:
+        """Return what an arm can do of what the law wants."""
+        if avoider.box.contains(wanted):
+            bounded = Bounded(wanted)
+        else:
+            self.bound_bites = True
+            bounded = avoider.bounded(row, wanted)
         if lam > 0.5 and bounded.authority is Authority.FULL:
             square = float(row.dot(row))
             # Less than half of what the law asked for is left after damping: the arm has no lever against this approach.
             if row_damping(square) > square:
                 return bounded._replace(authority=Authority.LEVERAGE)
         return bounded
+
+    def snapshot(self) -> Snapshot:
+        """Return the present state."""
+        memories = tuple(mover.memory() for mover in self.cast.movers)
+        return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories)
+
+    def resume(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot of the same experiment, with the present settings; the history begins anew.
+
+        Only what decides on the room and the roles must be as it was: scene, rig, robot, guided arm, path and control point.
+        """
+        self.reset(snapshot.positions)
+        self.steps, self.time = snapshot.steps, snapshot.time
+        self.velocities[:] = snapshot.velocities
+        for mover, memory in zip(self.cast.movers, snapshot.memories, strict=True):
+            mover.remember(memory)
 
     def sample(self) -> Sample:
         """Return the newest step; makes none if there is none yet, but measures the present state."""
@@ -180,5 +229,8 @@ class Simulation:
         self.kinematics.update(self.positions)
         near = self.detector.detect(self.settings.law.pairs, self.settings.law.beta)
         lam = self.law.activation(near.law_distance)
-        q, dq = self.positions.copy(), self.velocities.copy()
-        return Sample(self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, q, dq)
+        q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
+        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1) if len(self._avoiders) > 1 else None
+        return Sample(
+            self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, second, q, dq, desired
+        )

@@ -9,8 +9,8 @@ import viser
 
 from app.session import Session
 from controllers.kinematics import Array
-from scenes.guide import HandTarget
 from scenes.simulation import Simulation
+from scenes.targets import HandTarget
 
 ROOM: Final = 2.5
 """Half the edge of the box in which a hand can be wanted [m]; whatever is dragged beyond counts as its edge."""

@@ -14,8 +14,8 @@ from app import session as session_module
 from app.session import BUDGET, LONGEST_GAP, SPEEDS, Session
 from app.settings import PageSettings, Settings
 from controllers.errors import BadSetting
-from scenes.guide import HandTarget
 from scenes.settings import RunSettings, specs, values
+from scenes.targets import HandTarget
 
 DT = RunSettings().dt
 SPECS = specs(Settings)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from controllers.kinematics import Array, Kinematics
-from controllers.proximity import ProximityDetector
+from controllers.proximity import ProximityDetector, Treatment
 from scenes.rigs import MIRROR
 from scenes.room import Room
 from scenes.settings import RigName
@@ -313,13 +313,16 @@ def test_every_pair_kept_can_be_moved_by_some_joint(rig: RigName) -> None:
         assert row[7:].any() == (names[1] != "right pedestal")
 
 
-def test_a_detector_without_pairs_is_refused() -> None:
-    """No pairs, no distance: said at once."""
+@pytest.mark.parametrize("treatment", ["single", "soft"])
+def test_without_pairs_nothing_is_near(treatment: Treatment) -> None:
+    """One arm alone: d = ∞ and J_d = 0, so that λ = 0 under every law."""
     room, kinematics, _ = bodies("torso")
     empty = room.geometry.copy()
     empty.removeAllCollisionPairs()
-    with pytest.raises(ValueError, match="at least one pair"):
-        ProximityDetector(kinematics, empty)
+    near = ProximityDetector(kinematics, empty).detect(treatment)
+    assert near.distance == near.law_distance == np.inf
+    assert near.pair == -1
+    assert not near.row.any() and not near.pair_row.any()
 
 
 # ---- symmetry -----------------------------------------------------------------------------------------------------------------

@@ -8,11 +8,11 @@ import numpy as np
 
 from controllers.kinematics import Array
 from controllers.proximity import Treatment
-from scenes.guide import HandTarget
 from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.settings import LawName, LawSettings, RigName, RunSettings
 from scenes.simulation import Simulation
+from scenes.targets import HandTarget
 
 RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
 SCRIPT: float = 46.0

@@ -12,9 +12,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array, Kinematics
 from controllers.limits import VelocityBox
-from scenes.guide import TURN_SPEED, Guide, HandTarget
+from scenes.guide import TURN_SPEED, Guide
 from scenes.room import build_room
 from scenes.settings import ArmName, RigName
+from scenes.targets import HandTarget
 from tests.scenes.helpers import RIG_NAMES
 
 DT = 0.005

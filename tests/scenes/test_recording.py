@@ -203,7 +203,7 @@ def exported(seed: int) -> tuple[str, Simulation]:
     simulation = Simulation(hold_settings("table", seed=seed))
     table = play(simulation, wander(simulation, 60, seed))
     out = io.StringIO(newline="")
-    write_table(out, table, simulation.detector.pair_names, values(simulation.settings))
+    write_table(out, simulation, table, values(simulation.settings))
     return out.getvalue(), simulation
 
 

@@ -82,15 +82,31 @@ def test_the_promised_defaults_and_ranges(key: str, default: float, low: float |
 def test_the_promised_choices() -> None:
     """Rigs, laws, treatments, tasks and arms, and which of them one starts with."""
     expected = {
-        "scene": ("hold",),
+        "scene": ("solo", "ball", "hold", "master_slave", "imitation"),
         "rig": ("torso", "table"),
+        "robot": ("lwr", "panda", "ur5"),
         "guided": ("left", "right"),
         "task": ("position", "pose"),
-        "law": ("smooth_priority", "unprotected"),
+        "avoid": ("paper", "free", "guided", "both"),
+        "following": ("identical", "mirrored"),
+        "path": ("stay", "circle"),
+        "point": ("hand", "elbow", "arm"),
+        "ball": ("still", "cross"),
+        "clip": ("medley", "wave", "clap", "cross", "reach"),
+        "law": (
+            *("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance"),
+            *("potential_field", "barrier_qp", "intermediate_value", "unprotected"),
+        ),
         "pairs": ("single", "soft"),
     }
     assert {key: SPECS[key].choices for key in CHOICES} == expected
-    first = {"scene": "hold", "rig": "torso", "guided": "right", "task": "position", "law": "smooth_priority", "pairs": "soft"}
+    first = {
+        **{key: choices[0] for key, choices in expected.items()},
+        "scene": "hold",
+        "guided": "right",
+        "following": "mirrored",
+        "pairs": "soft",
+    }
     assert {key: DEFAULTS[key] for key in CHOICES} == first
     assert not any(DEFAULTS[key] for key in FLAGS)
 

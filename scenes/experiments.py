@@ -1,0 +1,33 @@
+"""The experiments by name."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from scenes import ball, hold, master_slave, solo
+from scenes.cast import Cast, Person
+from scenes.settings import RunSettings, SceneName
+from scenes.world import World
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is done in a room.
+
+    Attributes:
+        cast: who takes part.
+        person: who moves what can be moved as long as nobody else does.
+        error_unit: of the squared error that is recorded.
+    """
+
+    cast: Callable[[World, RunSettings], Cast]
+    person: Callable[[World, RunSettings], Person]
+    error_unit: str = "m²"
+
+
+EXPERIMENTS: Final[dict[SceneName, Experiment]] = {
+    "solo": Experiment(solo.cast, solo.person),
+    "ball": Experiment(ball.cast, ball.person),
+    "hold": Experiment(hold.cast, hold.person),
+    "master_slave": Experiment(master_slave.cast, master_slave.person, "rad²"),
+}
