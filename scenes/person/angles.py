@@ -1,0 +1,234 @@
+"""A person's arms as four angles each, the way the paper names them: shoulder flexion, abduction, external rotation, elbow flexion.
+
+The torso frame has x forward, y to the person's left, z up, and its origin halfway between the shoulders. Stand with both arms
+hanging, palms towards the thighs: all four angles of either arm are zero. From there, in this order,
+
+    flexion    swings the straight arm forward and up: 90° points ahead, 180° overhead, negative is behind the back;
+    abduction  then lifts it sideways, away from the body: 90° is a T, whatever the flexion was;
+    rotation   then turns it about its own axis, outward positive: with a bent elbow the forearm swings from ahead to the outside;
+    elbow      bends: 0° straight, 90° a right angle, with the forearm pointing ahead if all others are zero.
+
+In formulas, with s = +1 for the left arm and −1 for the right,
+
+    R = Ry(−flexion) Rx(s abduction) Rz(s rotation),   upper arm = R (0, 0, −1),   forearm = R (sin elbow, 0, −cos elbow).
+
+The sign s makes it mirror symmetric: arms that mirror each other have the same angles. The same order of axes is found in the joint
+coordinate recommendations of the International Society of Biomechanics for the elbow and in the human model that is drawn.
+
+No three angles describe a direction and a roll without a singular posture. Here it is the T: at 90° of abduction flexion and
+rotation turn about the same line. And with a straight elbow nobody can see the rotation. In both the last value is remembered.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.settings import ArmName
+
+ANGLE_NAMES: Final = ("shoulder flexion", "abduction", "external rotation", "elbow flexion")
+"""In the order of every array of four."""
+
+TRUSTED_SINE: Final = 0.1
+"""An angle about an axis is taken as it is when the thing that shows it stands off the axis by at least this sine."""
+
+SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
+
+
+class PersonPose(NamedTuple):
+    """A person's two arms.
+
+    Attributes:
+        angles: (2, 4), left arm first, in the order of `ANGLE_NAMES` [rad].
+    """
+
+    angles: Array
+
+
+@dataclass(frozen=True)
+class Proportions:
+    """Lengths of a person [m]. The defaults are those of the human model that is drawn, a man of 1.8 m.
+
+    Attributes:
+        shoulder_width: from shoulder joint to shoulder joint.
+        upper_arm: from shoulder to elbow.
+        forearm: from elbow to wrist.
+    """
+
+    shoulder_width: float = 0.42
+    upper_arm: float = 0.276
+    forearm: float = 0.287
+
+
+class BodyPoints(NamedTuple):
+    """What tracking sees of a person, in any right-handed frame and any unit.
+
+    Attributes:
+        shoulders, elbows, wrists: (2, 3), left first.
+        hips: (3,), halfway between the hip joints.
+    """
+
+    shoulders: Array
+    elbows: Array
+    wrists: Array
+    hips: Array
+
+
+def wrapped(angle: float) -> float:
+    """Return the angle in −π … π."""
+    return math.remainder(angle, math.tau)
+
+
+def remembered(angle: float, previous: float, sine: float, trusted: float = TRUSTED_SINE) -> float:
+    """Return an angle about an axis as the way on from its previous value.
+
+    Args:
+        angle: as measured; meaningless if `sine` is 0 [rad].
+        previous: the value of the sample before [rad].
+        sine: of the angle by which whatever shows it stands off the axis, 0 … 1.
+        trusted: the sine from which on the measured value is taken as it is.
+
+    Returns:
+        The measured angle, plus the turns that bring it nearest to the previous one, for a large sine; the previous value for
+        0; in between a smooth mixture, so that rest near the singular posture still finds the true value after some samples [rad].
+    """
+    s = min(max(sine / trusted, 0.0), 1.0)
+    return previous + s * s * (3.0 - 2.0 * s) * wrapped(angle - previous)
+
+
+def arm_rotation(angles: Array, side: ArmName) -> Array:
+    """Return R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm.
+
+    Args:
+        angles: (4,) [rad].
+    """
+    sign = SIGN[side]
+    f, a, r = float(angles[0]), sign * float(angles[1]), sign * float(angles[2])
+    cf, sf, ca, sa, cr, sr = math.cos(f), math.sin(f), math.cos(a), math.sin(a), math.cos(r), math.sin(r)
+    return np.array(
+        [
+            [cf * cr - sf * sa * sr, -cf * sr - sf * sa * cr, -sf * ca],
+            [ca * sr, ca * cr, -sa],
+            [sf * cr + cf * sa * sr, -sf * sr + cf * sa * cr, cf * ca],
+        ]
+    )
+
+
+def arm_directions(angles: Array, side: ArmName) -> tuple[Array, Array]:
+    """Return the unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame.
+
+    Args:
+        angles: (4,) [rad].
+    """
+    R = arm_rotation(angles, side)
+    e = float(angles[3])
+    return -R[:, 2], math.sin(e) * R[:, 0] - math.cos(e) * R[:, 2]
+
+
+def direction_angles(
+    upper: Array, forearm: Array, side: ArmName, previous: Array | None = None, trusted: float = TRUSTED_SINE
+) -> Array:
+    """Return the four angles (4,) [rad] of an arm from where its two bones point.
+
+    Args:
+        upper, forearm: unit vectors (3,) towards the hand, torso frame.
+        previous: the angles (4,) of the sample before; the result is the nearest way on from them and may leave the usual ranges
+            and gather whole turns. Without, flexion and rotation lie in −π … π, abduction in ±π/2, elbow in 0 … π.
+        trusted: see `remembered`; a smaller value follows the directions closer, through faster angles.
+    """
+    sign = SIGN[side]
+    (ux, uy, uz), (wx, wy, wz) = upper.tolist(), forearm.tolist()
+    uy, wy = sign * uy, sign * wy
+    before = None if previous is None else previous.tolist()
+    lean = math.hypot(ux, uz)
+    f = math.atan2(ux, -uz) if lean > 0.0 else 0.0
+    if before is not None:
+        a = math.atan2(uy, lean)
+        # The same direction is reached over the top: (f, a) and (f + π, π − a).
+        near = math.hypot(wrapped(f - before[0]), wrapped(a - before[1]))
+        over = math.hypot(wrapped(f + math.pi - before[0]), wrapped(math.pi - a - before[1]))
+        f = remembered(f if near <= over else f + math.pi, before[0], lean, trusted)
+    cf, sf = math.cos(f), math.sin(f)
+    a = math.atan2(uy, sf * ux - cf * uz)
+    ca, sa = math.cos(a), math.sin(a)
+    x, z = cf * wx + sf * wz, cf * wz - sf * wx
+    y = ca * wy + sa * z
+    bend = math.sqrt((uy * wz - uz * wy) ** 2 + (uz * wx - ux * wz) ** 2 + (ux * wy - uy * wx) ** 2)
+    e = math.atan2(bend, ux * wx + uy * wy + uz * wz)
+    r = math.atan2(y, x) if bend > 1e-12 else 0.0
+    if before is not None:
+        a = before[1] + wrapped(a - before[1])
+        r = remembered(r, before[2], bend, trusted)
+    return np.array([f, a, r, e])
+
+
+def arm_points(angles: Array, side: ArmName, proportions: Proportions = Proportions()) -> tuple[Array, Array, Array]:
+    """Return shoulder, elbow and wrist (3,) in the torso frame [m].
+
+    Args:
+        angles: (4,) [rad].
+    """
+    upper, forearm = arm_directions(angles, side)
+    shoulder = np.array([0.0, SIGN[side] * proportions.shoulder_width / 2.0, 0.0])
+    elbow = shoulder + proportions.upper_arm * upper
+    return shoulder, elbow, elbow + proportions.forearm * forearm
+
+
+def arm_angles(
+    shoulder: Array, elbow: Array, wrist: Array, torso_rotation: Array, side: ArmName, previous: Array | None = None
+) -> Array:
+    """Return the four angles (4,) [rad] of an arm from three points: the inverse of `arm_points`, for any lengths of the bones.
+
+    Args:
+        shoulder, elbow, wrist: (3,), in any one frame and unit; no two of them that follow each other may coincide.
+        torso_rotation: R (3, 3) of the torso in that frame, columns forward, left, up.
+        previous: see `direction_angles`.
+
+    Raises:
+        ValueError: a bone without length, or a number that is not finite.
+    """
+    upper, forearm = _unit(elbow - shoulder), _unit(wrist - elbow)
+    if upper is None or forearm is None:
+        raise ValueError("shoulder, elbow and wrist must be three different, finite points")
+    return direction_angles(upper @ torso_rotation, forearm @ torso_rotation, side, previous)
+
+
+def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> Array | None:
+    """Return R (3, 3) of the torso, columns forward, left, up; None if the three points lie on one line or are not finite.
+
+    Up is from the hips to between the shoulders, left is across the shoulders and made square to it.
+    """
+    up = _unit((left_shoulder + right_shoulder) / 2.0 - hips)
+    across = _unit(left_shoulder - right_shoulder)
+    if up is None or across is None:
+        return None
+    left = across - (across @ up) * up
+    if float(left @ left) < 1e-4:
+        return None
+    left /= math.sqrt(float(left @ left))
+    return np.column_stack([np.cross(left, up), left, up])
+
+
+def body_angles(points: BodyPoints, previous: Array | None = None) -> Array | None:
+    """Return the angles (2, 4) of both arms [rad], left first; None if the points do not make a body.
+
+    Args:
+        previous: of the sample before (2, 4).
+    """
+    R = torso_rotation(points.shoulders[0], points.shoulders[1], points.hips)
+    if R is None:
+        return None
+    angles = np.empty((2, 4))
+    for i, side in enumerate(SIGN):
+        upper, forearm = _unit(points.elbows[i] - points.shoulders[i]), _unit(points.wrists[i] - points.elbows[i])
+        if upper is None or forearm is None:
+            return None
+        angles[i] = direction_angles(upper @ R, forearm @ R, side, None if previous is None else previous[i])
+    return angles
+
+
+def _unit(vector: Array) -> Array | None:
+    length = math.sqrt(float(vector @ vector))
+    return vector / length if 1e-12 < length < math.inf else None

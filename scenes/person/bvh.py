@@ -1,0 +1,161 @@
+"""A person out of a BVH file, whoever named its joints.
+
+Only directions between joints matter, seen from the torso that the joints themselves span: so neither the unit, nor which axis is up,
+nor where the person walks makes a difference. The file must be right-handed, as the format demands.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controllers.errors import BadInputFile
+from controllers.kinematics import Array
+from scenes.person.angles import BodyPoints, body_angles
+from scenes.person.bvh_file import BvhFile, load_bvh
+from scenes.person.source import SampledAngles
+from scenes.settings import ArmName
+
+ELBOWS: Final = frozenset({"forearm", "lowerarm", "lowarm", "elbow", "foarm", "radius"})
+UPPER_ARMS: Final = frozenset({"arm", "upperarm", "uparm", "shldr", "shoulder", "humerus"})
+COLLARS: Final = frozenset({"clavicle", "collar", "collarbone", "shoulderblade", "scapula"})
+WRISTS: Final = frozenset({"hand", "wrist", "palm"})
+THIGHS: Final = frozenset({"upleg", "upperleg", "thigh", "hip", "leg", "femur", "hipjoint"})
+HIPS: Final = ("hips", "hip", "pelvis", "root", "lowerback", "spine")
+
+ADVICE: Final = "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename them and export the file again"
+
+_SIDES: Final[dict[str, ArmName]] = {"left": "left", "l": "left", "right": "right", "r": "right"}
+
+_PARTS: Final = ELBOWS | UPPER_ARMS | COLLARS | WRISTS | THIGHS
+
+_DECORATION: Final = frozenset({"bip", "biped", "bone", "b", "def", "j", "jnt", "joint", "mixamorig", "rig", "character", "skel"})
+
+
+class BvhMotion(SampledAngles):
+    """A person's arms through a BVH file; a `PersonSource` that starts at time 0 and stays as it is after `duration`.
+
+    Attributes:
+        name: of the file.
+    """
+
+    def __init__(self, name: str, times: Array, table: Array) -> None:
+        super().__init__(times, table)
+        self.name = name
+
+
+def read_bvh(source: Path | str | bytes, name: str | None = None) -> BvhMotion:
+    """Return the motion in a BVH file.
+
+    Args:
+        source: a path; or the file's content, as text with more than one line or as bytes.
+        name: of the file in messages; by default its path.
+
+    Raises:
+        BadInputFile: no such file, or not such a file; names the line, or the joints that were not found, and the remedy.
+    """
+    file = load_bvh(source, name)
+    skeleton = _Skeleton(file)
+    places = file.positions(skeleton.joints())
+    shoulders, elbows, wrists = (
+        np.stack([places[skeleton.arm[side][i]] for side in ("left", "right")], axis=1) for i in range(3)
+    )
+    hips = np.mean([places[i] for i in skeleton.hips], axis=0)
+    table = np.empty((len(file.frames), 2, 4))
+    previous, first = None, len(table)
+    for k, points in enumerate(map(BodyPoints, shoulders, elbows, wrists, hips)):
+        angles = body_angles(points, previous)
+        if angles is not None:
+            previous, first = angles, min(first, k)
+        if previous is not None:
+            table[k] = previous
+    if first == len(table):
+        raise BadInputFile(f"{file.name}: in no frame do hips, shoulders, elbows and wrists make a body; {ADVICE}.")
+    table[:first] = table[first]
+    return BvhMotion(file.name, np.arange(len(table)) * file.frame_time, table)
+
+
+def joint_part(name: str) -> tuple[ArmName | None, str]:
+    """Return the side that a joint's name tells, and which part of the body it calls it, in lower case without decoration."""
+    words = [w.lower() for w in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name.rsplit(":", 1)[-1])]
+    words = [w for w in words if w not in _DECORATION] or words
+    for i, word in enumerate(words):
+        if word in _SIDES:
+            return _SIDES[word], "".join(words[i + 1 :] or words[:i])
+    part = "".join(words)
+    for word, side in _SIDES.items():
+        if part.startswith(word) and part.removeprefix(word) in _PARTS:
+            return side, part.removeprefix(word)
+        if part.endswith(word) and part.removesuffix(word) in _PARTS:
+            return side, part.removesuffix(word)
+    return None, part
+
+
+class _Skeleton:
+    """Where arms and hips are among the joints of a file.
+
+    What is called a shoulder is the collar bone to some and the upper arm to others. So the elbow is found by its name, and the upper
+    arm as what it hangs on.
+
+    Attributes:
+        arm: indices of shoulder, elbow and wrist of a side.
+        hips: indices of the joints between which the middle of the hips is.
+    """
+
+    def __init__(self, file: BvhFile) -> None:
+        self._file = file
+        self._parts = [joint_part(joint.name) for joint in file.joints]
+        self.arm: dict[ArmName, tuple[int, int, int]] = {"left": self._find_arm("left"), "right": self._find_arm("right")}
+        self.hips = self._find_hips()
+
+    def joints(self) -> set[int]:
+        """Return all that must be placed."""
+        return {*self.arm["left"], *self.arm["right"], *self.hips}
+
+    def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
+        elbow = self._named(side, ELBOWS)
+        if elbow is None:
+            raise self._missing(f"{side} elbow")
+        shoulder = self._file.joints[elbow].parent
+        while shoulder >= 0 and self._is_twist(shoulder):
+            shoulder = self._file.joints[shoulder].parent
+        if shoulder < 0 or self._parts[shoulder][0] != side or self._parts[shoulder][1] in COLLARS:
+            raise self._missing(f"{side} upper arm, from which the {side} elbow should hang")
+        wrist = next((i for i in self._below(elbow) if self._parts[i][1] in WRISTS), None)
+        if wrist is None:
+            wrist = next((i for i in self._below(elbow) if not self._is_twist(i)), None)
+        if wrist is None:
+            raise self._missing(f"{side} wrist, which should hang from the {side} elbow")
+        return shoulder, elbow, wrist
+
+    def _find_hips(self) -> tuple[int, ...]:
+        left, right = self._named("left", THIGHS), self._named("right", THIGHS)
+        if left is not None and right is not None:
+            return left, right
+        for name in HIPS:
+            for i, (side, part) in enumerate(self._parts):
+                if side is None and part == name:
+                    return (i,)
+        raise self._missing("hips")
+
+    def _named(self, side: ArmName, parts: frozenset[str]) -> int | None:
+        return next((i for i, (s, part) in enumerate(self._parts) if s == side and part in parts), None)
+
+    def _is_twist(self, joint: int) -> bool:
+        part = self._parts[joint][1]
+        return "twist" in part or "roll" in part
+
+    def _below(self, joint: int) -> Iterator[int]:
+        """Yield all that hangs on a joint, parents first."""
+        found = {joint}
+        for i, other in enumerate(self._file.joints):
+            if other.parent in found:
+                found.add(i)
+                yield i
+
+    def _missing(self, what: str) -> BadInputFile:
+        names = [joint.name for joint in self._file.joints if joint.name]
+        shown = ", ".join(repr(n[:30]) for n in names[:8]) + (" …" if len(names) > 8 else "")
+        return BadInputFile(f"{self._file.name}: the skeleton has no {what}. It has {shown}; {ADVICE}.")

@@ -1,0 +1,287 @@
+"""The file format BVH: a skeleton as a tree of joints, then one line of numbers for every frame. Read with suspicion."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controllers.errors import BadInputFile
+from controllers.kinematics import Array
+
+MOST_BYTES: Final = 32_000_000
+MOST_JOINTS: Final = 500
+MOST_FRAMES: Final = 100_000
+MOST_LINES: Final = 2 * MOST_FRAMES + 20 * MOST_JOINTS
+LARGEST: Final = 1e6
+"""No number of a believable file is larger, in whatever unit."""
+
+CHANNELS: Final = ("xposition", "yposition", "zposition", "xrotation", "yrotation", "zrotation")
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of the skeleton, or the end of a chain.
+
+    Attributes:
+        name: as in the file; "" for an end.
+        parent: its index among the joints; −1 for a root. Parents come before their children.
+        offset: from the parent (3,), file units.
+        channels: indices into `CHANNELS`, in the file's order.
+        column: of the first of its channels in a frame.
+    """
+
+    name: str
+    parent: int
+    offset: Array
+    channels: tuple[int, ...]
+    column: int
+
+
+@dataclass(frozen=True)
+class BvhFile:
+    """What a BVH file holds.
+
+    Attributes:
+        name: of the file, for messages.
+        joints: the skeleton.
+        frame_time: [s].
+        frames: (k, channels), file units and degrees.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    frame_time: float
+    frames: Array
+
+    def positions(self, wanted: set[int]) -> dict[int, Array]:
+        """Return joint → its positions (k, 3), in the file's frame and unit, for the wanted joints and their forebears."""
+        needed: set[int] = set()
+        for joint in wanted:
+            while joint >= 0:
+                needed.add(joint)
+                joint = self.joints[joint].parent
+        places: dict[int, Array] = {}
+        turns: dict[int, Array] = {}
+        for i in sorted(needed):
+            joint = self.joints[i]
+            place, turn = self._translations(joint), self._rotations(joint)
+            if joint.parent >= 0:
+                parent_turn = turns[joint.parent]
+                place = places[joint.parent] + np.einsum("kij,kj->ki", parent_turn, place)
+                turn = parent_turn @ turn
+            places[i], turns[i] = place, turn
+        return places
+
+    def _translations(self, joint: Joint) -> Array:
+        """Return the way from the parent (k, 3): the offset, or the position channels in its place.
+
+        Some exporters write position channels for every joint and leave them at zero: then the offset stands.
+        """
+        place = np.tile(joint.offset, (len(self.frames), 1))
+        moved = [(c, joint.column + i) for i, c in enumerate(joint.channels) if c < 3]
+        if any(self.frames[:, column].any() for _, column in moved):
+            for axis, column in moved:
+                place[:, axis] = self.frames[:, column]
+        return place
+
+    def _rotations(self, joint: Joint) -> Array:
+        """Return the turn against the parent (k, 3, 3): the rotation channels multiplied in the file's order."""
+        turn = np.tile(np.eye(3), (len(self.frames), 1, 1))
+        for i, channel in enumerate(joint.channels):
+            if channel >= 3:
+                angle = np.radians(self.frames[:, joint.column + i])
+                one = np.tile(np.eye(3), (len(angle), 1, 1))
+                j, k = (channel - 2) % 3, (channel - 1) % 3
+                one[:, j, j] = one[:, k, k] = np.cos(angle)
+                one[:, k, j] = np.sin(angle)
+                one[:, j, k] = -one[:, k, j]
+                turn = turn @ one
+        return turn
+
+
+def load_bvh(source: Path | str | bytes, name: str | None = None) -> BvhFile:
+    """Return the content of a BVH file.
+
+    Args:
+        source: a path; or the file's content, as text with more than one line or as bytes.
+        name: of the file in messages; by default its path.
+
+    Raises:
+        BadInputFile: no such file, or not such a file; names the line and the remedy.
+    """
+    if isinstance(source, Path) or (isinstance(source, str) and not _has_lines(source)):
+        path = Path(source)
+        name = name or str(path)
+        try:
+            if not path.is_file():
+                raise BadInputFile(f"{name}: there is no such file; give the path of a BVH file.")
+            if path.stat().st_size > MOST_BYTES:
+                raise _too_large(name)
+            source = path.read_bytes()
+        except OSError as error:
+            raise BadInputFile(f"{name}: cannot be read ({error.strerror}).") from None
+        except ValueError:
+            raise BadInputFile(f"{name[:200]!r} is no path of a BVH file.") from None
+    name = name or "The BVH file"
+    if len(source) > MOST_BYTES:
+        raise _too_large(name)
+    text = source.decode("utf-8-sig", errors="replace") if isinstance(source, bytes) else source
+    # Of the separators that `splitlines` knows, only these end a line for a person who looks the number up.
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if text.count("\n") > MOST_LINES:
+        raise _too_large(name)
+    return _Reader(name, text).read()
+
+
+def _has_lines(text: str) -> bool:
+    return "\n" in text or "\r" in text
+
+
+def _too_large(name: str) -> BadInputFile:
+    return BadInputFile(
+        f"{name}: is larger than {MOST_BYTES // 1_000_000} MB or {MOST_LINES} lines; cut it, or export it at fewer frames a second."
+    )
+
+
+class _Reader:
+    """Goes through the lines once."""
+
+    def __init__(self, name: str, text: str) -> None:
+        self.name = name
+        # A brace may stand at the end of a line or on its own.
+        self.lines: list[tuple[int, str]] = []
+        for number, line in enumerate(text.split("\n"), 1):
+            line = line.strip()
+            if line.endswith("{") and line != "{":
+                self.lines += [(number, line[:-1].strip()), (number, "{")]
+            elif line:
+                self.lines.append((number, line))
+        self.at = 0
+        self.number = 1
+        self.joints: list[Joint] = []
+        self.columns = 0
+
+    def read(self) -> BvhFile:
+        if not self.lines or self._next("HIERARCHY").upper() != "HIERARCHY":
+            raise self._fault("is not a BVH file, which begins with the word HIERARCHY; export the motion as BVH")
+        while self._peek().upper() != "MOTION":
+            kind, *rest = self._next("ROOT or MOTION").split(None, 1)
+            if kind.upper() != "ROOT" or not rest:
+                raise self._fault(f"{_shown(kind)} stands where ROOT and a name, or MOTION, is due")
+            self._read_tree(rest[0])
+        self._next("MOTION")
+        count, frame_time = self._read_head()
+        return BvhFile(self.name, tuple(self.joints), frame_time, self._read_frames(count))
+
+    def _read_tree(self, root: str) -> None:
+        """Read a root and all below it, without recursion, since a file may be as deep as it likes."""
+        open_joints = [self._read_joint(root, -1)]
+        while open_joints:
+            line = self._next("JOINT, End Site or }")
+            kind, *rest = line.split(None, 1)
+            if kind == "}":
+                open_joints.pop()
+            elif kind.upper() == "JOINT" and rest:
+                open_joints.append(self._read_joint(rest[0], open_joints[-1]))
+            elif line.upper().split() == ["END", "SITE"]:
+                open_joints.append(self._read_joint("", open_joints[-1]))
+            else:
+                raise self._fault(f"{_shown(line)} stands where JOINT and a name, End Site or }} is due")
+
+    def _read_joint(self, name: str, parent: int) -> int:
+        if len(self.joints) >= MOST_JOINTS:
+            raise self._fault(f"the skeleton has more than {MOST_JOINTS} joints; export the body only")
+        if self._next("{") != "{":
+            raise self._fault("{ is missing")
+        offset = self._words("OFFSET", 3)
+        channels: tuple[int, ...] = ()
+        if name:
+            channels = self._read_channels()
+        self.joints.append(Joint(name, parent, np.array([self._number(w) for w in offset]), channels, self.columns))
+        self.columns += len(channels)
+        return len(self.joints) - 1
+
+    def _read_channels(self) -> tuple[int, ...]:
+        count, *names = self._words("CHANNELS", None)
+        found = tuple(CHANNELS.index(n.lower()) for n in names if n.lower() in CHANNELS)
+        if count != str(len(names)) or len(found) != len(names) or len(set(found)) != len(found):
+            raise self._fault("CHANNELS needs their number and as many different names out of Xposition … Zrotation")
+        return found
+
+    def _read_head(self) -> tuple[int, float]:
+        words = self._next("Frames:").replace(":", ": ").split()
+        if len(words) != 2 or words[0].lower() != "frames:" or not words[1].isdecimal() or len(words[1]) > 12:
+            raise self._fault("must be Frames: and a whole number")
+        count = int(words[1])
+        if not 1 <= count <= MOST_FRAMES:
+            raise self._fault(f"{count} frames cannot be read; give 1 to {MOST_FRAMES}, or export fewer frames a second")
+        words = self._next("Frame Time:").replace(":", ": ").split()
+        if len(words) != 3 or [w.lower() for w in words[:2]] != ["frame", "time:"]:
+            raise self._fault("must be Frame Time: and a number of seconds")
+        frame_time = self._number(words[2])
+        if not 1e-4 <= frame_time <= 10.0:
+            raise self._fault(f"a frame time of {frame_time:g} s is not believable; give 0.0001 to 10 s")
+        return count, frame_time
+
+    def _read_frames(self, count: int) -> Array:
+        rows = self.lines[self.at :]
+        if len(rows) != count:
+            self.number = rows[min(count, len(rows) - 1)][0] if rows else self.number
+            raise self._fault(f"{len(rows)} frames follow, but Frames: says {count}; the file is damaged, export it again")
+        # A promise of many numbers is believed only once a line shows that it is kept.
+        table = np.empty((count, self.columns)) if len(rows[0][1].split()) == self.columns else np.empty((0, 0))
+        for i, (self.number, line) in enumerate(rows):
+            words = line.split()
+            if len(words) != self.columns:
+                raise self._fault(
+                    f"{len(words)} numbers stand here, but the skeleton has {self.columns} channels; export it again"
+                )
+            try:
+                table[i] = words
+            except ValueError:
+                for word in words:
+                    self._number(word)
+                raise self._fault("holds something that is not a number") from None
+        good = (np.abs(table) <= LARGEST).all(axis=1)
+        if not good.all():
+            self.number, line = rows[int(np.argmin(good))]
+            for word in line.split():
+                self._number(word)
+        return table
+
+    def _peek(self) -> str:
+        return self.lines[self.at][1] if self.at < len(self.lines) else ""
+
+    def _next(self, due: str) -> str:
+        if self.at >= len(self.lines):
+            raise self._fault(f"the file ends where {due} is due; it is not complete, export it again")
+        self.number, line = self.lines[self.at]
+        self.at += 1
+        return line
+
+    def _words(self, first: str, count: int | None) -> list[str]:
+        """Return the words after the first one of the next line, which must be `first`."""
+        words = self._next(first).split()
+        if words[0].upper() != first or len(words) < 2 or count not in (None, len(words) - 1):
+            raise self._fault(f"{first} {'and its values' if count is None else f'and {count} numbers'} must stand here")
+        return words[1:]
+
+    def _number(self, word: str) -> float:
+        try:
+            value = float(word)
+        except ValueError:
+            raise self._fault(f"{_shown(word)} is not a number") from None
+        if not math.isfinite(value):
+            raise self._fault(f"{_shown(word)} is not a finite number; export it again")
+        if abs(value) > LARGEST:
+            raise self._fault(f"{_shown(word)} is not believable; no number may be larger than {LARGEST:g}")
+        return value
+
+    def _fault(self, what: str) -> BadInputFile:
+        return BadInputFile(f"{self.name}, line {self.number}: {what}.")
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= 40 else text[:37] + "…")

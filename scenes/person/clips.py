@@ -1,0 +1,160 @@
+"""People without a camera: short gestures of our own making that loop for ever, each a pure function of its name, a seed and the time.
+
+A clip is a row of postures; between two of them every angle is a quintic from rest to rest, so the whole is smooth up to its
+accelerations, over the seam of the loop too. All clips start and end at `REST`. The seed makes the person: which arm leads, how often
+and how fast, and how exactly they repeat themselves.
+
+On the torso, without avoidance, clap and cross bring the robots' arms into each other. That is what they are for.
+"""
+
+from collections.abc import Callable
+from itertools import accumulate
+from typing import Final, Literal, NamedTuple, get_args
+
+import numpy as np
+
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+
+ClipName = Literal["wave", "clap", "cross", "reach", "medley"]
+
+CLIP_NAMES: Final[tuple[ClipName, ...]] = get_args(ClipName)
+
+CLIP_LABELS: Final = ("Wave", "Clap", "Cross the forearms", "Reach", "All in turn")
+"""What a person reads for each of them."""
+
+Arm = tuple[float, float, float, float]
+"""The four angles of one arm, in the order of `scenes.person.angles.ANGLE_NAMES`; degrees, in this file alone."""
+
+REST_ARM: Final[Arm] = (20.0, 14.0, 0.0, 75.0)
+
+REST: Final[Array] = np.radians([REST_ARM, REST_ARM])
+"""Where every clip starts and ends (2, 4) [rad]: elbows at the sides, forearms ahead. Only to be read."""
+
+
+class Key(NamedTuple):
+    """One posture and how long the way to it takes.
+
+    Attributes:
+        seconds: since the key before; 0 for the first.
+        lead, other: the arm that leads and the other one [deg].
+    """
+
+    seconds: float
+    lead: Arm
+    other: Arm
+
+
+class Clip:
+    """A gesture that loops.
+
+    Args:
+        name: of the gesture; "medley" is all others in turn.
+        seed: which person.
+
+    Attributes:
+        duration: of one loop [s].
+
+    Raises:
+        BadSetting: there is no such clip.
+    """
+
+    def __init__(self, name: ClipName, seed: int = 1) -> None:
+        if name not in CLIP_NAMES:
+            raise BadSetting(f"There is no clip {str(name)[:40]!r}; choose from {', '.join(CLIP_NAMES)}.")
+        self.name, self.seed = name, seed
+        names = tuple(_GESTURES) if name == "medley" else (name,)
+        keys, tables = [], []
+        for gesture in names:
+            # Each gesture has its own stream, so that a seed waves in the medley as it does alone.
+            random = np.random.default_rng([abs(seed), list(_GESTURES).index(gesture)])
+            loop = _GESTURES[gesture](random)
+            pair = np.radians([[key.lead, key.other] for key in loop])
+            keys += loop
+            tables.append(pair if random.integers(2) else pair[:, ::-1])
+        self._times = np.array(list(accumulate(key.seconds for key in keys)))
+        self._poses = np.concatenate(tables)
+        self.duration = float(self._times[-1])
+
+    def angles(self, time: float) -> Array:
+        """Return the angles (2, 4) at a time [s], left arm first [rad]."""
+        time = time % self.duration
+        j = min(int(np.searchsorted(self._times, time, side="right")), len(self._times) - 1)
+        i = j - 1
+        s = float((time - self._times[i]) / (self._times[j] - self._times[i]))
+        blend = s * s * s * (10.0 + s * (6.0 * s - 15.0))
+        return self._poses[i] + blend * (self._poses[j] - self._poses[i])
+
+
+def _about(random: np.random.Generator, arm: Arm, spread: float) -> Arm:
+    f, a, r, e = (np.array(arm) + random.uniform(-spread, spread, 4)).tolist()
+    return f, a, r, e
+
+
+def _home(seconds: float) -> Key:
+    return Key(seconds, REST_ARM, REST_ARM)
+
+
+def _loop(random: np.random.Generator, keys: list[Key]) -> list[Key]:
+    """Start and end at rest, at this person's pace."""
+    pace = random.uniform(0.92, 1.15)
+    return [Key(pace * key.seconds, key.lead, key.other) for key in (_home(0.0), _home(0.3), *keys, _home(0.4))]
+
+
+def _wave(random: np.random.Generator) -> list[Key]:
+    idle = _about(random, REST_ARM, 4.0)
+    raised = _about(random, (25.0, 66.0, 66.0, 88.0), 4.0)
+    f, a, r, e = raised
+    keys = [Key(2.2, raised, idle)]
+    for _ in range(int(random.integers(2, 5))):
+        swing = random.uniform(15.0, 20.0)
+        keys += [Key(1.0, (f, a, r - swing, e + 8.0), idle), Key(1.0, (f, a, r + swing, e - 8.0), idle)]
+    return _loop(random, [*keys, _home(2.3)])
+
+
+def _clap(random: np.random.Generator) -> list[Key]:
+    apart = _about(random, (58.0, 17.0, -16.0, 66.0), 3.0)
+    keys = [Key(1.5, apart, apart)]
+    for _ in range(int(random.integers(3, 6))):
+        together = _about(random, (61.0, 4.0, -46.0, 72.0), 1.5)
+        keys += [Key(0.9, together, together), Key(0.9, apart, apart)]
+    return _loop(random, [*keys, _home(1.5)])
+
+
+def _cross(random: np.random.Generator) -> list[Key]:
+    ready = _about(random, (48.0, 18.0, -12.0, 82.0), 3.0)
+    over, under = _about(random, (66.0, 3.0, -66.0, 90.0), 1.0), _about(random, (45.0, 3.0, -62.0, 85.0), 1.0)
+    hold = random.uniform(0.6, 1.2)
+    keys = [Key(1.3, ready, ready), Key(1.8, over, under), Key(hold, over, under), Key(1.8, ready, ready)]
+    if random.integers(2):
+        keys += [Key(1.8, under, over), Key(hold, under, over), Key(1.8, ready, ready)]
+    return _loop(random, [*keys, _home(1.2)])
+
+
+def _reach(random: np.random.Generator) -> list[Key]:
+    idle = _about(random, REST_ARM, 3.0)
+    ahead = _about(random, (82.0, 4.0, 0.0, 14.0), 5.0)
+    aside = _about(random, (55.0, 48.0, 5.0, 20.0), 6.0)
+    high = _about(random, (122.0, 8.0, 0.0, 22.0), 6.0)
+    across = _about(random, (66.0, -2.0, -38.0, 30.0), 4.0)
+    back = random.uniform(1.6, 2.0)
+    return _loop(
+        random,
+        [
+            Key(2.0, ahead, idle),
+            Key(back, idle, aside),
+            Key(2.6, high, idle),
+            Key(2.6, across, idle),
+            Key(back, idle, ahead),
+            Key(2.0, ahead, ahead),
+            _home(2.0),
+        ],
+    )
+
+
+_GESTURES: Final[dict[str, Callable[[np.random.Generator], list[Key]]]] = {
+    "wave": _wave,
+    "clap": _clap,
+    "cross": _cross,
+    "reach": _reach,
+}

@@ -1,0 +1,115 @@
+"""A figure whose wrists and elbows can be dragged: a person without a camera."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.person.angles import Proportions, arm_directions, arm_points, arm_rotation, direction_angles
+from scenes.person.clips import REST
+from scenes.settings import ArmName
+
+MOST_BENT: Final = float(np.radians(150.0))
+"""An elbow bends no further [rad]."""
+
+TRUSTED_SINE: Final = 1e-3
+"""A hand that drags holds the point exactly, so that hardly anything is remembered at a singular posture."""
+
+
+class Figure:
+    """A person who stays as they were dragged; a `PersonSource`.
+
+    All points are in the torso frame, whose origin is halfway between the shoulders.
+
+    Args:
+        proportions: the lengths that are kept.
+        start: angles (2, 4) of both arms [rad].
+    """
+
+    def __init__(self, proportions: Proportions = Proportions(), start: Array = REST) -> None:
+        self.proportions = proportions
+        self._start = start.copy()
+        self._angles = start.copy()
+
+    def reset(self) -> None:
+        """Stand as at the start."""
+        self._angles = self._start.copy()
+
+    def angles(self, time: float = 0.0) -> Array:
+        """Return the angles (2, 4) of both arms now [rad], left first; `time` is not looked at."""
+        return self._angles.copy()
+
+    def points(self, side: ArmName) -> tuple[Array, Array, Array]:
+        """Return shoulder, elbow and wrist (3,) of an arm [m]."""
+        return arm_points(self._angles[_row(side)], side, self.proportions)
+
+    def drag_wrist(self, side: ArmName, point: Array) -> None:
+        """Bring a wrist to a point (3,) [m], or as near as the arm reaches; the elbow swivels no more than it must.
+
+        A point that is not finite is not followed.
+        """
+        shoulder, elbow, wrist = self.points(side)
+        a, b = self.proportions.upper_arm, self.proportions.forearm
+        way = np.asarray(point, float) - shoulder
+        distance = _length(way)
+        if not math.isfinite(distance):
+            return
+        if distance < 1e-6:
+            way, distance = wrist - shoulder, _length(wrist - shoulder)
+        toward = way / distance
+        reach = min(max(distance, math.sqrt(a * a + b * b + 2.0 * a * b * math.cos(MOST_BENT))), a + b)
+        along = (a * a + reach * reach - b * b) / (2.0 * reach)
+        R = arm_rotation(self._angles[_row(side)], side)
+        # A straight elbow would bend with the forearm going to the arm's own x, so the elbow itself goes the other way; its own y is
+        # for a hand that pulls exactly along x.
+        out = _across(elbow - shoulder, toward, 1e-3 * a)
+        if out is None:
+            out = _across(-R[:, 0], toward, 1e-3)
+        if out is None:
+            out = _across(R[:, 1], toward, 0.0)
+        assert out is not None
+        bent = shoulder + along * toward + math.sqrt(max(a * a - along * along, 0.0)) * out
+        self._take(side, bent - shoulder, shoulder + reach * toward - bent)
+
+    def drag_elbow(self, side: ArmName, point: Array) -> None:
+        """Point the upper arm at a point (3,) [m]; the forearm keeps its direction unless the elbow would bend too far.
+
+        A point that is not finite, or at the shoulder, is not followed.
+        """
+        shoulder, _, _ = self.points(side)
+        way = np.asarray(point, float) - shoulder
+        distance = _length(way)
+        if not 1e-6 < distance < math.inf:
+            return
+        upper = way / distance
+        before, forearm = arm_directions(self._angles[_row(side)], side)
+        if float(upper @ forearm) < math.cos(MOST_BENT):
+            out = _across(forearm, upper, 1e-6)
+            if out is None:
+                out = _across(-before, upper, 0.0)
+            if out is None:
+                return
+            forearm = math.cos(MOST_BENT) * upper + math.sin(MOST_BENT) * out
+        self._take(side, upper, forearm)
+
+    def _take(self, side: ArmName, upper: Array, forearm: Array) -> None:
+        angles = self._angles.copy()
+        row = _row(side)
+        angles[row] = direction_angles(upper / _length(upper), forearm / _length(forearm), side, angles[row], TRUSTED_SINE)
+        self._angles = angles
+
+
+def _row(side: ArmName) -> int:
+    return 0 if side == "left" else 1
+
+
+def _length(vector: Array) -> float:
+    return math.sqrt(float(vector @ vector))
+
+
+def _across(vector: Array, axis: Array, least: float) -> Array | None:
+    """Return the unit vector of what of a vector is square to a unit axis; None if that is no longer than `least`."""
+    rest = vector - float(vector @ axis) * axis
+    length = _length(rest)
+    return rest / length if length > least else None

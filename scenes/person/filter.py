@@ -1,0 +1,101 @@
+"""What is asked of the robots, made fit to be asked: a low-pass, a top speed, and a hold while nobody is seen. The one place for it."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+
+CUTOFF_RANGE: Final = (0.1, 50.0)
+"""Of the low-pass [Hz]."""
+
+RATE_RANGE: Final = (0.05, 20.0)
+"""Of the top speed [rad/s]."""
+
+CUTOFF: Final = 3.0
+"""A person's gestures hold nothing faster; a camera's noise does [Hz]."""
+
+TOP_RATE: Final = 1.6
+"""Just below the slowest joint of an LWR, 100 °/s [rad/s]."""
+
+
+class AngleFilter:
+    """A first-order low-pass whose output never turns faster than a top speed: every number y of it follows its input x by
+
+        ẏ = clip(ω (x − y), ± top_rate),   ω = 2π cutoff.
+
+    Each step is the exact solution for an input that rests during it: straight while clipped, exponential after. So two steps of
+    dt/2 give what one of dt gives, and no step is too long.
+
+    Args:
+        start: the output before the first step, any shape [rad].
+        cutoff_hz: [Hz].
+        top_rate: [rad/s].
+
+    Attributes:
+        values: the output, shaped like `start` [rad].
+        rates: its mean speed during the last step [rad/s].
+        lost: whether the last input was missing.
+        lost_for: how long inputs have been missing [s].
+
+    Raises:
+        BadSetting: cutoff_hz or top_rate out of range.
+    """
+
+    def __init__(self, start: Array, cutoff_hz: float = CUTOFF, top_rate: float = TOP_RATE) -> None:
+        self.tune(cutoff_hz, top_rate)
+        self.reset(start)
+
+    def tune(self, cutoff_hz: float, top_rate: float) -> None:
+        """Go on with another cutoff [Hz] and top speed [rad/s].
+
+        Raises:
+            BadSetting: out of range.
+        """
+        self._omega = math.tau * _inside("cutoff", cutoff_hz, CUTOFF_RANGE, "Hz")
+        self._top_rate = _inside("top rate", top_rate, RATE_RANGE, "rad/s")
+
+    def reset(self, start: Array) -> None:
+        """Be at rest at these values."""
+        self.values = np.array(start, float)
+        self.rates = np.zeros_like(self.values)
+        self.lost, self.lost_for = False, 0.0
+        self._goal = self.values.copy()
+
+    def step(self, wanted: Array | None, dt: float) -> Array:
+        """Return the output after dt [s], a fresh array.
+
+        Args:
+            wanted: the input, shaped like `start` [rad]; None, or anything not finite, means that nobody is seen: the output comes
+                to rest at the input seen last.
+        """
+        self.lost = wanted is None or not bool(np.isfinite(wanted).all())
+        if self.lost:
+            self.lost_for += dt
+        else:
+            self.lost_for = 0.0
+            self._goal[...] = wanted
+        if dt > 0.0:
+            values = self._goal - self._gap_after(self._goal - self.values, dt)
+            self.rates = (values - self.values) / dt
+            self.values = values
+        return self.values.copy()
+
+    def _gap_after(self, gap: Array, dt: float) -> Array:
+        """Return what is left of x − y after dt."""
+        knee = self._top_rate / self._omega
+        size = np.abs(gap)
+        straight = np.minimum(np.maximum(size - knee, 0.0) / self._top_rate, dt)
+        left = (size - self._top_rate * straight) * np.exp(self._omega * (straight - dt))
+        return np.copysign(left, gap)
+
+
+def _inside(name: str, value: float, limits: tuple[float, float], unit: str) -> float:
+    low, high = limits
+    if not low <= value <= high:
+        raise BadSetting(
+            f"The {name} of a person's angles cannot be {value:g} {unit}; give a number from {low:g} to {high:g} {unit}."
+        )
+    return float(value)

@@ -1,0 +1,57 @@
+"""Where a person's arms come from: one question, whatever the answer is made of."""
+
+from typing import Protocol
+
+import numpy as np
+
+from controllers.errors import DuetError
+from controllers.kinematics import Array
+
+
+class MissingPackage(DuetError):
+    """An optional package is not installed; the message says which, what for, and how to install it."""
+
+
+class PersonSource(Protocol):
+    """A person to imitate."""
+
+    def angles(self, time: float) -> Array | None:
+        """Return the four angles of both arms at a time [s] of the run: (2, 4) [rad], left first, as `scenes.person.angles` defines.
+
+        None while nobody is seen. The array is the caller's to keep.
+        """
+        ...
+
+
+class SampledAngles:
+    """A person through samples: straight between two of them, at rest before the first and after the last.
+
+    Args:
+        times: (k,) [s], strictly increasing, at least one.
+        table: angles (k, 2, 4) [rad]; a row with a NaN is a moment when nobody was seen.
+
+    Raises:
+        ValueError: shapes that don't fit, or times that don't increase.
+    """
+
+    def __init__(self, times: Array, table: Array) -> None:
+        if times.ndim != 1 or len(times) == 0 or table.shape != (len(times), 2, 4):
+            raise ValueError(f"times (k,) and angles (k, 2, 4) do not fit: {times.shape} and {table.shape}")
+        if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
+            raise ValueError("times must be finite and increase")
+        self.times, self.table = times, table
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample [s]."""
+        return float(self.times[-1])
+
+    def angles(self, time: float) -> Array | None:
+        """Return the angles (2, 4) at a time [s], or None between samples of which one saw nobody."""
+        i = min(max(int(np.searchsorted(self.times, time, side="right")) - 1, 0), len(self.times) - 1)
+        j = min(i + 1, len(self.times) - 1)
+        part = 0.0
+        if j > i and time > self.times[i]:
+            part = float((time - self.times[i]) / (self.times[j] - self.times[i]))
+        angles = self.table[i].copy() if part == 0.0 else self.table[i] + part * (self.table[j] - self.table[i])
+        return angles if np.isfinite(angles).all() else None
