@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings, Spec, changed
@@ -10,7 +10,24 @@ from scenes.settings import RunSettings, Spec, changed
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
 Picture = Literal["fine", "fast"]
-Details = Literal["none", "lambda", "joints", "rates", "speeds"]
+Details = Literal["none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "pairs", "stability"]
+"""What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
+in one plot; which pair is closest; section III."""
+Ghost = Literal[
+    "off",
+    "frozen",
+    "smooth_priority",
+    "strict_priority",
+    "strict_switched",
+    "null_space_avoidance",
+    "potential_field",
+    "barrier_qp",
+    "intermediate_value",
+    "unprotected",
+]
+"""A second run on the same inputs: none, with the settings frozen when it was chosen, or with another law."""
+Source = Literal["clips", "figure", "file", "camera"]
+"""Who is imitated: a built-in clip, the figure on the stage, a BVH file, or a camera at the server."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +76,53 @@ class PageSettings:
                 "plot",
                 "more plots",
                 "A third plot.",
-                choices=("none", "lambda", "joints", "rates", "speeds"),
-                choice_labels=("None", "λ", "q", "q̇", "u v w"),
+                choices=get_args(Details),
+                choice_labels=("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "Pairs", "M"),
+            )
+        },
+    )
+    ghost: Ghost = field(
+        default="off",
+        metadata={
+            "spec": Spec(
+                "ghost",
+                "ghost",
+                "A second, translucent run on the very same inputs: with the settings of this moment, or with another law.",
+                choices=get_args(Ghost),
+                choice_labels=(
+                    "Off",
+                    "These settings, frozen",
+                    "Smooth priority",
+                    "Strict, always on",
+                    "Strict, switched at d_m",
+                    "Null-space avoidance",
+                    "Potential field",
+                    "Barrier QP",
+                    "Intermediate value",
+                    "Unprotected",
+                ),
+            )
+        },
+    )
+    what_if: bool = field(
+        default=False,
+        metadata={
+            "spec": Spec(
+                "whatif",
+                "what if",
+                "Moving d_m, n, v or K computes the last 30 s anew and draws the new curves over the old ones.",
+            )
+        },
+    )
+    source: Source = field(
+        default="clips",
+        metadata={
+            "spec": Spec(
+                "source",
+                "person",
+                "Who is imitated.",
+                choices=get_args(Source),
+                choice_labels=("Built-in clip", "The figure: drag it", "A BVH file", "A camera at the server"),
             )
         },
     )
