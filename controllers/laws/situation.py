@@ -1,6 +1,6 @@
 """What a law sees of the world in one tick, and what a law is."""
 
-from typing import Final, NamedTuple, Protocol
+from typing import ClassVar, Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -14,7 +14,7 @@ ROW_DAMPING: Final = 0.06
 
 
 class Situation(NamedTuple):
-    """One arm, one tick.
+    """One arm, one tick; or both arms with their joints one after the other, if one row is shared by both (n = 14).
 
     Attributes:
         positions: q (n,) [rad].
@@ -22,6 +22,11 @@ class Situation(NamedTuple):
         row: J_d (n,), gradient of the distance with respect to this arm's joints, positive away from the obstacle [m/rad].
         distance: d that the law acts on [m], signed.
         approach: w, speed of the obstacle's closest point towards the arm [m/s].
+        task_jacobian: J (m, n) of the task that `nominal` comes from [m/rad, rad/rad]; None if the task uses every joint, J = I.
+        lower, upper: bounds of q̇ (n,) [rad/s]; None if there are none.
+        rows: J_d (pairs, n) of every pair, for laws that look at more than one [m/rad]; None if only `row` is known.
+        distances: d (pairs,) of every pair, signed [m]; given with `rows`.
+        approaches: w (pairs,) of every pair [m/s]; None if the obstacles stand still.
     """
 
     positions: Array
@@ -29,6 +34,12 @@ class Situation(NamedTuple):
     row: Array
     distance: float
     approach: float
+    task_jacobian: Array | None = None
+    lower: Array | None = None
+    upper: Array | None = None
+    rows: Array | None = None
+    distances: Array | None = None
+    approaches: Array | None = None
 
     @property
     def pull(self) -> float:
@@ -37,14 +48,36 @@ class Situation(NamedTuple):
 
 
 class Law(Protocol):
-    """Anything that turns a situation into joint velocities (n,) [rad/s]."""
+    """Anything that turns a situation into joint velocities (n,) [rad/s].
+
+    Attributes:
+        wants_all_pairs: whether it reads `rows`, `distances` and `approaches`; they need not be computed for a law that does not.
+        wants_task: whether it reads `task_jacobian`.
+    """
+
+    wants_all_pairs: ClassVar[bool]
+    wants_task: ClassVar[bool]
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]."""
+        """Return q̇ (n,) [rad/s]; where nothing has to be changed it may be the very array `situation.nominal`."""
         ...
 
     def activation(self, distance: float) -> float:
-        """Return how far avoidance has taken over at a distance [m], in [0, 1]; what the page shows as λ."""
+        """Return how far avoidance has taken over at a distance [m], in [0, 1]; what the page shows as λ.
+
+        0 at d = ∞, which is the distance in a room without obstacles.
+        """
+        ...
+
+    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
+        """Return J_d q̇ [m/s] that the law makes of one pair, on its own, without bounds and with a regular J_d.
+
+        Args:
+            distance: d [m], signed.
+            pull: u [m/s].
+            approach: w [m/s].
+            square: |J_d|² [m²/rad²]; only a law that pushes instead of prescribing a speed depends on it.
+        """
         ...
 
 
@@ -64,6 +97,15 @@ def row_damping(square: float) -> float:
     if ratio >= 1.0:
         return 0.0
     return (ROW_DAMPING * (1.0 - ratio)) ** 2
+
+
+def row_dampings(squares: Array) -> Array:
+    """Return `row_damping` of many rows at once: (pairs,) → (pairs,) [m²/rad²]."""
+    dampings = squares * (-ROW_DAMPING / (AUTHORITY * AUTHORITY))
+    dampings += ROW_DAMPING
+    np.maximum(dampings, 0.0, out=dampings)
+    dampings *= dampings
+    return dampings
 
 
 def textbook_projector(row: Array, lam: float) -> Array:

@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 
 from controllers.activation import activation
-from controllers.kinematics import Array
-from controllers.laws.situation import Situation, along_row
+from controllers.laws.row_law import RowLaw
 
 
 @dataclass(frozen=True)
-class SmoothPriority:
+class SmoothPriority(RowLaw):
     """q̇ = J_d^# λ(d) v + N' q̇_n with N' = I − λ(d) J_d^# J_d, eqs (32), (33), and q̇_n = J^# ẋ_c.
 
     J_d is one row, so that eq. (32) is the same as
@@ -44,8 +43,3 @@ class SmoothPriority:
         if self.one_sided and wanted < 0.0:
             return 0.0
         return self.activation(distance) * wanted
-
-    def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s], eq. (32)."""
-        c = self.correction(situation.distance, situation.pull, situation.approach)
-        return along_row(situation.nominal, situation.row, c)

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from controllers.kinematics import Array
+from controllers.laws.row_law import RowLaw
 from controllers.laws.situation import Situation
 
 
 @dataclass(frozen=True)
-class Unprotected:
+class Unprotected(RowLaw):
     """q̇ = q̇_n: eq. (12) with λ ≡ 0."""
 
     def activation(self, distance: float) -> float:

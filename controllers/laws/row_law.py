@@ -1,0 +1,36 @@
+"""What the laws have in common that change nothing but the speed along the line of contact."""
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation, along_row
+
+
+class RowLaw(ABC):
+    """q̇ = q̇_n + J_d^# c: one row, one number c, everything orthogonal to J_d untouched.
+
+    A law of this kind is told by c(d, u, w) alone. Where it takes another way through the joints to the same distance rate, it
+    replaces `__call__` and keeps the rest.
+    """
+
+    wants_all_pairs: ClassVar[bool] = False
+    wants_task: ClassVar[bool] = False
+
+    @abstractmethod
+    def activation(self, distance: float) -> float:
+        """Return how far avoidance has taken over at a distance [m], in [0, 1]."""
+
+    @abstractmethod
+    def correction(self, distance: float, pull: float, approach: float) -> float:
+        """Return c [m/s], what the law adds to the distance rate J_d q̇_n = −u, at d [m], u [m/s] and w [m/s]."""
+
+    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
+        """Return J_d q̇ = c − u [m/s]."""
+        del square
+        return self.correction(distance, pull, approach) - pull
+
+    def __call__(self, situation: Situation) -> Array:
+        """Return q̇ (n,) [rad/s]."""
+        c = self.correction(situation.distance, situation.pull, situation.approach)
+        return along_row(situation.nominal, situation.row, c)
