@@ -1,0 +1,133 @@
+"""One inequality a pair, all pairs at once: velocity damper and control barrier function; Faverjon & Tournassoud 1987."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import ClassVar, Final
+
+import daqp
+import numpy as np
+
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation, along_row, row_dampings
+
+HARDNESS: Final = 1e-8
+"""ρ of a regular row [m²/rad²]: what has to be violated is, what need not be is kept to some 1e-6 m/s."""
+
+FREE_SPEED: Final = 1.0
+"""An approach of this speed is faster than anything in the room [m/s]: whoever permits it does not interfere."""
+
+_SOFT: Final = 8
+"""DAQP's mark of a constraint that may be violated at a cost."""
+
+_UNBOUNDED: Final = 1e30
+"""DAQP's infinity."""
+
+
+@dataclass(frozen=True)
+class BarrierQP:
+    """min |q̇ − q̇_n|²  subject to  J_d,i q̇ ≥ −γ (d_i − d_m) + w_i  for every pair i,  and  lower ≤ q̇ ≤ upper.
+
+    B. Faverjon and P. Tournassoud, A local based approach for path planning of manipulators with a high number of degrees of
+    freedom, ICRA 1987; γ is their ξ / (d_i − d_s), acting at every distance. The same inequality is the control barrier function
+    condition ḣ ≥ −γ h for h = d − d_m (Ames et al., ECC 2019). The task may approach, the slower the nearer; nothing is changed
+    before that speed is exceeded. For one pair J_d q̇ = max(−u, −γ (d − d_m) + w).
+
+    w is the obstacle's approach, and only counts with `feed_forward`; without it d falls below d_m by w / γ before a resting arm
+    follows.
+
+    A quadratic programme in n unknowns, solved by DAQP (Arnström, Bemporad & Axehill, IEEE Trans. Automatic Control 67(8), 2022)
+    from nothing at each call, so that equal situations give equal bits. The bounds are hard. The rows are soft, so that there always
+    is a solution: a row that no joint moves by as much as its pseudo-inverse is damped elsewhere, s² / (2 μ²), a regular one nearly
+    not at all. Of two pairs that cannot both be satisfied each is violated a little.
+
+    Attributes:
+        critical_distance: d_m [m], where no approach is permitted any more.
+        gain: γ [1/s]; the bound needs γ dt < 1 to hold in discrete time.
+        feed_forward: tell the inequality how fast the obstacle comes.
+    """
+
+    wants_all_pairs: ClassVar[bool] = True
+    wants_task: ClassVar[bool] = False
+
+    critical_distance: float
+    gain: float
+    feed_forward: bool = False
+
+    def activation(self, distance: float) -> float:
+        """Return 1 − the approach speed still permitted, as a share of 1 m/s: 1 up to d_m, 0 where any speed is permitted."""
+        permitted = self.gain * (distance - self.critical_distance)
+        return min(max(1.0 - permitted / FREE_SPEED, 0.0), 1.0)
+
+    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
+        """Return J_d q̇ = max(−u, −γ (d − d_m) + w) [m/s]."""
+        del square
+        least = -self.gain * (distance - self.critical_distance)
+        if self.feed_forward:
+            least += approach
+        return max(-pull, least)
+
+    def __call__(self, situation: Situation) -> Array:
+        """Return q̇ (n,) [rad/s], inside the bounds if there are any."""
+        nominal, lower, upper = situation.nominal, situation.lower, situation.upper
+        rows, distances, approaches = _pairs(situation)
+        least = distances - self.critical_distance
+        least *= -self.gain
+        if self.feed_forward and approaches is not None:
+            least += approaches
+        start = nominal
+        if lower is not None and upper is not None:
+            # A joint beyond its stop may have lower > upper; coming back goes first.
+            upper = np.maximum(lower, upper)
+            start = np.minimum(np.maximum(nominal, lower), upper)
+        if not np.count_nonzero(rows.dot(start) < least):
+            return start
+        velocities = _nearest(nominal, rows, least, lower, upper)
+        if lower is None or upper is None:
+            return velocities
+        # DAQP keeps bounds to 1e-6 only.
+        return np.minimum(np.maximum(velocities, lower, out=velocities), upper, out=velocities)
+
+
+def _pairs(situation: Situation) -> tuple[Array, Array, Array | None]:
+    """Return rows (pairs, n), distances (pairs,) and approaches (pairs,) of all pairs, or of the one that is known."""
+    if situation.rows is None or situation.distances is None:
+        return situation.row[None, :], np.array([situation.distance]), np.array([situation.approach])
+    return situation.rows, situation.distances, situation.approaches
+
+
+def _nearest(nominal: Array, rows: Array, least: Array, lower: Array | None, upper: Array | None) -> Array:
+    """Return the velocity (n,) nearest to the nominal one with rows · q̇ ≥ least, softly, and within the bounds."""
+    n, pairs = len(nominal), len(rows)
+    first = 0 if lower is None or upper is None else n
+    above, below = np.full(first + pairs, _UNBOUNDED), np.empty(first + pairs)
+    if lower is not None and upper is not None:
+        above[:n], below[:n] = upper, lower
+    np.maximum(least, -_UNBOUNDED, out=below[first:])
+    softness = np.empty(first + pairs)
+    softness[:first] = HARDNESS
+    softness[first:] = row_dampings((rows * rows).sum(axis=1))
+    softness[first:] += HARDNESS
+    solver = daqp.Model()
+    # Copies, because the solver wants contiguous memory that it may write to.
+    flag, _ = solver.setup(_identity(n), -nominal, np.array(rows, order="C"), above, below, _senses(first, pairs))
+    if flag >= 0:
+        solver.soft_weights(rho_l=softness)
+        velocities, _, flag, _ = solver.solve()
+        if flag > 0:
+            return velocities
+    # The problem always has a solution, yet a solver may cycle: the pair that needs it most then has to do.
+    shortfalls = least - rows.dot(nominal)
+    worst = int(shortfalls.argmax())
+    return along_row(nominal, rows[worst], float(shortfalls[worst]))
+
+
+@cache
+def _identity(n: int) -> Array:
+    return np.eye(n)
+
+
+@cache
+def _senses(first: int, pairs: int) -> np.ndarray:
+    senses = np.zeros(first + pairs, np.intc)
+    senses[first:] = _SOFT
+    return senses

@@ -1,0 +1,80 @@
+"""The hand first: avoidance has only the joints' freedom that the hand leaves; Žlajpah & Nemec 2002."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from controllers.kinematics import Array
+from controllers.laws.row_law import RowLaw
+from controllers.laws.situation import Situation, row_damping
+from controllers.laws.task_space import free_part
+
+
+@dataclass(frozen=True)
+class NullSpaceAvoidance(RowLaw):
+    """q̇ = q̇_n + N (J_d N)^# α(d) (v + u), with N = I − J^# J of the hand's task and u = −J_d q̇_n.
+
+    After L. Žlajpah and B. Nemec, Kinematic control algorithms for on-line obstacle avoidance for redundant manipulators, IROS
+    2002: the order of the tasks is the reverse of the paper's, J q̇ = J q̇_n whatever the obstacle does. α rises from 0 at the
+    influence distance to 1 at the critical distance as half a cosine. The retreat at α = 1 is v here, for comparison with the other
+    laws. It is damped where J_d N vanishes: an elbow can swing aside, but the hand itself does not get out of anything's way.
+    A task that uses every joint (no `task_jacobian`) leaves nothing, and q̇ = q̇_n.
+
+    Bounds, if the situation has any, shorten the whole evasive motion: q̇_n + s Δ with the largest s ≤ 1 inside them. Clipping
+    joint by joint would move the hand.
+
+    Attributes:
+        critical_distance: d_m [m].
+        influence_distance: d_i [m], where avoidance begins; d_i ≤ d_m makes a hard switch at d_m.
+        nominal_velocity: v [m/s].
+    """
+
+    wants_task: ClassVar[bool] = True
+
+    critical_distance: float
+    influence_distance: float
+    nominal_velocity: float
+
+    def activation(self, distance: float) -> float:
+        """Return α(d): 1 up to d_m, ½ (1 + cos π (d − d_m) / (d_i − d_m)) up to d_i, 0 beyond; continuously differentiable."""
+        d_m, d_i = self.critical_distance, self.influence_distance
+        if distance <= d_m:
+            return 1.0
+        if distance >= d_i:
+            return 0.0
+        return 0.5 * (1.0 + math.cos(math.pi * (distance - d_m) / (d_i - d_m)))
+
+    def correction(self, distance: float, pull: float, approach: float) -> float:
+        """Return c = α (v + u) [m/s], reached where the hand leaves enough freedom."""
+        del approach
+        return self.activation(distance) * (self.nominal_velocity + pull)
+
+    def __call__(self, situation: Situation) -> Array:
+        """Return q̇ (n,) [rad/s]."""
+        nominal, J = situation.nominal, situation.task_jacobian
+        c = self.correction(situation.distance, situation.pull, situation.approach)
+        if J is None or c == 0.0:
+            return nominal
+        free = free_part(situation.row, J)
+        # N is symmetric and N² = N, so that N (J_d N)^# is the transpose of J_d N over its square, as for a row of its own.
+        square = float(free.dot(free))
+        change = free * (c / (square + row_damping(square)))
+        if situation.lower is not None and situation.upper is not None:
+            change *= _largest_share(nominal, change, situation.lower, situation.upper)
+        return nominal + change
+
+
+def _largest_share(nominal: Array, change: Array, lower: Array, upper: Array) -> float:
+    """Return the largest s in [0, 1] for which nominal + s · change keeps within the bounds; all (n,)."""
+    velocities = nominal + change
+    if not (np.count_nonzero(velocities < lower) or np.count_nonzero(velocities > upper)):
+        return 1.0
+    share = 1.0
+    for q, dq, low, high in zip(nominal.tolist(), change.tolist(), lower.tolist(), upper.tolist(), strict=True):
+        if dq > 0.0:
+            share = min(share, (high - q) / dq)
+        elif dq < 0.0:
+            share = min(share, (low - q) / dq)
+    return max(share, 0.0)

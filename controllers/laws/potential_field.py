@@ -1,0 +1,53 @@
+"""Artificial potential field: the obstacle pushes, whatever the task does; Khatib 1986."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation
+
+
+@dataclass(frozen=True)
+class PotentialField:
+    """q̇ = q̇_n + J_dᵀ f(d), f = η (1/d − 1/d₀) / d² below d₀ and 0 above: minus the gradient of ½ η (1/d − 1/d₀)².
+
+    O. Khatib, Real-time obstacle avoidance for manipulators and mobile robots, Int. J. Robotics Research 5(1), 1986. There f is a
+    force; here, on the kinematic level, a velocity. It is added without a look at the task's speed u, so that neither the resting
+    distance nor the least distance can be chosen: J_d q̇ = |J_d|² f(d) − u, and a task that pulls harder comes closer.
+
+    The transpose needs no inverse, hence no damping; a row of zeros is pushed by nothing.
+
+    Attributes:
+        influence_distance: d₀ [m], where the push begins.
+        strength: η [m²·rad²/s].
+        least_distance: the push grows no further below this distance [m], overlap included, where 1/d would change its sign.
+    """
+
+    wants_all_pairs: ClassVar[bool] = False
+    wants_task: ClassVar[bool] = False
+
+    influence_distance: float
+    strength: float
+    least_distance: float = 0.05
+
+    def push(self, distance: float) -> float:
+        """Return f(d) [rad²/(m·s)], never negative."""
+        d0 = self.influence_distance
+        if distance >= d0 or self.least_distance >= d0:
+            return 0.0
+        d = max(distance, self.least_distance)
+        return self.strength * (1.0 / d - 1.0 / d0) / (d * d)
+
+    def activation(self, distance: float) -> float:
+        """Return f(d) as a share of the largest push: no takeover, since the task is never taken back; a measure of the field."""
+        largest = self.push(self.least_distance)
+        return self.push(distance) / largest if largest > 0.0 else 0.0
+
+    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
+        """Return J_d q̇ = |J_d|² f(d) − u [m/s]; `square` is |J_d|² [m²/rad²]."""
+        del approach
+        return square * self.push(distance) - pull
+
+    def __call__(self, situation: Situation) -> Array:
+        """Return q̇ (n,) [rad/s]."""
+        return situation.nominal + situation.row * self.push(situation.distance)
