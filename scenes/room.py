@@ -10,17 +10,8 @@ import pinocchio as pin
 
 from controllers.kinematics import Arm, Array
 from scenes.rigs import ALONE, RIGS, Rig
-from scenes.robots import Capsule, Robot, lwr
+from scenes.robots import Capsule, Robot, robot, start_posture
 from scenes.settings import ArmName, ControlPoint, RigName, RobotName, RunSettings
-
-
-def robot(name: RobotName) -> Robot:
-    return lwr()
-
-
-def start_posture(name: RobotName, rig: RigName, side: ArmName) -> Array:
-    return RIGS[rig].left_start if side == "left" else RIGS[rig].right_start
-
 
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
 
