@@ -62,6 +62,9 @@ class Proportions:
     forearm: float = 0.287
 
 
+MODEL_PROPORTIONS: Final = Proportions()
+
+
 class BodyPoints(NamedTuple):
     """What tracking sees of a person, in any right-handed frame and any unit.
 
@@ -164,7 +167,7 @@ def direction_angles(
     return np.array([f, a, r, e])
 
 
-def arm_points(angles: Array, side: ArmName, proportions: Proportions = Proportions()) -> tuple[Array, Array, Array]:
+def arm_points(angles: Array, side: ArmName, proportions: Proportions = MODEL_PROPORTIONS) -> tuple[Array, Array, Array]:
     """Return shoulder, elbow and wrist (3,) in the torso frame [m].
 
     Args:

@@ -74,7 +74,7 @@ def read_bvh(source: Path | str | bytes, name: str | None = None) -> BvhMotion:
     if first == len(table):
         raise BadInputFile(f"{file.name}: in no frame do hips, shoulders, elbows and wrists make a body; {ADVICE}.")
     table[:first] = table[first]
-    return BvhMotion(file.name, np.arange(len(table)) * file.frame_time, table)
+    return BvhMotion(file.name, np.arange(len(table), dtype=np.float64) * file.frame_time, table)
 
 
 def joint_part(name: str) -> tuple[ArmName | None, str]:

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Array
-from scenes.person.angles import Proportions, arm_directions, arm_points, arm_rotation, direction_angles
+from scenes.person.angles import MODEL_PROPORTIONS, Proportions, arm_directions, arm_points, arm_rotation, direction_angles
 from scenes.person.clips import REST
 from scenes.settings import ArmName
 
@@ -27,7 +27,7 @@ class Figure:
         start: angles (2, 4) of both arms [rad].
     """
 
-    def __init__(self, proportions: Proportions = Proportions(), start: Array = REST) -> None:
+    def __init__(self, proportions: Proportions = MODEL_PROPORTIONS, start: Array = REST) -> None:
         self.proportions = proportions
         self._start = start.copy()
         self._angles = start.copy()

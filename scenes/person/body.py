@@ -1,0 +1,179 @@
+"""The person as drawn: the human model of example-robot-data, in five parts of which four turn.
+
+Its URDF follows the joint coordinates of the International Society of Biomechanics: x forward, y up, z right, shoulder about Z (flexion),
+X (abduction), Y (rotation), elbow about Z. Standing with hanging arms, palms towards the thighs, it is turned into the torso frame
+of `scenes.person.angles` and cut at shoulders and elbows. Its shoulders float beside its chest; a yoke of ours carries them.
+"""
+
+import importlib.metadata
+import math
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from controllers.kinematics import Array
+from scenes import glb, surfaces
+from scenes.person.angles import MODEL_PROPORTIONS, SIGN, arm_rotation
+from scenes.person.source import MissingPackage
+
+if TYPE_CHECKING:
+    import trimesh
+
+PACKAGE: Final = "example-robot-data"
+
+MATERIAL: Final = glb.Material("#8394a6", 0.7)
+"""A blue-grey that is neither robot's."""
+
+SHARE: Final = 0.16
+"""Of the model's triangles that are kept."""
+
+SHOULDER_HEIGHT: Final = 1.380
+"""Of the model's shoulders above its soles [m]: where the body node's origin stands above the floor."""
+
+TORSO_FROM_MODEL: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+PALM_TURN: Final = math.pi / 2.0
+"""The model's zero shows its palms; this much of pronation brings them to the thighs [rad]."""
+
+YOKE: Final = ((0.0, -0.225), (0.030, -0.222), (0.040, -0.19), (0.050, -0.10), (0.052, 0.0))
+"""Half of the yoke's profile: radius, and place from shoulder (−) to chest (0) [m]."""
+
+Quaternion = tuple[float, float, float, float]
+"""w, x, y, z."""
+
+
+class BodyPart(NamedTuple):
+    """A node of the drawing.
+
+    Attributes:
+        name: of the node.
+        parent: name of the node it hangs on; "" for the body itself.
+        glb: its mesh, in the node's frame, as a GLB file.
+        pose: in the parent's frame when all angles are zero; that of the body itself puts its soles on the floor z = 0, and may be
+            replaced by any other. `body_poses` tells the rotation from then on.
+    """
+
+    name: str
+    parent: str
+    glb: bytes
+    pose: pin.SE3
+
+
+_CUTS: Final = {
+    f"{side}_{part}": f"{side}_{link}" for side in SIGN for part, link in (("upper_arm", "upperarm"), ("forearm", "lowerarm"))
+}
+"""Node → link of the URDF at whose joint it begins."""
+
+
+@cache
+def body_parts() -> tuple[BodyPart, ...]:
+    """Return the nodes, parents first. All together are about 330 kB.
+
+    Raises:
+        MissingPackage: example-robot-data is not installed, or without its human model.
+    """
+    try:
+        version = importlib.metadata.version(PACKAGE)
+    except importlib.metadata.PackageNotFoundError:
+        raise _missing("is not installed") from None
+    key = glb.source_key([__file__, glb.__file__, surfaces.__file__], version)
+    blobs = glb.cached("person", key, _build)
+    names = ("body", *_CUTS)
+    p = MODEL_PROPORTIONS
+    places = {"body": (0.0, 0.0, SHOULDER_HEIGHT)}
+    for side, sign in SIGN.items():
+        places[f"{side}_upper_arm"] = (0.0, sign * p.shoulder_width / 2.0, 0.0)
+        places[f"{side}_forearm"] = (0.0, 0.0, -p.upper_arm)
+    return tuple(
+        BodyPart(name, _parent(name), blob, pin.SE3(np.eye(3), np.array(places[name])))
+        for name, blob in zip(names, blobs, strict=True)
+    )
+
+
+def body_poses(angles: Array) -> dict[str, Quaternion]:
+    """Return moving node → its rotation in its parent's frame.
+
+    Args:
+        angles: (2, 4) of both arms [rad], left first.
+    """
+    poses: dict[str, Quaternion] = {}
+    for i, side in enumerate(SIGN):
+        turn = pin.Quaternion(arm_rotation(angles[i], side))
+        half = 0.5 * float(angles[i, 3])
+        poses[f"{side}_upper_arm"] = (turn.w, turn.x, turn.y, turn.z)
+        # A bent elbow brings the hand forward: a turn about −y.
+        poses[f"{side}_forearm"] = (math.cos(half), 0.0, -math.sin(half), 0.0)
+    return poses
+
+
+def _parent(name: str) -> str:
+    return "" if name == "body" else "body" if name.endswith("upper_arm") else name.replace("forearm", "upper_arm")
+
+
+def _missing(what: str) -> MissingPackage:
+    return MissingPackage(
+        f"The drawing of a person needs the package {PACKAGE}, which {what}. Install it with: pip install {PACKAGE}"
+    )
+
+
+def _human_urdf() -> Path:
+    for file in importlib.metadata.files(PACKAGE) or []:
+        if file.name == "human.urdf":
+            path = Path(str(file.locate()))
+            if path.is_file():
+                return path
+    raise _missing("is here without its human model")
+
+
+def _build() -> tuple[bytes, ...]:
+    meshes = person_meshes()
+    return tuple(glb.glb({name: surfaces.thinned(meshes[name], SHARE)}, {name: MATERIAL}) for name in ("body", *_CUTS))
+
+
+def person_meshes() -> dict[str, "trimesh.Trimesh"]:
+    """Return node → all its triangles, in the node's frame [m].
+
+    Raises:
+        MissingPackage: the human model is not there.
+    """
+    import trimesh
+
+    path = _human_urdf()
+    # Meshes are named package://example-robot-data/robots/…, and the file lies in robots/human_description/robots.
+    share = path.parents[4]
+    model = pin.buildModelFromUrdf(str(path))
+    shapes = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.VISUAL, package_dirs=[str(share)])
+    data, shapes_data = model.createData(), shapes.createData()
+    q = pin.neutral(model)
+    for side in SIGN:
+        q[model.joints[model.getJointId(f"{side}_elbow_Y")].idx_q] = PALM_TURN
+    pin.updateGeometryPlacements(model, data, shapes, shapes_data, q)
+    pin.updateFramePlacements(model, data)
+    starts = {name: data.oMf[model.getFrameId(link)].translation.copy() for name, link in _CUTS.items()}
+    joints = {name: model.frames[model.getFrameId(link)].parentJoint for name, link in _CUTS.items()}
+    starts["body"] = (starts["left_upper_arm"] + starts["right_upper_arm"]) / 2.0
+    pieces: dict[str, list[trimesh.Trimesh]] = {name: [] for name in starts}
+    for i, shape in enumerate(shapes.geometryObjects):
+        supports = model.supports[shape.parentJoint].tolist()
+        carried = [name for name, joint in joints.items() if joint in supports]
+        # A forearm hangs on its upper arm too: the last joint along the chain counts.
+        name = max(carried, key=lambda n: supports.index(joints[n]), default="body")
+        piece = trimesh.load(shape.meshPath, force="mesh")
+        placement = shapes_data.oMg[i]
+        vertices = np.asarray(piece.vertices) * shape.meshScale @ placement.rotation.T + placement.translation
+        faces = np.asarray(piece.faces)
+        pieces[name].append(trimesh.Trimesh((vertices - starts[name]) @ TORSO_FROM_MODEL.T, faces, process=False))
+    pieces["body"].append(_yoke())
+    return {name: trimesh.util.concatenate(parts) for name, parts in pieces.items()}
+
+
+def _yoke() -> "trimesh.Trimesh":
+    half = np.array(YOKE)
+    profile = np.concatenate([half, half[-2::-1] * (1.0, -1.0)])
+    yoke = surfaces.revolve(surfaces.rounded(profile, 0.02), sections=48)
+    # Its axis, made along z, goes from shoulder to shoulder.
+    yoke.apply_transform(np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]]))
+    return yoke
