@@ -59,8 +59,33 @@ class Avoider:
             law: what it wants to see.
             near: at the present positions.
         """
-        situation = Situation(self._positions, self.nominal, near.row[self.joints], near.law_distance, self.approach(near.row))
-        return situation
+        plain = (self._positions, self.nominal, near.row[self.joints], near.law_distance, self.approach(near.row))
+        if not (law.wants_task or law.wants_all_pairs):
+            return Situation(*plain)
+        rows = distances = approaches = None
+        if law.wants_all_pairs and self._detector.count:
+            all_rows = self._detector.rows()
+            rows, distances, approaches = all_rows[:, self.joints], self._detector.distances(), np.zeros(len(all_rows))
+            for columns, velocities in self._others:
+                approaches -= all_rows[:, columns].dot(velocities)
+        J = self._task_jacobian() if law.wants_task else None
+        return Situation(*plain, J, self.box.lower, self.box.upper, rows, distances, approaches)
+
+    def _task_jacobian(self) -> Array | None:
+        """Return J (m, n) of all the movers' tasks, one below the other; None if no joint is left free by them."""
+        if len(self.movers) == 1:
+            return self.movers[0].task_jacobian
+        blocks = [mover.task_jacobian for mover in self.movers]
+        sizes = [mover.joints.stop - mover.joints.start for mover in self.movers]
+        if all(block is None for block in blocks):
+            return None
+        filled = [np.eye(size) if block is None else block for block, size in zip(blocks, sizes, strict=True)]
+        J, row = np.zeros((sum(len(block) for block in filled), len(self.nominal))), 0
+        for mover, block in zip(self.movers, filled, strict=True):
+            first = mover.joints.start - self.joints.start
+            J[row : row + len(block), first : first + block.shape[1]] = block
+            row += len(block)
+        return J
 
     def bounded(self, row: Array, wanted: Array) -> Bounded:
         """Return the velocity inside the bounds that keeps the distance rate which the law wanted, see `controllers.limits`."""

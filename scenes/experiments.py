@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from scenes import ball, hold, master_slave, solo
+from scenes import ball, hold, imitation, master_slave, solo
 from scenes.cast import Cast, Person
 from scenes.settings import RunSettings, SceneName
 from scenes.world import World
@@ -30,4 +30,5 @@ EXPERIMENTS: Final[dict[SceneName, Experiment]] = {
     "ball": Experiment(ball.cast, ball.person),
     "hold": Experiment(hold.cast, hold.person),
     "master_slave": Experiment(master_slave.cast, master_slave.person, "rad²"),
+    "imitation": Experiment(imitation.cast, imitation.person, "rad²"),
 }

@@ -146,9 +146,11 @@ class LawSettings:
             "m", 0.05, 0.60, 5.0, "mm", 1000.0,
         ),
     )  # fmt: skip
-    field_strength: float = _number(0.02, Spec("eta", "η", "Strength of the potential field.", "", 0.0, 0.2, 0.001))
+    field_strength: float = _number(
+        0.005, Spec("eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s")
+    )
     barrier_gain: float = _number(
-        2.0, Spec("gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 20.0, 0.1, "1/s")
+        5.0, Spec("gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 40.0, 0.1, "1/s")
     )
 
 

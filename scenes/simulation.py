@@ -203,6 +203,13 @@ class Simulation:
                 return bounded._replace(authority=Authority.LEVERAGE)
         return bounded
 
+    def nominal(self) -> Array:
+        """Return what the tasks alone asked for in the last step, q̇_n (nv,) [rad/s]; what moves freely is as it moved."""
+        wanted = self.velocities.copy()
+        for avoider in self._avoiders:
+            wanted[avoider.joints] = avoider.nominal
+        return wanted
+
     def snapshot(self) -> Snapshot:
         """Return the present state."""
         memories = tuple(mover.memory() for mover in self.cast.movers)

@@ -273,14 +273,25 @@ def coarse_meshes() -> tuple[Parts, ...]:
 @functools.cache
 def link_glbs(palette: str, coarse: bool = False) -> tuple[bytes, ...]:
     """Links 0 … 7 as GLB files in one of the PALETTES; coarse ones are one mesh each, its colours on the vertices."""
-    if palette not in PALETTES:
-        raise ValueError(f"no palette {palette!r}; there are {', '.join(PALETTES)}")
-    # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
-    by = -GHOST_INSET if palette == "ghost" else 0.0
+    palette_named(palette)
     key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette, coarse)
-    meshes, pack = (coarse_meshes, glb.merged_glb) if coarse else (link_meshes, glb.glb)
+    meshes = coarse_meshes if coarse else link_meshes
+    return glb.cached(f"lwr-{palette}-{coarse:d}", key, lambda: tuple(packed(parts, palette, coarse) for parts in meshes()))
 
-    def build() -> tuple[bytes, ...]:
-        return tuple(pack({name: swollen(part, by) for name, part in parts.items()}, PALETTES[palette]) for parts in meshes())
 
-    return glb.cached(f"lwr-{palette}-{coarse:d}", key, build)
+def palette_named(name: str) -> glb.Palette:
+    """The palette of that name, or a ValueError that names the valid ones."""
+    if name not in PALETTES:
+        raise ValueError(f"no palette {name!r}; there are {', '.join(PALETTES)}")
+    return PALETTES[name]
+
+
+def packed(parts: Parts, palette: str, coarse: bool) -> bytes:
+    """One link as a GLB file."""
+    materials = PALETTES[palette]
+    if palette != "ghost":
+        return (glb.merged_glb if coarse else glb.glb)(parts, materials)
+    # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
+    parts = {name: swollen(part, -GHOST_INSET) for name, part in parts.items()}
+    # Colours on vertices would not be seen through. A ghost has one colour anyway.
+    return glb.glb({"body": join(parts.values())} if coarse else parts, materials)

@@ -162,12 +162,21 @@ def person_meshes() -> dict[str, "trimesh.Trimesh"]:
         # A forearm hangs on its upper arm too: the last joint along the chain counts.
         name = max(carried, key=lambda n: supports.index(joints[n]), default="body")
         piece = trimesh.load(shape.meshPath, force="mesh")
+        assert isinstance(piece, trimesh.Trimesh)
         placement = shapes_data.oMg[i]
         vertices = np.asarray(piece.vertices) * shape.meshScale @ placement.rotation.T + placement.translation
         faces = np.asarray(piece.faces)
         pieces[name].append(trimesh.Trimesh((vertices - starts[name]) @ TORSO_FROM_MODEL.T, faces, process=False))
     pieces["body"].append(_yoke())
-    return {name: trimesh.util.concatenate(parts) for name, parts in pieces.items()}
+    return {name: _joined(parts) for name, parts in pieces.items()}
+
+
+def _joined(parts: list["trimesh.Trimesh"]) -> "trimesh.Trimesh":
+    import trimesh
+
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)])
+    return trimesh.Trimesh(np.concatenate([part.vertices for part in parts]), faces, process=False)
 
 
 def _yoke() -> "trimesh.Trimesh":

@@ -25,7 +25,7 @@ WRISTS: Final = frozenset({"hand", "wrist", "palm"})
 THIGHS: Final = frozenset({"upleg", "upperleg", "thigh", "hip", "leg", "femur", "hipjoint"})
 HIPS: Final = ("hips", "hip", "pelvis", "root", "lowerback", "spine")
 
-ADVICE: Final = "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename them and export the file again"
+ADVICE: Final = "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename yours"
 
 _SIDES: Final[dict[str, ArmName]] = {"left": "left", "l": "left", "right": "right", "r": "right"}
 

@@ -83,6 +83,16 @@ class AngleFilter:
             self.values = values
         return self.values.copy()
 
+    def memory(self) -> tuple[Array, ...]:
+        """Return everything that goes on to the next step, as copies."""
+        return self.values.copy(), self.rates.copy(), self._goal.copy(), np.array(self.lost_for)
+
+    def remember(self, memory: tuple[Array, ...]) -> None:
+        """Go on from there."""
+        self.values, self.rates, self._goal = (array.copy() for array in memory[:3])
+        self.lost_for = float(memory[3])
+        self.lost = self.lost_for > 0.0
+
     def _gap_after(self, gap: Array, dt: float) -> Array:
         """Return what is left of x − y after dt."""
         knee = self._top_rate / self._omega

@@ -160,3 +160,11 @@ class Retargeter:
             wanted[i] = arm_joints(upper, forearm, self._bases[i], None if self._previous is None else self._previous[i])
         self._previous = wanted
         return wanted.copy()
+
+    def memory(self) -> tuple[Array, ...]:
+        """Return the joints of the sample before, nothing if there was none."""
+        return () if self._previous is None else (self._previous.copy(),)
+
+    def remember(self, memory: tuple[Array, ...]) -> None:
+        """Go on from there."""
+        self.reset(memory[0] if memory else None)

@@ -56,3 +56,10 @@ class Robot:
     wrist: int
     capsules: tuple[Capsule, ...]
     labels: tuple[str, ...]
+
+
+def joint_axis(model: pin.Model, joint: int) -> Array:
+    """Return the unit axis (3,) of a revolute joint, in its frame."""
+    data = model.joints[joint].createData()
+    model.joints[joint].calc(data, np.zeros(1))
+    return np.array(data.S).reshape(-1)[3:]

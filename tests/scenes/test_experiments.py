@@ -1,0 +1,268 @@
+"""Every experiment, robot and law in one loop: what holds for all of them, and what each is there to show."""
+
+from dataclasses import replace
+from functools import cache
+from typing import get_args
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from controllers.kinematics import Array
+from scenes.headless import Run, run
+from scenes.history import COLUMN
+from scenes.settings import Avoiders, BallMotion, ClipName, ControlPoint, LawName, LawSettings, RobotName, RunSettings, SceneName
+from scenes.simulation import Simulation
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
+
+SCENES = get_args(SceneName)
+LAWS = get_args(LawName)
+ROBOTS = get_args(RobotName)
+
+
+def experiment(scene: SceneName, name: LawName = "smooth_priority", **fields: object) -> RunSettings:
+    """The default settings of an experiment with a few changes."""
+    settings = RunSettings(scene=scene, law=LawSettings(law=name))
+    return replace(settings, **fields)  # pyright: ignore[reportArgumentType]
+
+
+@cache
+def long_run(settings: RunSettings, seconds: float = 30.0) -> Run:
+    """Computed once for all tests, so only to be read."""
+    return run(settings, seconds)
+
+
+def column(result: Run, name: str) -> Array:
+    """One column (rows,) of the history."""
+    return result.table[:, COLUMN[name]]
+
+
+# ---- what holds everywhere ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("scene", SCENES)
+def test_every_law_runs_in_every_experiment(scene: SceneName, law: LawName) -> None:
+    """Finite, inside the joint stops, and inside the velocity bounds, whatever is chosen; coupled and soft too."""
+    for coupled in (False, True):
+        settings = experiment(scene, law, law=LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single"))
+        result = run(settings, 2.0)
+        model, history = result.simulation.room.model, result.simulation.history
+        q, dq = history.positions(result.table), history.velocities(result.table)
+        assert np.isfinite(q).all() and np.isfinite(dq).all()
+        assert (q >= model.lowerPositionLimit - 1e-9).all() and (q <= model.upperPositionLimit + 1e-9).all()
+        assert (np.abs(dq) <= model.velocityLimit * (1.0 + 1e-9)).all()
+        assert 0.0 <= column(result, "lambda").min() <= column(result, "lambda").max() <= 1.0
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_same_settings_give_the_same_bits(scene: SceneName) -> None:
+    """Twice the same run, to the last bit."""
+    first, second = (run(experiment(scene), 2.0).table for _ in range(2))
+    assert_array_equal(first, second)
+
+
+@pytest.mark.parametrize("law", ["smooth_priority", "barrier_qp", "intermediate_value"])
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_snapshot_goes_on_to_the_same_bits(scene: SceneName, law: LawName) -> None:
+    """Stop in the middle, go on in another simulation: nothing tells it from a run without a stop."""
+    settings = experiment(scene, law)
+    whole, half = Simulation(settings), Simulation(settings)
+    person = whole.person()
+    targets = [person.target(i * settings.dt) for i in range(600)]
+    for target in targets:
+        whole.step(target)
+    for target in targets[:300]:
+        half.step(target)
+    other = Simulation(settings)
+    other.resume(half.snapshot())
+    for target in targets[300:]:
+        other.step(target)
+    assert_array_equal(other.history.table(), whole.history.table(300))
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: SceneName) -> None:
+    """A ball wished for where there is none, angles where nobody is imitated: nothing raises and nothing runs away."""
+    simulation = Simulation(experiment(scene))
+    n = simulation.guided.joints.stop - simulation.guided.joints.start
+    for wish in (
+        HandTarget(np.array([0.2, 0.1, 1.1])),
+        JointTarget(np.zeros(n)),
+        BallTarget(np.array([0.3, 0.0, 1.0])),
+        AnglesTarget(np.zeros((2, 4))),
+        AnglesTarget(None),
+        None,
+    ):
+        for _ in range(10):
+            simulation.step(wish)
+    assert np.isfinite(simulation.positions).all()
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave"])
+def test_every_arm_does_every_experiment(robot: RobotName, scene: SceneName) -> None:
+    """Nothing is tied to the LWR: with the paper's law every arm keeps d_m while the hand is slower than v."""
+    result = run(experiment(scene, robot=robot, rig="table"), 20.0)
+    assert result.summary.d_min >= 0.15 - 1e-4
+    assert result.summary.out_of_authority_s == 0.0
+
+
+def test_changing_everything_while_it_runs_leaves_the_arms_where_they_are_or_starts_anew() -> None:
+    """Walk through rooms, robots, laws and roles on one simulation."""
+    simulation = Simulation(RunSettings())
+    for scene in SCENES:
+        for robot in ROBOTS:
+            simulation.apply(experiment(scene, robot=robot))
+            for law in LAWS:
+                for avoid in get_args(Avoiders):
+                    before = simulation.positions.copy()
+                    simulation.apply(experiment(scene, law, robot=robot, avoid=avoid))
+                    assert_array_equal(simulation.positions, before)
+                    simulation.step(None)
+            assert np.isfinite(simulation.positions).all()
+
+
+# ---- the paper's three experiments --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
+@pytest.mark.parametrize("pairs", ["single", "soft"])
+def test_the_threshold_is_kept_in_all_three_experiments(scene: SceneName, pairs: str) -> None:
+    """Figs 5, 6, 7: d ≥ d_m; without avoidance the same inputs bring the arms into each other."""
+    settings = experiment(scene, seed=2)
+    settings = replace(settings, law=replace(settings.law, pairs=pairs))
+    assert long_run(settings).summary.d_min >= 0.15 - 1e-4
+    assert long_run(replace(settings, law=replace(settings.law, law="unprotected"))).summary.d_min < 0.0
+
+
+@pytest.mark.parametrize("v", [0.02, 0.05])
+@pytest.mark.parametrize("scene", ["master_slave", "imitation"])
+def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: SceneName, v: float) -> None:
+    """ḋ = 2 λ v − (1 − λ)(u_L + u_R): both together hold d_m however small v is, where one alone would lose w − v."""
+    both = experiment(scene, law=LawSettings(nominal_velocity=v), seed=2)
+    assert long_run(both).summary.d_min >= 0.15 - 1e-3
+    assert long_run(replace(both, avoid="free")).summary.d_min < 0.15 - 0.01
+
+
+@pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
+def test_smooth_minimum_has_no_jumps_where_the_closest_pair_has(scene: SceneName) -> None:
+    """Halving dt halves the largest step of q̇ under the smooth minimum and under the QP; the hard switch's stays."""
+    def steps(law: LawName, pairs: str, dt: float) -> float:
+        settings = experiment(scene, law, seed=2, dt=dt)
+        return long_run(replace(settings, law=replace(settings.law, pairs=pairs)), 20.0).summary.dq_step_max
+
+    assert steps("smooth_priority", "soft", 0.0025) < 0.65 * steps("smooth_priority", "soft", 0.005)
+    assert steps("strict_switched", "single", 0.0025) > 0.75 * steps("strict_switched", "single", 0.005)
+
+
+def test_the_slave_copies_the_master() -> None:
+    """Mirrored: joints about the vertical turn the other way; identical: all the same way; both from the start posture."""
+    for following, signs in (("identical", np.ones(7)), ("mirrored", np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0]))):
+        settings = experiment("master_slave", "unprotected", following=following, rig="table")
+        simulation = Simulation(settings)
+        master, slave, start = simulation.guided.joints, simulation.avoiding.joints, simulation.room.start
+        wish = JointTarget(start[master] + np.array([0.1, -0.1, 0.05, 0.1, 0.2, -0.1, 0.1]))
+        for _ in range(1200):
+            simulation.step(wish)
+        assert_allclose(simulation.positions[master], wish.positions, atol=1e-3)
+        assert_allclose(simulation.positions[slave] - start[slave], signs * (wish.positions - start[master]), atol=1e-3)
+
+
+@pytest.mark.parametrize("clip", get_args(ClipName))
+def test_imitated_angles_are_followed_where_nothing_is_near(clip: ClipName) -> None:
+    """Without avoidance the joints follow what is asked within a few degrees; what is asked is recorded for all four."""
+    result = long_run(experiment("imitation", "unprotected", clip=clip), 20.0)
+    q, wanted = (result.simulation.history.positions(result.table), result.simulation.history.desired(result.table))
+    assert np.isfinite(wanted).all()
+    assert np.abs(q - wanted).max() < np.radians(3.0)
+    assert np.ptp(wanted[:, :4], axis=0).max() > 0.3
+
+
+def test_a_lost_person_is_held() -> None:
+    """Nobody seen: the robots come to rest in the last pose, and go on when the person is back."""
+    simulation = Simulation(experiment("imitation", "unprotected", clip="wave"))
+    person = simulation.person()
+    for i in range(400):
+        simulation.step(person.target(i * 0.005))
+    for _ in range(600):
+        simulation.step(AnglesTarget(None))
+    still = simulation.positions.copy()
+    for _ in range(50):
+        simulation.step(AnglesTarget(None))
+    assert_allclose(simulation.positions, still, atol=1e-4)
+    for i in range(1000, 1400):
+        simulation.step(person.target(i * 0.005))
+    assert np.abs(simulation.positions - still).max() > 0.05
+
+
+# ---- one arm ------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("point", get_args(ControlPoint))
+@pytest.mark.parametrize("motion", get_args(BallMotion))
+def test_the_ball_is_passed_clear(point: ControlPoint, motion: BallMotion) -> None:
+    """Fig. 1: the hand gets from A to B, and what must keep clear does; the task alone would touch the threshold."""
+    result = long_run(experiment("ball", point=point, ball=motion))
+    assert result.summary.d_min >= 0.15 - 1e-4
+    assert long_run(experiment("ball", "unprotected", point=point, ball=motion)).summary.d_min < 0.15
+    # At the far end, with the ball left behind, the hand is where it should be.
+    still = point != "arm" and motion == "still"
+    if still:
+        assert column(result, "e2")[int(7.4 / 0.005)] < 0.08**2
+
+
+def test_with_one_control_point_the_law_is_smooth_and_the_switch_is_not() -> None:
+    """The critical point is fixed: the step of q̇ halves with dt under λ(d), and stays under the hard switch."""
+    def largest(law: LawName, dt: float) -> float:
+        return long_run(experiment("ball", law, dt=dt), 12.0).summary.dq_step_max
+
+    for dt in (0.01, 0.005):
+        assert largest("smooth_priority", dt / 2.0) < 0.6 * largest("smooth_priority", dt)
+        assert largest("strict_switched", dt / 2.0) > 0.8 * largest("strict_switched", dt)
+    assert largest("strict_switched", 0.005) > 10.0 * largest("smooth_priority", 0.005)
+
+
+def test_drift_without_feedback_and_rattling_with_too_much() -> None:
+    """Eqs (7), (8): K = 0 drifts on the circle in proportion to dt, K > 0 does not; K dt > 2 does not settle."""
+    def error(gain: float, dt: float, overdrive: float = 1.0) -> float:
+        settings = experiment("solo", path="circle", gain=gain, dt=dt, overdrive=overdrive)
+        return long_run(settings, 24.0).summary.e2_end ** 0.5
+
+    assert error(0.0, 0.01) / error(0.0, 0.005) == pytest.approx(2.0, rel=0.1)
+    assert error(5.0, 0.005) < 0.05 * error(0.0, 0.005)
+    assert error(20.0, 0.02, 5.5) > 20.0 * error(20.0, 0.02)
+
+
+def test_the_elbow_swings_while_the_hand_stays() -> None:
+    """Eq. (4): N q̇₀ moves the elbow by decimetres and the hand by less than a millimetre."""
+    result = long_run(experiment("solo"), 10.0)
+    elbow: list[Array] = []
+    simulation = result.simulation
+    for q in simulation.history.positions(result.table)[::50]:
+        simulation.kinematics.update(q)
+        elbow.append(simulation.kinematics.joint_point(simulation.avoiding.elbow))
+    assert np.ptp(np.array(elbow), axis=0).max() > 0.15
+    assert result.summary.e2_max**0.5 < 1e-3
+    assert result.summary.d_min == np.inf
+
+
+# ---- coupled ------------------------------------------------------------------------------------------------------------------
+
+
+def test_coupled_arms_share_one_row() -> None:
+    """One row over 14 joints: d_m is kept as well, and the correction of both is one multiple of the whole row."""
+    settings = experiment("imitation", law=LawSettings(coupled=True, pairs="single"), clip="clap")
+    simulation = Simulation(settings)
+    person = simulation.person()
+    seen = 0
+    for i in range(3000):
+        simulation.step(person.target(i * settings.dt))
+        if i % 100 or simulation.sample().activation < 0.3 or simulation.bound_bites:
+            continue
+        seen += 1
+        change = simulation.velocities - simulation.nominal()
+        row = simulation.detector.row(simulation.sample().pair)
+        assert_allclose(change, row * (row.dot(change) / row.dot(row)), atol=1e-9)
+    assert seen > 3
+    assert np.min(simulation.history.table()[:, COLUMN["d"]]) >= 0.15 - 1e-4
