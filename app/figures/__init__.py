@@ -1,0 +1,1 @@
+"""The paper's figures and ours, drawn from runs: `lwr-duet figures`. No browser, no graphics card."""

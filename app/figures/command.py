@@ -1,0 +1,68 @@
+"""`lwr-duet figures`: which figures, where to, and how thoroughly."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+from tqdm import tqdm
+
+from app.figures.catalogue import chosen
+from app.figures.drawn import save
+from app.figures.plan import Plan
+from app.figures.report import Section, report
+from app.figures.style import STYLE
+from app.server import duet_version
+from controllers.errors import BadSetting
+from scenes.settings import RunSettings, checked, specs
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Draw the paper's figures and ours from runs of this call: PNG, SVG, CSV and a report."""
+
+    only: str = ""
+    """Numbers of the paper's figures or names, such as 2,5,laws; all without it."""
+    out: Path = Path("figures")
+    """Folder for the files; it is made if it does not exist."""
+    seed: int = 1
+    """Seed of everybody who plays a part."""
+    quick: bool = False
+    """Shorter runs and fewer points."""
+
+
+def figures(command: Figures) -> int:
+    """Draw, save and report; return the exit code.
+
+    Raises:
+        BadSetting: no such figure, a bad seed, or a folder that cannot be written to.
+    """
+    entries = chosen(command.only)
+    seed = checked(specs(RunSettings)["seed"], 1, command.seed)
+    try:
+        command.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadSetting(f"out = {command.out}: cannot be made ({error.strerror}); give another folder.") from None
+    sections: list[Section] = []
+    with tqdm(total=len(entries), unit="figure", disable=None, leave=False) as bar, _steps() as steps:
+        plan = Plan(seed, command.quick, steps.update)
+        for entry in entries:
+            bar.set_description(entry.name)
+            steps.reset()
+            # The style belongs to these figures, not to whoever else draws in this process.
+            with matplotlib.rc_context(STYLE):
+                drawn = entry.draw(plan)
+                save(drawn, command.out, entry.stem)
+            sections.append(Section(entry, drawn.found))
+            bar.update()
+    path = command.out / "report.md"
+    try:
+        path.write_text(report(sections, plan, duet_version()), encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise BadSetting(f"out = {command.out}: cannot be written to ({error.strerror}).") from None
+    print(f"{len(sections)} figures and {path}")
+    return 0
+
+
+def _steps() -> tqdm:  # type: ignore[type-arg]
+    """Return the second bar: steps simulated for the figure at work."""
+    return tqdm(unit="step", unit_scale=True, disable=None, leave=False, position=1, mininterval=0.2)

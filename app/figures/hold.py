@@ -1,0 +1,73 @@
+"""Fig. 5: one arm holds its hand in place, a person moves the other. Distance and squared error over time."""
+
+import numpy as np
+
+from app.figures.drawn import Drawn, shown
+from app.figures.plan import Plan
+from app.figures.style import COLOURS, DASHES, stack, tag
+from controllers import budget
+from controllers.kinematics import Array
+from scenes.headless import Run
+from scenes.history import COLUMN
+
+LONGEST = 0.5
+"""Resting distances beyond this are as good as infinite here [m]."""
+
+
+def seconds(plan: Plan) -> float:
+    """Return the length of the run [s]; the paper's figure has 50 s."""
+    return plan.either(50.0, 12.0)
+
+
+def resting(run: Run) -> Array:
+    """Return d* (rows,) for the pull and the approach of every step; nan where nothing is at rest below 0.5 m."""
+    law, table = run.simulation.settings.law, run.table
+    pulls, approaches = table[:, COLUMN["u"]].tolist(), table[:, COLUMN["w_law"]].tolist()
+    rest = np.array(
+        [
+            budget.resting_distance(law.critical_distance, law.order, law.nominal_velocity, u, w)
+            for u, w in zip(pulls, approaches, strict=True)
+        ]
+    )
+    return np.where(rest < LONGEST, rest, np.nan)
+
+
+def draw(plan: Plan) -> Drawn:
+    """Fig. 5."""
+    single = plan.settings({"pairs": "single"})
+    length = seconds(plan)
+    paper = plan.shared(single, length)
+    ours = plan.shared(plan.settings({"pairs": "soft"}), length)
+    time, d, e2 = (paper.table[:, COLUMN[name]] for name in ("t", "d", "e2"))
+    rest = resting(paper)
+    figure, (upper, lower) = stack(4.0, 2)
+    critical = single.law.critical_distance
+    upper.plot(time, rest, color=COLOURS.resting, linestyle=DASHES[2], linewidth=1.2, label="$d^*$")
+    upper.plot(time, d, color=COLOURS.distance, label="$d$")
+    upper.axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3, label="$d_m$")
+    tag(upper, "$d_m$", 0.004 * length, critical - 0.028, COLOURS.critical, fontsize=12)
+    upper.set(ylim=(0, 0.4), yticks=np.arange(0, 0.41, 0.1), ylabel="distance [m]")
+    upper.legend(handles=upper.lines[1::-1], loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.13), borderaxespad=0.0)
+    lower.plot(time, e2, color=COLOURS.error)
+    lower.set(xlim=(0, length), ylim=(0, None), ylabel="squared error $e^2$ [m²]", xlabel="time [s]")
+    found = [
+        f"The distance never passes the threshold: its minimum is {1000 * d.min():.1f} mm with d_m = {1000 * critical:.0f} mm, "
+        f"between {paper.summary.d_min_pair}, while the hand comes with up to {1000 * approach(paper):.0f} mm/s and "
+        f"v = {1000 * single.law.nominal_velocity:.0f} mm/s.",
+        f"The price is the error: e² up to {paper.summary.e2_max:.3f} m², that is {1000 * paper.summary.e2_max**0.5:.0f} mm.",
+        f"The closest pair changes {paper.summary.pair_switches} times, and with it q̇ by up to {paper.summary.dq_step_max:.3f} rad/s "
+        f"from one step to the next: with the closest pair alone the motion is *not* smooth. With the smooth minimum over all pairs "
+        f"the largest step on the same input is {ours.summary.dq_step_max:.4f} rad/s, with d ≥ {1000 * ours.summary.d_min:.1f} mm "
+        f"and e² ≤ {ours.summary.e2_max:.3f} m².",
+    ]
+    columns = ["t", "d", "d_rest", "lambda", "e2", "u", "w", "d_soft", "e2_soft"]
+    picked = [paper.table[:, COLUMN[name]] for name in ("lambda", "e2", "u", "w")]
+    soft = [ours.table[:, COLUMN[name]] for name in ("d", "e2")]
+    rows = np.column_stack([time, d, rest, *picked, *soft]).tolist()
+    return Drawn(figure, columns, rows, shown(single, seconds=length), found)
+
+
+def approach(run: Run) -> float:
+    """Return how fast the other arm came at most, where it mattered [m/s]."""
+    near = run.table[:, COLUMN["lambda"]] > 0.5
+    return float(run.table[near, COLUMN["w"]].max()) if near.any() else 0.0
