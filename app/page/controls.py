@@ -13,8 +13,16 @@ from controllers.errors import BadSetting
 from scenes.settings import Spec, specs, values
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
-    ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, ("law", "dm", "n", "v", "k", "pairs", "beta", "ff", "one_sided")),
-    ("Arms", viser.Icon.ROBOT, ("rig", "guided", "task", "autopilot", "wmax", "seed", "dt", "g")),
+    ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, ("law", "dm", "n", "v", "d0", "eta", "gamma", "k", "kx", "pairs", "beta", "ff", "one_sided", "coupled")),
+    (
+        "Arms",
+        viser.Icon.ROBOT,
+        (
+            *("scene", "robot", "rig", "guided", "avoid", "task", "path", "point", "ball", "following", "source", "clip"),
+            *("autopilot", "wmax", "seed", "dt", "g"),
+        ),
+    ),
+    ("Compare", viser.Icon.GHOST, ("ghost", "whatif")),
     ("View", viser.Icon.EYE, ("theme", "profile", "picture")),
 )
 """Where each setting is found; `plot` and `speed` have places of their own."""

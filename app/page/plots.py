@@ -77,7 +77,9 @@ class PlotBuffer:
             b[3] = min(rest, 2.0 * _CEILING) if law.law == "smooth_priority" else math.nan
             b[4] = e2 if not b[4] > e2 else b[4]
             b[5:9] = table[last, COLUMN["lambda"]], u, law.nominal_velocity, table[last, COLUMN["w"]]
-            b[9:16], b[16:] = q[last], dq[last]
+            # Not every arm has seven joints.
+            n = q.shape[1]
+            b[9 : 9 + n], b[16 : 16 + n] = q[last], dq[last]
 
     def series(self, columns: tuple[int, ...], scale: float = 1.0) -> tuple[Array, ...]:
         """Return time and the columns asked for, oldest first, in equal lengths; columns times `scale`."""

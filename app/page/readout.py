@@ -73,7 +73,7 @@ def tiles_html(simulation: Simulation, sample: Sample) -> str:
     below = sample.distance < law.critical_distance - 1e-4
     faster = sample.approach > law.nominal_velocity and law.law == "smooth_priority" and not law.feed_forward
     tiles = (
-        ("d", f"{sample.distance * 1000.0:.0f}", "d, mm" + (" below d<sub>m</sub>" if below else ""), below),
+        ("d", f"{sample.distance * 1000.0:.0f}" if sample.pair >= 0 else "–", "d, mm" + (" below d<sub>m</sub>" if below else ""), below),
         ("lam", f"{sample.activation:.2f}", "λ", False),
         ("e", f"{sample.error * 1000.0:.0f}", "|e|, mm", False),
         (
@@ -108,7 +108,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     pills = [("halt", "paused")] if pace.paused else [("go", f"{pace.rate:.1f}× real time")]
     if pace.slowed:
         pills.append(("halt", "slowed: this machine cannot keep up"))
-    reason = authority_text(Authority(sample.authority), sample.joint, simulation.avoiding.labels)
+    reason = authority_text(Authority(sample.authority), sample.joint, simulation)
     if reason:
         pills.append(("alarm", f"out of authority: {reason}"))
     if law.law == "unprotected":
@@ -120,13 +120,13 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     return "".join(f'<span class="{kind}">{text}</span>' for kind, text in pills)
 
 
-def authority_text(authority: Authority, joint: int, labels: tuple[str, ...]) -> str:
+def authority_text(authority: Authority, joint: int, simulation: Simulation, second: bool = False) -> str:
     """Return why an arm cannot do what the law asks of it, "" if it can."""
     match authority:
         case Authority.STOP:
-            return f"{labels[joint]} near its limit"
+            return f"{simulation.joint_label(joint, second)} near its limit"
         case Authority.SPEED:
-            return f"{labels[joint]} at its top speed"
+            return f"{simulation.joint_label(joint, second)} at its top speed"
         case Authority.LEVERAGE:
             return "no joint can move this point away"
         case _:
