@@ -1,0 +1,147 @@
+"""A grid of settings run over a scene on all cores: the same figures whatever the number of workers; and the trade-off map."""
+
+import math
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.connection import wait
+from typing import Final, NamedTuple
+
+from controllers.errors import DuetError
+from scenes.grids import Axis, Grid
+from scenes.headless import run
+from scenes.settings import RunSettings, changed
+
+FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "ddq_max", "pair_switches", "out_of_authority_s")
+"""What is kept of a run, as named in `scenes.headless.Summary`. Nothing that a clock on the wall has measured."""
+
+Figures = tuple[float, ...]
+"""In the order of `FIGURES`."""
+
+_THREADS: Final = tuple(f"{name}_NUM_THREADS" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR"))
+
+
+def figures(settings: RunSettings, seconds: float) -> Figures:
+    """Return what a run of the scene, with its own autopilot, comes to."""
+    summary = run(settings, seconds).summary
+    return tuple(getattr(summary, name) for name in FIGURES)
+
+
+def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tuple[int, Figures]]:
+    """Yield (index, figures) of some points of a grid, each as soon as it is done: the figures of a point are always the same, the
+    order is not, unless there is one worker.
+
+    Args:
+        todo: indices of points.
+        workers: processes; with 1, everything runs in this one.
+
+    Raises:
+        DuetError: a worker was ended from outside.
+    """
+    points = grid.points()
+    if workers <= 1 or len(todo) <= 1:
+        for index in todo:
+            yield index, figures(grid.at(points[index]), grid.seconds)
+        return
+    # Not forked: this process may have threads, and a fork would copy their locks.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(workers, len(todo)), context, _leave_with_parent)
+    try:
+        with _for_children():
+            tasks = {pool.submit(figures, grid.at(points[index]), grid.seconds): index for index in todo}
+        for task in as_completed(tasks):
+            yield tasks[task], task.result()
+    except BrokenProcessPool:
+        raise DuetError(
+            "A worker was ended from outside (out of memory?); give the same command again, with fewer --workers."
+        ) from None
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _for_children() -> Iterator[None]:
+    """What processes started meanwhile inherit: linear algebra on one thread each, and Ctrl+C is for their parent alone."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    main = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
+    try:
+        yield
+    finally:
+        if main:
+            signal.signal(signal.SIGINT, handler)
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _leave_with_parent() -> None:
+    """End this worker when its parent is gone, even killed: a worker that waits for work would wait forever."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+class TradeOff(NamedTuple):
+    """What the avoiding arm gets and what it pays, at one n and v.
+
+    Attributes:
+        order, nominal_velocity: n, and v [m/s].
+        d_min: smallest distance [m].
+        e2_max: largest squared error of the hand [m²].
+    """
+
+    order: float
+    nominal_velocity: float
+    d_min: float
+    e2_max: float
+
+
+TRADE_OFF_ORDERS: Final = (1.0, 2.0, 4.0, 8.0, 16.0)
+TRADE_OFF_VELOCITIES: Final = (0.1, 0.2, 0.3, 0.45, 0.7)
+"""[m/s]"""
+
+
+def trade_off(
+    settings: RunSettings,
+    seconds: float = 12.0,
+    orders: Sequence[float] = TRADE_OFF_ORDERS,
+    velocities: Sequence[float] = TRADE_OFF_VELOCITIES,
+) -> Iterator[TradeOff]:
+    """Yield distance against error over a grid of n and v in the hold scene, one point a run, as the runs finish.
+
+    Neighbours of the grid do not follow each other, so that the points that are there show the whole map from the start.
+
+    Args:
+        settings: everything but n, v and the scene.
+        seconds: simulated time of a point.
+    """
+    settings = changed(settings, "scene", "hold")
+    grid = Grid(settings, (Axis("n", tuple(orders)), Axis("v", tuple(velocities))), seconds)
+    points = grid.points()
+    for index in spread(len(points)):
+        order, velocity = points[index]
+        summary = run(grid.at(points[index]), seconds).summary
+        yield TradeOff(order, velocity, summary.d_min, summary.e2_max)
+
+
+def spread(count: int) -> list[int]:
+    """Return 0 … count − 1, each once, in an order in which the first few already lie all over the range."""
+    stride = max(1, round(count * 0.381966))
+    while math.gcd(stride, count) != 1:
+        stride += 1
+    return [i * stride % count for i in range(count)]

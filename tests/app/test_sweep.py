@@ -1,0 +1,414 @@
+"""`lwr-duet sweep`: what it writes, how it goes on after an interruption, how it says no, and what it draws."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tyro
+
+from app import sweep as command
+from app.heatmaps import MOST_PANELS, _drawn, _Plan, draw_maps
+from app.options import RunOptions
+from app.sweep import INTERRUPTED, Sweep, sweep
+from app.sweep_files import SweepFiles, columns_of, head_of
+from controllers.errors import BadInputFile, BadSetting
+from scenes.grids import Grid, Point, read_grid
+from scenes.headless import run
+from scenes.settings import RunSettings, changed, specs
+from scenes.sweep import FIGURES, Figures
+
+USUAL = RunSettings()
+SMALL = Sweep(over=("n=2,8", "pairs=single,soft"), seconds=0.2, workers=1, maps=False)
+
+
+def in_folder(folder: Path, base: Sweep = SMALL) -> Sweep:
+    return replace(base, out=folder)
+
+
+def read(path: Path) -> tuple[list[str], list[str], list[list[str]]]:
+    """The # lines, the columns and the rows of a table."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    head = [line for line in lines if line.startswith("# ")]
+    assert lines[: len(head)] == head
+    return head, lines[len(head)].split(","), [line.split(",") for line in lines[len(head) + 1 :]]
+
+
+def test_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "new" / "folder"
+    assert sweep(replace(SMALL, out=folder, seconds=8.0, settings=RunOptions(k="3", one_sided=True))) == 0
+    assert capsys.readouterr().out.splitlines() == [str(folder / "sweep.csv")]
+    assert [path.name for path in folder.iterdir()] == ["sweep.csv"]
+    head, columns, rows = read(folder / "sweep.csv")
+    assert columns == ["n", "pairs", *FIGURES]
+    assert {"# k = 3.0", "# one_sided = True", "# scene = hold", "# seconds = 8.0", "# over n = 2.0, 8.0"} <= set(head)
+    fixed = [line[2:].split(" = ")[0] for line in head if not line.startswith(("# over", "# seconds"))]
+    assert fixed == [key for key in specs(RunSettings) if key not in ("n", "pairs")]
+    assert [row[:2] for row in rows] == [["2.0", "single"], ["2.0", "soft"], ["8.0", "single"], ["8.0", "soft"]]
+    for n, pairs, *cells in rows:
+        settings = changed(changed(changed(changed(USUAL, "k", 3.0), "one_sided", True), "n", n), "pairs", pairs)
+        summary = run(settings, 8.0).summary
+        assert [float(cell) for cell in cells] == [getattr(summary, name) for name in FIGURES]
+    assert rows[0][2:] != rows[1][2:] != rows[2][2:]
+
+
+def test_the_same_bytes_whatever_the_number_of_workers(tmp_path: Path) -> None:
+    base = replace(SMALL, over=("n=1,4,16", "pairs=single,soft"), seconds=1.0)
+    for workers in (1, 2):
+        assert sweep(replace(base, workers=workers, out=tmp_path / str(workers))) == 0
+    assert (tmp_path / "1" / "sweep.csv").read_bytes() == (tmp_path / "2" / "sweep.csv").read_bytes()
+
+
+def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
+    """Let Ctrl+C come after some rows; return the list of points that are run."""
+    real, seen = command.run_points, []
+
+    def some(grid: Grid, todo: list[int], workers: int):
+        # From the end, to see that the table has an order of its own.
+        for index, figures in real(grid, todo[::-1]):
+            if len(seen) == after:
+                raise KeyboardInterrupt
+            seen.append(index)
+            yield index, figures
+
+    monkeypatch.setattr(command, "run_points", some)
+    return seen
+
+
+@pytest.mark.parametrize("torn", ["", "8.0,single,0.1", "8.0,single,0.1,0.2,0.3,0.4,0.5,0.6,7,0"])
+def test_it_goes_on_where_it_was_ended(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], torn: str
+) -> None:
+    assert sweep(in_folder(tmp_path / "whole")) == 0
+    folder = tmp_path / "parts"
+    with monkeypatch.context() as patch:
+        assert interrupted(patch, 2) == []
+        assert sweep(in_folder(folder)) == INTERRUPTED
+    assert "2 of 4 runs" in capsys.readouterr().err
+    part = folder / "sweep.part.csv"
+    assert [path.name for path in folder.iterdir()] == [part.name] and len(read(part)[2]) == 2
+    # A row that was being written when the power failed: no line break yet.
+    with part.open("a", encoding="utf-8") as file:
+        file.write(torn)
+    with monkeypatch.context() as patch:
+        seen = interrupted(patch, 99)
+        assert sweep(in_folder(folder)) == 0
+    assert seen == [1, 0]
+    assert [path.name for path in folder.iterdir()] == ["sweep.csv"]
+    assert (folder / "sweep.csv").read_bytes() == (tmp_path / "whole" / "sweep.csv").read_bytes()
+
+
+def test_what_is_complete_is_not_run_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert sweep(in_folder(tmp_path)) == 0
+    before = (tmp_path / "sweep.csv").read_bytes()
+    seen = interrupted(monkeypatch, 0)
+    assert sweep(in_folder(tmp_path)) == 0
+    assert seen == [] and (tmp_path / "sweep.csv").read_bytes() == before
+    # Positive control: the patch does see runs.
+    assert sweep(in_folder(tmp_path / "other")) == INTERRUPTED
+
+
+@pytest.mark.parametrize("part", [False, True])
+@pytest.mark.parametrize(
+    ("other", "named"),
+    [
+        (replace(SMALL, settings=RunOptions(k="3")), ["k is 2.0 there, 3.0 here"]),
+        (replace(SMALL, seconds=0.3), ["seconds is 0.2 there, 0.3 here"]),
+        (replace(SMALL, over=("n=2,8,9", "pairs=single,soft")), ["over n is 2.0, 8.0 there"]),
+        (replace(SMALL, over=("n=2,8",)), ["pairs is not given there, soft here"]),
+        (replace(SMALL, over=("pairs=single,soft", "n=2,8")), ["the order of the settings"]),
+    ],
+)
+def test_rows_of_another_sweep_are_not_mixed_in(tmp_path: Path, other: Sweep, named: list[str], part: bool) -> None:
+    assert sweep(in_folder(tmp_path)) == 0
+    path = tmp_path / "sweep.csv"
+    if part:
+        path = path.rename(tmp_path / "sweep.part.csv")
+    before = path.read_bytes()
+    with pytest.raises(BadSetting) as error:
+        sweep(in_folder(tmp_path, other))
+    assert all(text in str(error.value) for text in (path.name, "another --out", *named)), error.value
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("spoil", "named"),
+    [
+        (lambda lines: [*lines[:-1], lines[-1].replace(",", ",x", 3)], ["none of this sweep"]),
+        (lambda lines: [*lines[:-1], lines[-1] + ",1"], ["none of this sweep"]),
+        (lambda lines: [*lines, "9.0" + lines[-1][3:]], ["9.0,soft", "none of this sweep"]),
+    ],
+)
+def test_a_spoilt_file_is_named(tmp_path: Path, spoil, named: list[str]) -> None:
+    assert sweep(in_folder(tmp_path)) == 0
+    path = tmp_path / "sweep.csv"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join(spoil(lines)) + "\n", encoding="utf-8")
+    with pytest.raises(BadInputFile) as error:
+        sweep(in_folder(tmp_path))
+    assert all(text in str(error.value) for text in ("sweep.csv", *named)), error.value
+
+
+def test_foreign_files_and_places_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "sweep.csv").write_bytes(bytes(range(256)))
+    with pytest.raises(BadInputFile, match=r"sweep\.csv"):
+        sweep(in_folder(tmp_path))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadSetting, match="cannot be written"):
+        sweep(in_folder(tmp_path / "file"))
+    (tmp_path / "taken" / "sweep.part.csv").mkdir(parents=True)
+    with pytest.raises(BadInputFile, match="cannot be read"):
+        sweep(in_folder(tmp_path / "taken"))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [
+        (replace(SMALL, over=()), "--over"),
+        (replace(SMALL, over=("n=0:3",)), "1 to 20"),
+        (replace(SMALL, workers=-1), "workers = -1"),
+        (replace(SMALL, seconds=-1.0), "seconds = -1"),
+        (replace(SMALL, settings=RunOptions(dm="9")), "dm = "),
+    ],
+)
+def test_what_is_wrong_is_said_before_a_folder_is_made(tmp_path: Path, wrong: Sweep, named: str) -> None:
+    with pytest.raises(BadSetting, match=named):
+        sweep(in_folder(tmp_path / "out", wrong))
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("module", "wanted", "named"), [("pyarrow", "parquet", "--format csv"), ("matplotlib", "csv", "--no-maps")]
+)
+def test_what_is_not_installed_is_named_before_anything_runs(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, module: str, wanted: str, named: str
+) -> None:
+    for name in (module, f"{module}.parquet", f"{module}.figure"):
+        monkeypatch.setitem(sys.modules, name, None)
+    seen = interrupted(monkeypatch, 0)
+    with pytest.raises(BadSetting) as error:
+        sweep(replace(in_folder(tmp_path), format=wanted, maps=module == "matplotlib"))  # pyright: ignore[reportArgumentType]
+    assert f"pip install {module}" in str(error.value) and named in str(error.value)
+    assert seen == []
+
+
+def test_parquet_says_the_same_as_csv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    base = replace(SMALL, over=("n=2,8", "pairs=single,soft", "ff=0,1"))
+    assert sweep(in_folder(tmp_path / "csv", base)) == 0
+    base = replace(base, format="parquet")
+    with monkeypatch.context() as patch:
+        interrupted(patch, 3)
+        assert sweep(in_folder(tmp_path, base)) == INTERRUPTED
+    assert sweep(in_folder(tmp_path, base)) == 0
+    head, columns, rows = read(tmp_path / "csv" / "sweep.csv")
+    table = parquet.read_table(tmp_path / "sweep.parquet")
+    assert table.column_names == columns
+    assert [f"# {line}" for line in table.schema.metadata[b"sweep"].decode().splitlines()] == head
+    found = [[value if isinstance(value, str) else repr(value) for value in row.values()] for row in table.to_pylist()]
+    assert found == rows
+    assert [str(kind) for kind in table.schema.types][:4] == ["double", "string", "bool", "double"]
+    # Complete: nothing runs again.
+    seen = interrupted(monkeypatch, 0)
+    assert sweep(in_folder(tmp_path, base)) == 0 and seen == []
+
+
+CTRL_C = """
+import sys
+from pathlib import Path
+from app.sweep import Sweep, sweep
+sys.exit(sweep(Sweep(over=("seed=1:60",), seconds=4.0, workers=2, maps=False, out=Path(sys.argv[1]))))
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Ctrl+C reaches a group of processes on POSIX only")
+def test_ctrl_c_ends_workers_and_all_and_loses_no_row(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", CTRL_C, str(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).parents[2],
+        start_new_session=True,
+        env=os.environ | {"TQDM_DISABLE": "1"},
+    )
+    part, deadline = tmp_path / "sweep.part.csv", time.monotonic() + 60.0
+    with process:
+        assert process.stdout is not None
+        try:
+            while process.poll() is None and not (part.exists() and len(read(part)[2]) >= 2):
+                assert time.monotonic() < deadline
+                # Nothing is printed meanwhile: this waits until it ends, but not for long.
+                select.select([process.stdout], [], [], 0.02)
+            # As a terminal does it: everybody in the group gets the signal.
+            os.killpg(process.pid, signal.SIGINT)
+            out, errors = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == INTERRUPTED, errors
+    assert out == "" and "Traceback" not in errors and "same command" in errors
+    rows = read(part)[2]
+    assert 2 <= len(rows) < 60 and f"{len(rows)} of 60 runs" in errors
+
+
+def test_options() -> None:
+    parsed = tyro.cli(Sweep, args=["--over", "n=1:20", "--over", "v=0.05:0.6:12", "--dm", "0.1", "--ff", "--format", "parquet"])
+    assert parsed.over == ("n=1:20", "v=0.05:0.6:12") and parsed.format == "parquet" and parsed.maps
+    assert parsed.settings == RunOptions(dm="0.1", ff=True)
+
+
+# --- maps ------------------------------------------------------------------------------------------------------------------------
+
+
+def made_up(over: list[str], d_min, settings: RunSettings = USUAL) -> tuple[Grid, dict[int, Figures]]:
+    """A grid and figures that were not run: d_min is a function of the point, all others are 1, 2, 3 …"""
+    grid = read_grid(settings, over, 1.0)
+    rows = {}
+    for index, point in enumerate(grid.points()):
+        others = {name: float(index + 1) for name in FIGURES} | {"d_min": d_min(point), "pair_switches": index}
+        rows[index] = tuple(others[name] for name in FIGURES)
+    return grid, rows
+
+
+def texts(figure) -> set[str]:
+    """Everything that is written on a picture."""
+    from matplotlib.text import Text
+
+    return {text.get_text() for text in figure.findobj(Text) if text.get_text()}
+
+
+def contours(ax) -> list:
+    from matplotlib.contour import ContourSet
+
+    return [child for child in ax.get_children() if isinstance(child, ContourSet)]
+
+
+def test_maps_are_pictures_and_the_same_each_time(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    from PIL import Image
+
+    over = ["n=1:3", "law=smooth_priority,unprotected", "v=0.1:0.3:2"]
+    grid, rows = made_up(over, lambda point: 0.1 + 0.02 * point[0])
+    first, second = tmp_path / "first", tmp_path / "second"
+    first.mkdir()
+    second.mkdir()
+    drawn = draw_maps(grid, rows, first)
+    assert [path.name for path in drawn] == [
+        f"{name}.{form}" for name in ("d_min", "e2_max", "ddq_max") for form in ("png", "svg")
+    ]
+    for path, again in zip(drawn, draw_maps(grid, rows, second), strict=True):
+        assert path.read_bytes() == again.read_bytes()
+        if path.suffix == ".png":
+            with Image.open(path) as image:
+                assert image.width > 600 and image.height > 400
+                assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 20
+        else:
+            assert path.read_text(encoding="utf-8").count("<svg") == 1
+
+
+def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    grid, rows = made_up(
+        ["v=0.1:0.5:5", "n=2:6"], lambda point: 0.10 + 0.1 * point[0] + 0.005 * point[1], changed(USUAL, "k", 3.0)
+    )
+    plan = _Plan(grid, rows)
+    for name, unit in (("d_min", "[mm]"), ("e2_max", "[m²]"), ("ddq_max", "[rad/s²]")):
+        figure = _drawn(plan, name)
+        ax, bar = figure.axes
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("$v$ [m/s]", "$n$") and unit in bar.get_ylabel()
+        assert any("k = 3.0" in text and "1 s" in text and "scene = hold" in text for text in texts(figure))
+        (line,) = contours(ax)
+        # On the line, 0.10 + 0.1 v + 0.005 n = d_m.
+        vertices = np.concatenate([path.vertices for path in line.get_paths()])
+        assert len(vertices) > 3
+        assert np.allclose(0.10 + 0.1 * vertices[:, 0] + 0.005 * vertices[:, 1], 0.15)
+    # Each cell lies about its values, n up the picture.
+    mesh = _drawn(plan, "d_min").axes[0].collections[0]
+    field = np.asarray(mesh.get_array()).reshape(5, 5)
+    assert np.allclose(field, [[1000 * (0.10 + 0.1 * v + 0.005 * n) for v in (0.1, 0.2, 0.3, 0.4, 0.5)] for n in range(2, 7)])
+
+
+@pytest.mark.parametrize(("level", "sign"), [(0.2, "≥"), (0.1, "<")])
+def test_where_the_line_is_not_it_is_said(level: float, sign: str) -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    grid, rows = made_up(["v=0.1:0.5:5", "n=2:6"], lambda point: level + 0.001 * point[1])
+    figure = _drawn(_Plan(grid, rows), "d_min")
+    assert contours(figure.axes[0]) == []
+    assert any(sign in text and "everywhere" in text for text in texts(figure))
+
+
+def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    inf = float("inf")
+
+    def d_min(point: Point) -> float:
+        return inf if point == (0.05, 1.0) else 0.1 + 0.001 * point[1]
+
+    grid, rows = made_up(["dm=0.05:0.15:5", "n=1:4"], d_min)
+    ax, _ = _drawn(_Plan(grid, rows), "d_min").axes
+    assert ax.get_xlabel() == "$d_\\mathrm{m}$ [mm]"
+    vertices = np.concatenate([path.vertices for path in contours(ax)[0].get_paths()])
+    assert len(vertices) > 2 and np.allclose(vertices[:, 0], 100.0 + vertices[:, 1])
+
+
+def test_choices_stand_side_by_side_or_are_lines() -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    grid, rows = made_up(
+        ["law=smooth_priority,unprotected", "v=0.1:0.5:5", "ff=0,1", "n=2:6"], lambda point: 0.1 + 0.01 * point[3]
+    )
+    figure = _drawn(_Plan(grid, rows), "d_min")
+    *panels, _ = [ax for ax in figure.axes if ax.get_visible()]
+    titles = [ax.get_title() for ax in panels]
+    assert (
+        len(titles) == 4
+        and titles[0] == "law = smooth priority, add w to v = off"
+        and titles[3] == "law = unprotected, add w to v = on"
+    )
+    # One number only: a line for each choice, and d_m.
+    grid, rows = made_up(["pairs=single,soft", "n=2:6"], lambda point: 0.1 + 0.01 * point[1] + 0.001 * (point[0] == "soft"))
+    (ax,) = _drawn(_Plan(grid, rows), "d_min").axes
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$n$", "$d_\\mathrm{min}$ [mm]")
+    single, soft, critical = ax.get_lines()
+    assert np.allclose(single.get_ydata(), [120, 130, 140, 150, 160]) and np.allclose(soft.get_ydata(), [121, 131, 141, 151, 161])
+    assert np.allclose(critical.get_ydata(), 150.0)
+    # Told apart by more than their colour.
+    assert single.get_linestyle() != soft.get_linestyle() and single.get_marker() != soft.get_marker()
+    assert {text.get_text() for text in ax.get_legend().get_texts()} == {"single", "soft", "$d_m$"}
+
+
+def test_a_choice_alone_has_dots_without_a_line() -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    grid, rows = made_up(["rig=torso,table"], lambda point: 0.1)
+    (ax,) = _drawn(_Plan(grid, rows), "ddq_max").axes
+    (dots,) = ax.get_lines()
+    assert dots.get_linestyle() == "None" and dots.get_marker() != "None" and list(dots.get_ydata()) == [1.0, 2.0]
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["torso", "table"]
+
+
+def test_too_many_panels_are_not_drawn_but_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    over = ("n=2,8", "v=0.1,0.2", f"seed=1:{MOST_PANELS + 1}")
+    assert sweep(Sweep(over=over, seconds=0.005, workers=1, out=tmp_path)) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["sweep.csv"]
+    assert "No maps" in capsys.readouterr().err
+
+
+def test_the_files_know_their_grid(tmp_path: Path) -> None:
+    grid, rows = made_up(["n=1:3"], lambda point: 0.1)
+    files = SweepFiles(tmp_path, grid, "csv")
+    assert files.missing() == [0, 1, 2]
+    with files.recording() as add:
+        add(1, rows[1])
+        # It is there at once.
+        assert SweepFiles(tmp_path, grid, "csv").rows == {1: rows[1]}
+    assert files.missing() == [0, 2]
+    assert columns_of(grid) == ("n", *FIGURES)
+    assert head_of(grid)[-2:] == ("seconds = 1.0", "over n = 1.0, 2.0, 3.0")

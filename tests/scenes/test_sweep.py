@@ -1,0 +1,293 @@
+"""Grids of settings, and running them: every value checked first, every figure the same whatever the number of workers."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import multiprocessing
+import os
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controllers.errors import BadSetting, DuetError
+from scenes import grids
+from scenes import sweep as sweeping
+from scenes.grids import Axis, Grid, is_number, read_axis, read_grid
+from scenes.headless import run
+from scenes.settings import RunSettings, changed, specs, values
+from scenes.sweep import FIGURES, figures, run_points, spread, trade_off
+
+USUAL = RunSettings()
+
+
+# --- what is swept ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("n=1:20", tuple(float(n) for n in range(1, 21))),
+        ("n=1:3.0", (1.0, 2.0, 3.0)),
+        ("seed=3:6", (3, 4, 5, 6)),
+        ("v=0.05:0.6:12", (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6)),
+        ("dm = 0.05 : 0.15 : 3", (0.05, 0.1, 0.15)),
+        ("seed=1:9:3", (1, 5, 9)),
+        ("n=8, 2,4", (8.0, 2.0, 4.0)),
+        ("n=4", (4.0,)),
+        ("law=unprotected,smooth_priority", ("unprotected", "smooth_priority")),
+        ("ff=0,1", (False, True)),
+        ("one-sided=on", (True,)),
+    ],
+)
+def test_axis(text: str, expected: tuple[object, ...]) -> None:
+    axis = read_axis(text, USUAL)
+    assert axis.values == expected
+    assert list(map(type, axis.values)) == list(map(type, expected))
+    assert is_number(axis) is (type(expected[0]) in (int, float))
+
+
+@given(st.floats(0.0, 0.9), st.floats(0.01, 0.1), st.integers(2, 40))
+def test_evenly_spaced_values_rise_from_end_to_end(first: float, width: float, count: int) -> None:
+    first, last = round(first, 6), round(first + width, 6)
+    found = read_axis(f"v={first!r}:{last!r}:{count}", USUAL).values
+    assert len(found) == count and found[0] == first and found[-1] == last
+    steps = [b - a for a, b in itertools.pairwise(found)]
+    assert all(math.isclose(step, (last - first) / (count - 1), rel_tol=1e-6, abs_tol=1e-11) for step in steps)
+
+
+@pytest.mark.parametrize("key", list(specs(RunSettings)))
+def test_every_setting_can_be_swept(key: str) -> None:
+    spec, present = specs(RunSettings)[key], values(USUAL)[key]
+    if spec.choices:
+        assert read_axis(f"{key}={','.join(spec.choices)}", USUAL).values == spec.choices
+    elif isinstance(present, bool):
+        assert read_axis(f"{key}=off,on", USUAL).values == (False, True)
+    else:
+        assert read_axis(f"{key}={spec.low:g}:{spec.high:g}:2", USUAL).values == (spec.low, spec.high)
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("n", ["'n'", "key=a:b", "key=x,y,z", "n=1:20"]),
+        ("n=", ["key=a:b"]),
+        ("=1:3", ["key=a:b"]),
+        ("zz=1:3", ["'zz'", "choose from", "dm"]),
+        ("n=1:2:3:4", ["key=a:b:count"]),
+        ("n=1:x", ["must be numbers"]),
+        ("n=1:", ["must be numbers"]),
+        ("n=1:nan", ["cannot be read"]),
+        ("n=1:inf", ["cannot be read"]),
+        ("n=5:1", ["upwards", "5"]),
+        ("n=5:5", ["upwards"]),
+        ("v=0.1:0.5", ["whole numbers", "v=0.1:0.5:12"]),
+        ("n=1:5:1", ["count", "from 2"]),
+        ("n=1:5:2.5", ["count", "2.5"]),
+        ("n=1:5:-3", ["count", "-3"]),
+        ("v=0:1:1e9", ["1e+09", str(grids.MOST_POINTS)]),
+        ("seed=1:1e12", ["at most"]),
+        ("n=0:3", ["n = 0.0", "1 to 20"]),
+        ("n=1,,3", ["n = ''", "1 to 20"]),
+        ("n=2,2.0", ["twice"]),
+        ("seed=1:2:3", ["whole number"]),
+        ("law=smooth_priority,strict", ["law = 'strict'", "unprotected"]),
+        ("law=1:2", ["no number", "smooth_priority"]),
+        ("ff=0:1", ["no number", "ff=0,1"]),
+        ("ff=maybe", ["neither on nor off"]),
+    ],
+)
+def test_one_line_says_what_is_wrong_with_an_axis(text: str, named: list[str]) -> None:
+    with pytest.raises(BadSetting) as error:
+        read_axis(text, USUAL)
+    assert all(part in str(error.value) for part in named) and "\n" not in str(error.value), error.value
+
+
+def test_grid() -> None:
+    grid = read_grid(changed(USUAL, "k", 3.0), ["n=2,4", "pairs=single,soft", "v=0.1:0.3:3"], 0.02)
+    assert grid.shape == (2, 2, 3) and grid.size == 12
+    points = grid.points()
+    assert points[:4] == [(2.0, "single", 0.1), (2.0, "single", 0.2), (2.0, "single", 0.3), (2.0, "soft", 0.1)]
+    at = values(grid.at(points[4]))
+    assert (at["n"], at["pairs"], at["v"], at["k"]) == (2.0, "soft", 0.2, 3.0)
+    assert grid.fixed() == {key: value for key, value in at.items() if key not in ("n", "pairs", "v")}
+
+
+@pytest.mark.parametrize(
+    ("over", "seconds", "named"),
+    [
+        ([], 1.0, ["--over", "key=a:b"]),
+        (["n=1:2", "n=3:4"], 1.0, ["n is swept twice"]),
+        (["seed=0:200", "n=1:20", "v=0:1:11"], 1.0, ["44220 points", "20000"]),
+        (["n=1:2"], 0.0, ["seconds = 0", "5000"]),
+        (["n=1:2"], math.nan, ["seconds = nan"]),
+        # 2000 s are possible with the larger of the two time steps only.
+        (["dt=0.00125,0.02"], 2000.0, ["seconds = 2000", "1250"]),
+    ],
+)
+def test_what_cannot_be_run_is_said_before_anything_is(
+    monkeypatch: pytest.MonkeyPatch, over: list[str], seconds: float, named: list[str]
+) -> None:
+    seen: list[float] = []
+    monkeypatch.setattr(grids, "run", lambda settings, seconds: seen.append(seconds))
+    with pytest.raises(BadSetting) as error:
+        read_grid(USUAL, over, seconds)
+    assert all(part in str(error.value) for part in named), error.value
+    assert all(made <= 0.02 for made in seen)
+
+
+def test_a_combination_that_only_fails_when_it_is_run_is_found_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fussy(settings: RunSettings, seconds: float) -> None:
+        tried.append((settings.rig, settings.law.law))
+        assert seconds == settings.dt
+        if tried[-1] == ("table", "unprotected"):
+            raise BadSetting("the table wants protection")
+
+    tried: list[tuple[str, str]] = []
+    monkeypatch.setattr(grids, "run", fussy)
+    over = ["n=1:5", "rig=torso,table", "law=smooth_priority,unprotected"]
+    with pytest.raises(BadSetting, match="wants protection"):
+        read_grid(USUAL, over, 1.0)
+    # Each combination of choices once, however many numbers there are.
+    tried.clear()
+    read_grid(USUAL, [over[0], over[1], "law=smooth_priority"], 1.0)
+    assert tried == [("torso", "smooth_priority"), ("table", "smooth_priority")]
+
+
+# --- running it ------------------------------------------------------------------------------------------------------------------
+
+
+def test_figures_are_those_of_the_run() -> None:
+    settings = changed(changed(USUAL, "n", 3.0), "pairs", "single")
+    summary = run(settings, 8.0).summary
+    assert figures(settings, 8.0) == tuple(getattr(summary, name) for name in FIGURES)
+    assert "step_us_median" not in FIGURES and summary.e2_max > 0.0
+
+
+def test_two_workers_and_one_find_the_same() -> None:
+    grid = read_grid(USUAL, ["n=1,4,16", "pairs=single,soft"], 6.0)
+    before = {name: os.environ.get(name) for name in sweeping._THREADS}
+    handler = signal.getsignal(signal.SIGINT)
+    alone = list(run_points(grid, range(grid.size)))
+    assert [index for index, _ in alone] == list(range(grid.size))
+    together: dict[int, tuple[float, ...]] = {}
+    for index, found in run_points(grid, range(grid.size), workers=2):
+        assert 1 <= len(multiprocessing.active_children()) <= 2
+        together[index] = found
+    assert together == dict(alone)
+    assert len(set(together.values())) == grid.size
+    # Nothing of the way they were started is left.
+    assert multiprocessing.active_children() == []
+    assert {name: os.environ.get(name) for name in sweeping._THREADS} == before
+    assert signal.getsignal(signal.SIGINT) is handler
+
+
+def test_only_what_is_asked_for_is_run() -> None:
+    grid = read_grid(USUAL, ["n=1:6"], 0.05)
+    assert [index for index, _ in run_points(grid, [4, 1])] == [4, 1]
+    assert list(run_points(grid, [], workers=2)) == []
+
+
+def test_whoever_stops_listening_leaves_no_workers() -> None:
+    points = run_points(read_grid(USUAL, ["seed=1:40"], 1.0), range(40), workers=2)
+    next(points)
+    assert multiprocessing.active_children()
+    points.close()  # pyright: ignore[reportAttributeAccessIssue]
+    assert multiprocessing.active_children() == []
+
+
+def test_a_worker_that_is_killed_is_reported() -> None:
+    points = run_points(read_grid(USUAL, ["seed=1:200"], 2.0), range(200), workers=2)
+    next(points)
+    victim = multiprocessing.active_children()[0]
+    assert victim.pid is not None
+    os.kill(victim.pid, signal.SIGKILL)
+    with pytest.raises(DuetError, match="same command again"):
+        list(points)
+
+
+ORPHANS = """
+import multiprocessing
+from scenes.grids import read_grid
+from scenes.settings import RunSettings
+from scenes.sweep import run_points
+points = run_points(read_grid(RunSettings(), ["seed=1:300"], 1.0), range(300), workers=2)
+next(points)
+print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+for _ in points:
+    pass
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="needs Linux, to wait for a process that is not ours")
+def test_workers_do_not_outlive_a_parent_that_is_killed() -> None:
+    command, home = [sys.executable, "-c", ORPHANS], Path(__file__).parents[2]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=home) as parent:
+        try:
+            assert parent.stdout is not None
+            workers = [os.pidfd_open(int(pid)) for pid in parent.stdout.readline().split()]
+            assert workers
+        finally:
+            parent.kill()
+        try:
+            # A pidfd becomes readable when its process ends.
+            ended = [worker for worker in workers if select.select([worker], [], [], 20.0)[0]]
+            assert ended == workers
+        finally:
+            for worker in workers:
+                os.close(worker)
+
+
+# --- the trade-off map -----------------------------------------------------------------------------------------------------------
+
+
+def test_trade_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[RunSettings] = []
+
+    def counted(settings: RunSettings, seconds: float):
+        made.append(settings)
+        return run(settings, seconds)
+
+    monkeypatch.setattr(sweeping, "run", counted)
+    points = trade_off(changed(USUAL, "k", 3.0), 8.0, orders=(2.0, 8.0), velocities=(0.05, 0.3))
+    assert made == []
+    first = next(points)
+    assert len(made) == 1
+    found = [first, *points]
+    assert {(point.order, point.nominal_velocity) for point in found} == {(2.0, 0.05), (2.0, 0.3), (8.0, 0.05), (8.0, 0.3)}
+    for point, settings in zip(found, made, strict=True):
+        assert (settings.law.order, settings.law.nominal_velocity, settings.gain) == (point.order, point.nominal_velocity, 3.0)
+        summary = run(settings, 8.0).summary
+        assert (point.d_min, point.e2_max) == (summary.d_min, summary.e2_max)
+    # There is something to trade: more distance costs more error.
+    by_distance = sorted(found, key=lambda point: point.d_min)
+    assert by_distance[0].e2_max < by_distance[-1].e2_max
+
+
+def test_the_usual_map_has_25_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sweeping, "run", lambda settings, seconds: run(settings, settings.dt))
+    points = list(trade_off(USUAL))
+    assert len(points) == 25 and len({point[:2] for point in points}) == 25
+    for order, velocity, *_ in points:
+        changed(changed(USUAL, "n", order), "v", velocity)
+
+
+@given(st.integers(1, 400))
+def test_spread_takes_each_once_and_soon_lies_all_over(count: int) -> None:
+    order = spread(count)
+    assert sorted(order) == list(range(count))
+    if count >= 8:
+        seen = sorted(order[: count // 2])
+        gaps = [b - a for a, b in itertools.pairwise([-1, *seen, count])]
+        assert max(gaps) <= count / 2 + 1
+
+
+def test_a_grid_can_be_made_by_hand() -> None:
+    grid = Grid(USUAL, (Axis("v", (0.1, 0.2)),), 0.01)
+    assert [index for index, _ in run_points(grid, [0, 1])] == [0, 1]
