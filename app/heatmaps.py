@@ -9,6 +9,7 @@ import numpy as np
 
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
+from scenes.experiments import EXPERIMENTS
 from scenes.grids import Axis, Grid, is_number
 from scenes.settings import RunSettings, Spec, specs, values
 from scenes.sweep import FIGURES, Figures
@@ -18,10 +19,10 @@ MOST_LINES: Final = 8
 
 _SHOWN: Final = {
     "d_min": ("Smallest distance", r"$d_\mathrm{min}$", "mm", 1000.0),
-    "e2_max": ("Largest squared error of the hand", r"$e^2_\mathrm{max}$", "m²", 1.0),
+    "e2_max": ("Largest squared error", r"$e^2_\mathrm{max}$", "", 1.0),
     "ddq_max": ("Largest joint acceleration", r"$\ddot q_\mathrm{max}$", "rad/s²", 1.0),
 }
-"""Figure → what it is, symbol, unit shown, and value shown = scale · value."""
+"""Figure → what it is, symbol, unit shown ("" where the scene decides), and value shown = scale · value."""
 
 _COLOURS: Final = ("#0072b2", "#d55e00", "#00835e", "#7a3fc4", "#a3195b", "#9a6700", "#2a93c9", "#57606a")
 _DASHES: Final = ("-", "--", "-.", ":", "-", "--", "-.", ":")
@@ -93,6 +94,14 @@ class _Plan:
         field = self._figures[name] * _SHOWN[name][3]
         return np.where(np.isfinite(field), field, np.nan)
 
+    def named(self, name: str) -> str:
+        """Return a figure's symbol and unit."""
+        _, symbol, unit, _ = _SHOWN[name]
+        if not unit:
+            units = {EXPERIMENTS[self.grid.at(point).scene].error_unit for point in self.grid.points()}
+            unit = " or ".join(sorted(units))
+        return f"{symbol} [{unit}]"
+
     def part(self, field: Array, panel: tuple[int, ...]) -> Array:
         """Return a panel's part of a field of the grid's shape: (y, x), (series, x) or (1, x)."""
         kept = [axis for axis in (self.y or self.series, self.x) if axis is not None]
@@ -159,7 +168,7 @@ def _drawn(plan: _Plan, name: str) -> Any:
     for spare in flat[len(plan.panels) :]:
         spare.set_visible(False)
     used = flat[: len(plan.panels)]
-    what, symbol, unit, _ = _SHOWN[name]
+    what, symbol, *_ = _SHOWN[name]
     if plan.y is None:
         _draw_lines(plan, name, used)
     else:
@@ -173,7 +182,7 @@ def _drawn(plan: _Plan, name: str) -> Any:
             ax.set_xlabel(plan.label(plan.x))
             ax.tick_params(labelbottom=True)
         if place % columns == 0:
-            ax.set_ylabel(plan.label(plan.y) if plan.y else f"{symbol} [{unit}]")
+            ax.set_ylabel(plan.label(plan.y) if plan.y else plan.named(name))
     figure.suptitle(f"{what} {symbol}", fontsize=12)
     figure.supxlabel(plan.footnote(), fontsize=8, color="#57606a")
     return figure
@@ -192,18 +201,18 @@ def _draw_heat(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
     for panel, ax in zip(plan.panels, used, strict=True):
         mesh = ax.pcolormesh(_edges(x), _edges(y), plan.part(whole, panel), norm=norm, cmap=colours, rasterized=True)
         margin = plan.part(gap, panel)
-        if min(margin.shape) > 1 and np.nanmin(margin) < 0.0 < np.nanmax(margin):
+        if min(margin.shape) > 1 and (margin < 0.0).any() and (margin > 0.0).any():
             crossed = True
             line = ax.contour(x, y, margin, levels=[0.0], colors="white", linewidths=1.8)
             line.set(path_effects=[withStroke(linewidth=4.0, foreground="black")])
-    _, symbol, unit, _ = _SHOWN[name]
-    figure.colorbar(mesh, ax=used, label=f"{symbol} [{unit}]")
+    figure.colorbar(mesh, ax=used, label=plan.named(name))
     if crossed:
         key = Line2D([], [], color="white", linewidth=1.8, path_effects=[withStroke(linewidth=4.0, foreground="black")])
         used[0].legend([key], [r"$d_\mathrm{min} = d_m$"], loc="best", fontsize=9, facecolor="#d6dce3")
-    elif np.isfinite(gap).any():
-        sign = "≥" if np.nanmin(gap) >= 0.0 else "<" if np.nanmax(gap) < 0.0 else "crosses"
-        if sign != "crosses":
+    else:
+        known = gap[np.isfinite(gap)]
+        sign = "≥" if (known >= 0.0).all() else "<" if (known < 0.0).all() else ""
+        if known.size and sign:
             used[0].text(
                 0.98, 0.97, rf"$d_\mathrm{{min}}$ {sign} $d_m$ everywhere", transform=used[0].transAxes, ha="right", va="top",
                 fontsize=9, bbox={"boxstyle": "round", "facecolor": "white", "alpha": 0.8},
@@ -257,7 +266,8 @@ def _draw_lines(plan: _Plan, name: str, used: list[Any]) -> None:
     if plan.series or name == "d_min":
         title = plan.symbol(plan.series) if plan.series else None
         used[0].legend(fontsize=9, title=title)
-    if name == "ddq_max" and np.nanmin(whole) > 0.0 and np.nanmax(whole) > 30.0 * np.nanmin(whole):
+    known = whole[np.isfinite(whole)]
+    if name == "ddq_max" and known.size and known.min() > 0.0 and known.max() > 30.0 * known.min():
         used[0].set_yscale("log")
 
 

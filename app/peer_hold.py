@@ -6,9 +6,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from controllers.kinematics import Array
-from controllers.laws.smooth_priority import SmoothPriority
 from scenes.headless import run
-from scenes.lawbook import make_law
 from scenes.movers.mover import Memory
 from scenes.room import Room
 from scenes.settings import LawSettings, RunSettings
@@ -158,14 +156,13 @@ class Ours:
 
 def our_laws(base: LawSettings) -> dict[str, LawSettings]:
     """Return what of ours is measured."""
-    laws = {
+    return {
         "ours, single pair (paper)": replace(base, law="smooth_priority", pairs="single"),
         "ours, soft minimum": replace(base, law="smooth_priority", pairs="soft"),
+        "ours, barrier QP, all pairs +w": replace(
+            base, law="barrier_qp", pairs="single", feed_forward=True, barrier_gain=PEER_GAIN
+        ),
     }
-    barrier = replace(base, law="barrier_qp", pairs="single", feed_forward=True, barrier_gain=PEER_GAIN)
-    if not isinstance(make_law(barrier), SmoothPriority):
-        laws["ours, barrier QP, all pairs +w"] = barrier
-    return laws
 
 
 class OurEngine:

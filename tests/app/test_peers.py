@@ -163,7 +163,7 @@ def test_measured() -> None:
     result: dict[str, Any] = measure_peers(1200)
     figures = result["figures"]
     assert json.loads(json.dumps(result)) == result
-    assert list(figures)[:2] == ["ours, single pair (paper)", "ours, soft minimum"]
+    assert list(figures)[:3] == ["ours, single pair (paper)", "ours, soft minimum", "ours, barrier QP, all pairs +w"]
     assert {"pink, all pairs +w", "pink, 3 closest pairs +w", "mink, all pairs +w", "mink, all pairs, default gain +w"} <= set(
         figures
     )

@@ -384,6 +384,18 @@ def test_choices_stand_side_by_side_or_are_lines() -> None:
     assert {text.get_text() for text in ax.get_legend().get_texts()} == {"single", "soft", "$d_m$"}
 
 
+def test_where_nothing_can_be_met_there_is_no_distance_to_draw() -> None:
+    """One arm alone: d = ∞; its error has a unit of its own in scenes that follow joints."""
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    for over in (["k=1:3", "g=5:7"], ["k=1:3"]):
+        grid, rows = made_up(over, lambda point: float("inf"), changed(USUAL, "scene", "solo"))
+        for name in ("d_min", "e2_max"):
+            figure = _drawn(_Plan(grid, rows), name)
+            assert not any("everywhere" in text for text in texts(figure)) and contours(figure.axes[0]) == []
+    grid, rows = made_up(["n=1:3", "scene=hold,master_slave"], lambda point: 0.1)
+    assert _drawn(_Plan(grid, rows), "e2_max").axes[0].get_ylabel().endswith("[m² or rad²]")
+
+
 def test_a_choice_alone_has_dots_without_a_line() -> None:
     pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     grid, rows = made_up(["rig=torso,table"], lambda point: 0.1)
