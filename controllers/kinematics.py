@@ -62,9 +62,9 @@ class Kinematics:
         """Return the pose of the hand in the world; a live view, copy it to keep it."""
         return self._hand_poses[arm.hand]
 
-    def hand_jacobian(self, arm: Arm) -> Array:
-        """Return J (6, n) of the hand, eq. (2): linear over angular velocity of the hand, world axes."""
-        return pin.getFrameJacobian(self.model, self.data, arm.hand, pin.LOCAL_WORLD_ALIGNED)[:, arm.joints]
+    def hand_jacobian(self, arm: Arm, dimension: int = 6) -> Array:
+        """Return the first rows (dimension, n) of J of the hand, eq. (2): linear over angular velocity of the hand, world axes."""
+        return pin.getFrameJacobian(self.model, self.data, arm.hand, pin.LOCAL_WORLD_ALIGNED)[:dimension, arm.joints]
 
     def joint_point(self, joint: int) -> Array:
         """Return the origin (3,) of a joint frame in the world [m], a copy."""

@@ -105,7 +105,7 @@ class Guide:
         if target.rotation is not None:
             turn = shortened(pin.log3(target.rotation.dot(pose.rotation.T)) * FOLLOW_GAIN, TURN_SPEED)
             task = np.concatenate([task, turn])
-        J = kinematics.hand_jacobian(arm)[: len(task)]
+        J = kinematics.hand_jacobian(arm, len(task))
         free = (self.posture - positions) * POSTURE_GAIN
         if target.elbow is not None:
             elbow = kinematics.joint_point(arm.elbow)

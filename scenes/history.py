@@ -19,8 +19,7 @@ that end in _b are of the second arm that keeps clear, nan if there is none."""
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
 _HEAD: Final = len(SCALARS)
 
-ALONE: Final = (math.nan,) * 6
-"""The second arm's columns where only one keeps clear."""
+_FIRST: Final = COLUMN["e2_b"]
 
 
 @dataclass(frozen=True)
@@ -73,6 +72,7 @@ class History:
     def __init__(self, capacity: int, joints: int) -> None:
         self._rows = np.full((capacity, _HEAD + 3 * joints), np.nan)
         self._capacity, self._joints = capacity, joints
+        self._with_second = False
         self._middle, self._end = _HEAD + joints, _HEAD + 2 * joints
         self.count = 0
         """Steps recorded since the last `clear`; may exceed what is kept."""
@@ -81,11 +81,30 @@ class History:
         """Forget everything."""
         self.count = 0
 
-    def append(self, scalars: tuple[float, ...], positions: Array, velocities: Array, desired: Array | None = None) -> None:
-        """Record one step: scalars in the order of `SCALARS`, q, q̇ and q_d (nv,)."""
+    def append(
+        self,
+        scalars: tuple[float, ...],
+        positions: Array,
+        velocities: Array,
+        desired: Array | None = None,
+        second: tuple[float, ...] | None = None,
+    ) -> None:
+        """Record one step.
+
+        Args:
+            scalars: in the order of `SCALARS`, without those of the second arm.
+            positions, velocities: q and q̇ (nv,).
+            desired: q_d (nv,), None if nothing is followed.
+            second: those of the second arm that keeps clear, None if there is none.
+        """
         row = self._rows[self.count % self._capacity]
         middle, end = self._middle, self._end
-        row[:_HEAD] = scalars
+        row[:_FIRST] = scalars
+        if second is not None:
+            row[_FIRST:_HEAD] = second
+            self._with_second = True
+        elif self._with_second:
+            row[_FIRST:_HEAD] = math.nan
         row[_HEAD:middle] = positions
         row[middle:end] = velocities
         if desired is not None:

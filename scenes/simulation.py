@@ -6,13 +6,13 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Arm, Array, Kinematics
-from controllers.laws.situation import row_damping
+from controllers.laws.situation import Law, row_damping
 from controllers.limits import Authority, Bounded
-from controllers.proximity import ProximityDetector
+from controllers.proximity import Proximity, ProximityDetector
 from scenes.avoider import Avoider, form_avoiders
 from scenes.cast import Person
 from scenes.experiments import EXPERIMENTS
-from scenes.history import ALONE, History, Sample, Second
+from scenes.history import History, Sample, Second
 from scenes.lawbook import make_law
 from scenes.movers.keeper import Keeper
 from scenes.movers.mover import Memory
@@ -158,36 +158,51 @@ class Simulation:
         for mover, wanted in self._asked:
             wanted[:] = mover.nominal(target, settings, self.time)
         lam = law.activation(near.law_distance)
-        scalars: list[float] = []
-        done: list[Bounded] = []
         self.bound_bites = False
-        for avoider in self._avoiders:
-            situation = avoider.situation(law, near)
-            bounded = self._bound(avoider, situation.row, law(situation), lam)
-            done.append(bounded)
-            w_law = situation.approach
-            w = w_law if near.row is near.pair_row else avoider.approach(near.pair_row)
-            scalars += (avoider.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint)
-        for avoider, bounded in zip(self._avoiders, done, strict=True):
-            avoider.velocities[:] = bounded.velocities
-        self.bounded = done[0]
-        e2, u, w, w_law, authority, joint = scalars[:6]
-        if self.cast.task is not self._avoiders[0].movers[0]:
-            e2 = self.cast.task.squared_error
+        first = self._avoiders[0]
+        situation = first.situation(law, near)
+        w_law = situation.approach
+        w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
+        self.bounded = bounded = self._bound(first, situation.row, law(situation), lam)
+        second = self._second_keeps_clear(law, near, lam) if len(self._avoiders) > 1 else None
+        first.velocities[:] = bounded.velocities
         for follower in self._followers:
             self._desired[follower.joints] = follower.desired
         self.history.append(
             (
-                *(self.time, near.distance, lam, e2, u, w, near.pair, near.law_distance, w_law, authority, joint),
-                *(scalars[6:] if len(done) > 1 else ALONE),
+                self.time,
+                near.distance,
+                lam,
+                self.cast.task.squared_error,
+                situation.pull,
+                w,
+                near.pair,
+                near.law_distance,
+                w_law,
+                int(bounded.authority),
+                bounded.joint,
             ),
             self.positions,
             self.velocities,
             self._desired if self._followers else None,
+            second,
         )
         self.positions += np.multiply(self.velocities, settings.dt, out=self._way)
         self.steps += 1
         self.time += settings.dt
+
+    def _second_keeps_clear(self, law: Law, near: Proximity, lam: float) -> tuple[float, ...]:
+        """Move the second arm that keeps clear, and return its columns of the history.
+
+        What either arm sees of the other's velocity is that of the tick before, so that it does not matter who is asked first.
+        """
+        second = self._avoiders[1]
+        situation = second.situation(law, near)
+        bounded = self._bound(second, situation.row, law(situation), lam)
+        w_law = situation.approach
+        w = w_law if near.row is near.pair_row else second.approach(near.pair_row)
+        second.velocities[:] = bounded.velocities
+        return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint)
 
     def _bound(self, avoider: Avoider, row: Array, wanted: Array, lam: float) -> Bounded:
         """Return what an arm can do of what the law wants."""

@@ -30,7 +30,7 @@ class GuidedArm:
     @property
     def task_jacobian(self) -> Array:
         """J (3, n) of the hand's position."""
-        return self._kinematics.hand_jacobian(self._arm)[:3]
+        return self._kinematics.hand_jacobian(self._arm, 3)
 
     def begin(self) -> None:
         """Come to rest."""

@@ -70,7 +70,7 @@ class Keeper:
         error = position_error(pose, self.place) if task == "position" else pose_error(pose, self.place, self.place_rotation)
         x, y, z = error[:3].tolist()
         self.squared_error = x * x + y * y + z * z
-        J = kinematics.hand_jacobian(arm)[: TASK_DIMENSION[task]]
+        J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
         self.task_jacobian = J
         gain = settings.gain * settings.overdrive if self._overdriven else settings.gain
         return self._box.clip(hold(J, error, gain, speed, pull))

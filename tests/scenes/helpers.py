@@ -63,6 +63,12 @@ def avoiding_hand(simulation: Simulation) -> Array:
     return simulation.kinematics.hand_pose(simulation.avoiding).translation.copy()
 
 
+def place_of(simulation: Simulation) -> Array:
+    """Where the avoiding hand should be (3,), a live view [m]."""
+    assert simulation.place is not None
+    return simulation.place
+
+
 def true_distance(simulation: Simulation, positions: Array) -> float:
     """Smallest distance between the arms at q (nv,) [m]."""
     simulation.kinematics.update(positions)

@@ -148,6 +148,7 @@ def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: SceneName, v: flo
 @pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
 def test_smooth_minimum_has_no_jumps_where_the_closest_pair_has(scene: SceneName) -> None:
     """Halving dt halves the largest step of q̇ under the smooth minimum and under the QP; the hard switch's stays."""
+
     def steps(law: LawName, pairs: str, dt: float) -> float:
         settings = experiment(scene, law, seed=2, dt=dt)
         return long_run(replace(settings, law=replace(settings.law, pairs=pairs)), 20.0).summary.dq_step_max
@@ -214,6 +215,7 @@ def test_the_ball_is_passed_clear(point: ControlPoint, motion: BallMotion) -> No
 
 def test_with_one_control_point_the_law_is_smooth_and_the_switch_is_not() -> None:
     """The critical point is fixed: the step of q̇ halves with dt under λ(d), and stays under the hard switch."""
+
     def largest(law: LawName, dt: float) -> float:
         return long_run(experiment("ball", law, dt=dt), 12.0).summary.dq_step_max
 
@@ -225,6 +227,7 @@ def test_with_one_control_point_the_law_is_smooth_and_the_switch_is_not() -> Non
 
 def test_drift_without_feedback_and_rattling_with_too_much() -> None:
     """Eqs (7), (8): K = 0 drifts on the circle in proportion to dt, K > 0 does not; K dt > 2 does not settle."""
+
     def error(gain: float, dt: float, overdrive: float = 1.0) -> float:
         settings = experiment("solo", path="circle", gain=gain, dt=dt, overdrive=overdrive)
         return long_run(settings, 24.0).summary.e2_end ** 0.5

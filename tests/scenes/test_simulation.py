@@ -15,7 +15,7 @@ from controllers.limits import Authority
 from controllers.proximity import Treatment
 from scenes.autopilot import Autopilot
 from scenes.headless import run, summarise
-from scenes.history import SCALARS, History, Sample
+from scenes.history import COLUMN, SCALARS, History, Sample
 from scenes.room import build_room
 from scenes.settings import ArmName, RigName, RunSettings, changed
 from scenes.simulation import Simulation
@@ -28,6 +28,7 @@ from tests.scenes.helpers import (
     hold_run,
     hold_settings,
     overlapping_start,
+    place_of,
     play,
     true_distance,
     wander,
@@ -238,7 +239,7 @@ def test_a_slider_does_something() -> None:
         simulation = Simulation(hold_settings("table"))
         play(simulation, [HandTarget(avoiding_hand(simulation))] * 200)
         simulation.apply(changed(simulation.settings, "dm", dm))
-        tables.append(play(simulation, [HandTarget(simulation.place)] * 600))
+        tables.append(play(simulation, [HandTarget(place_of(simulation))] * 600))
     assert column(tables[1], "d")[-1] > column(tables[0], "d")[-1] + 0.1
 
 
@@ -253,7 +254,7 @@ def test_changing_the_guided_arm_keeps_the_arms_and_swaps_the_roles(rig: RigName
     assert_array_equal(simulation.positions, q)
     assert not simulation.velocities.any()
     assert (simulation.guided.name, simulation.avoiding.name) == ("left", "right")
-    assert_allclose(simulation.place, avoiding_hand(simulation))
+    assert_allclose(place_of(simulation), avoiding_hand(simulation))
     target = HandTarget(guided_hand(simulation) + np.array([0.0, 0.05, 0.05]))
     play(simulation, [target] * 200)
     assert simulation.history.table()[300, SCALARS.index("e2")] == 0.0
@@ -337,7 +338,7 @@ def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> No
     """Rows come back oldest first, the last `capacity` of them at most, and clear forgets them."""
     history = History(capacity, 2)
     for k in range(count):
-        history.append((float(k), *[0.0] * (len(SCALARS) - 1)), np.full(2, float(k)), np.full(2, -float(k)))
+        history.append((float(k), *[0.0] * (COLUMN["e2_b"] - 1)), np.full(2, float(k)), np.full(2, -float(k)))
     kept = list(range(count))[-capacity:]
     assert column(history.table(), "t").tolist() == kept
     assert column(history.table(newest), "t").tolist() == (kept[-newest:] if newest else [])
@@ -396,7 +397,7 @@ def test_joints_stay_finite_and_inside_their_limits(
             simulation.step(target)
             assert inside_limits(simulation)
     table = simulation.history.table()
-    assert np.isfinite(table[:, :11]).all()
+    assert np.isfinite(table[:, : COLUMN["e2_b"]]).all()
     assert np.isfinite(simulation.history.velocities(table)).all()
     assert np.abs(simulation.velocities[simulation.guided.joints]).max() > 0.0
 
@@ -528,7 +529,7 @@ def test_a_missing_lever_is_told_also_when_the_task_is_at_its_limits() -> None:
     missed = 0
     for away in np.random.default_rng(1).uniform(-0.6, 0.6, (30, 3)):
         simulation.reset(simulation.positions.copy())
-        simulation.place[:] += away
+        place_of(simulation)[:] += away
         simulation.step(None)
         sample, joints = simulation.sample(), simulation.avoiding.joints
         simulation.positions[:] = sample.positions
