@@ -8,6 +8,7 @@ of `scenes.person.angles` and cut at shoulders and elbows. Its shoulders float b
 import importlib.metadata
 import math
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -76,10 +77,10 @@ def body_parts() -> tuple[BodyPart, ...]:
         MissingPackage: example-robot-data is not installed, or without its human model.
     """
     try:
-        version = importlib.metadata.version(PACKAGE)
+        release = version(PACKAGE)
     except importlib.metadata.PackageNotFoundError:
         raise _missing("is not installed") from None
-    key = glb.source_key([__file__, glb.__file__, surfaces.__file__], version)
+    key = glb.source_key([__file__, glb.__file__, surfaces.__file__], release)
     blobs = glb.cached("person", key, _build)
     names = ("body", *_CUTS)
     p = MODEL_PROPORTIONS

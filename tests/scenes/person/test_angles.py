@@ -1,0 +1,219 @@
+"""Four angles an arm: what they mean, there and back, mirrored, and without a jump where they cannot be seen."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from controllers.kinematics import Array
+from scenes.person.angles import (
+    MODEL_PROPORTIONS,
+    BodyPoints,
+    Proportions,
+    arm_angles,
+    arm_directions,
+    arm_points,
+    arm_rotation,
+    body_angles,
+    direction_angles,
+    remembered,
+    torso_rotation,
+    wrapped,
+)
+from scenes.settings import ArmName
+from tests.scenes.person.strategies import SIDES, arms, bodies, plain_arms
+
+FORWARD, LEFT, UP = np.eye(3)
+EYE = np.eye(3)
+
+
+def body_points(angles: Array, turn: Array = EYE, place: Array = FORWARD, scale: float = 1.0) -> BodyPoints:
+    """The points of a body with these angles, hips half a metre below the shoulders, moved anywhere."""
+    chains = np.array([arm_points(angles[i], side) for i, side in enumerate(SIDES)])
+    moved = (chains @ turn.T) * scale + place
+    hips = turn @ np.array([0.0, 0.0, -0.5]) * scale + place
+    return BodyPoints(moved[:, 0], moved[:, 1], moved[:, 2], hips)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "upper", "forearm"),
+    [
+        ((0, 0, 0, 0), -UP, -UP),
+        ((90, 0, 0, 0), FORWARD, FORWARD),
+        ((180, 0, 0, 0), UP, UP),
+        ((0, 90, 0, 0), LEFT, LEFT),
+        ((0, 0, 0, 90), -UP, FORWARD),
+        ((0, 0, 90, 90), -UP, LEFT),
+        ((0, 0, -90, 90), -UP, -LEFT),
+        ((90, 0, 0, 90), FORWARD, UP),
+        ((0, 90, 90, 90), LEFT, UP),
+        ((0, 90, 0, 90), LEFT, FORWARD),
+    ],
+)
+def test_the_words_of_the_docstring(degrees: tuple[float, ...], upper: Array, forearm: Array) -> None:
+    """Each angle does what its name says; the right arm does the same in a mirror."""
+    angles = np.radians(np.array(degrees, float))
+    mirror = np.array([1.0, -1.0, 1.0])
+    for side, flip in zip(SIDES, (1.0, mirror), strict=True):
+        found = arm_directions(angles, side)
+        assert_allclose(found[0], upper * flip, atol=1e-12)
+        assert_allclose(found[1], forearm * flip, atol=1e-12)
+
+
+@given(arms)
+def test_left_and_right_are_mirror_images(angles: Array) -> None:
+    """Equal angles are mirrored points, and mirrored points equal angles."""
+    left, right = arm_points(angles, "left"), arm_points(angles, "right")
+    for a, b in zip(left, right, strict=True):
+        assert_allclose(a * [1.0, -1.0, 1.0], b, atol=1e-12)
+    assert_allclose(arm_angles(*left, EYE, "left"), arm_angles(*right, EYE, "right"), atol=1e-12)
+
+
+@given(arms, st.sampled_from(SIDES))
+def test_the_upper_arm_turns_by_a_rotation(angles: Array, side: ArmName) -> None:
+    """R is one, and its third axis is the upper arm."""
+    R = arm_rotation(angles, side)
+    assert_allclose(R @ R.T, EYE, atol=1e-12)
+    assert np.linalg.det(R) > 0.0
+    assert_allclose(R @ -UP, arm_directions(angles, side)[0], atol=1e-12)
+
+
+@given(plain_arms, st.sampled_from(SIDES))
+def test_round_trip_of_the_angles(angles: Array, side: ArmName) -> None:
+    """Off the singular postures, points give back the angles, with or without a memory of something near."""
+    points = arm_points(angles, side)
+    assert_allclose(arm_angles(*points, EYE, side), angles, atol=1e-9)
+    assert_allclose(arm_angles(*points, EYE, side, angles + 0.05), angles, atol=1e-9)
+
+
+@given(arms, st.sampled_from(SIDES), st.floats(0.05, 3.0))
+def test_round_trip_of_the_points(angles: Array, side: ArmName, scale: float) -> None:
+    """In every posture, singular ones too, the angles give back where the bones pointed, whoever is tracked."""
+    person = Proportions(0.4 * scale, 0.3 * scale, 0.25 * scale)
+    points = arm_points(angles, side, person)
+    back = arm_points(arm_angles(*points, EYE, side), side, person)
+    assert_allclose(back, points, atol=1e-7 * scale)
+
+
+@given(arms, st.sampled_from(SIDES))
+def test_lengths_are_kept(angles: Array, side: ArmName) -> None:
+    """Bones have the person's lengths."""
+    shoulder, elbow, wrist = arm_points(angles, side)
+    assert math.isclose(float(np.linalg.norm(elbow - shoulder)), MODEL_PROPORTIONS.upper_arm)
+    assert math.isclose(float(np.linalg.norm(wrist - elbow)), MODEL_PROPORTIONS.forearm)
+
+
+@given(bodies(plain_arms), st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(0.01, 100.0))
+def test_any_frame_and_unit(angles: Array, rotation: tuple[float, float, float], scale: float) -> None:
+    """Where the tracking has its origin, its axes and its unit makes no difference."""
+    a, b, c = rotation
+    turn = arm_rotation(np.array([a, b, c, 0.0]), "left")
+    points = body_points(angles, turn, np.array([5.0, -2.0, 1.0]), scale)
+    R = torso_rotation(points.shoulders[0], points.shoulders[1], points.hips)
+    assert R is not None
+    assert_allclose(R, turn, atol=1e-9)
+    found = body_angles(points)
+    assert found is not None
+    assert_allclose(found, angles, atol=1e-7)
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("tilt", [0.0, 0.002, -0.03])
+def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
+    """An arm that is raised sideways, past the T and over the head, jumps in no angle, and its bones stay where they are seen."""
+    previous, worst_step, worst_miss = np.radians([0.0, 10.0, 0.0, 80.0]), 0.0, 0.0
+    for raised in np.radians(np.linspace(10.0, 170.0, 321)):
+        directions = arm_directions(np.array([tilt, raised, 0.0, math.radians(80.0)]), side)
+        angles = direction_angles(*directions, side, previous)
+        worst_step = max(worst_step, float(np.abs(angles - previous).max()))
+        worst_miss = max(
+            worst_miss, *(float(np.abs(a - b).max()) for a, b in zip(arm_directions(angles, side), directions, strict=True))
+        )
+        previous = angles
+    assert worst_step < math.radians(5.0)
+    assert worst_miss < math.radians(3.0)
+    assert_allclose(previous, [tilt, math.radians(170.0), 0.0, math.radians(80.0)], atol=1e-3)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_positive_control_without_a_memory_the_t_is_a_jump(side: ArmName) -> None:
+    """The same swing without the sample before turns flexion and rotation round in one step."""
+    found = [
+        direction_angles(*arm_directions(np.radians([0.1, raised, 0.0, 80.0]), side), side)
+        for raised in np.linspace(80.0, 100.0, 41)
+    ]
+    assert np.abs(np.diff(found, axis=0)).max() > 2.0
+
+
+def test_a_straight_elbow_keeps_the_rotation() -> None:
+    """As the elbow straightens the rotation stays, whatever noise says; bent again it is found again."""
+    random = np.random.default_rng(3)
+    previous = np.radians([30.0, 20.0, 40.0, 90.0])
+    steps = []
+    for elbow in [*np.linspace(90.0, 0.0, 200), *np.zeros(50), *np.linspace(0.0, 90.0, 200)]:
+        upper, forearm = arm_directions(np.radians([30.0, 20.0, 40.0, elbow]), "left")
+        forearm = forearm + random.normal(0.0, 0.002, 3)
+        angles = direction_angles(upper, forearm / np.linalg.norm(forearm), "left", previous)
+        steps.append(abs(angles[2] - previous[2]))
+        previous = angles
+    assert max(steps) < 0.1
+    assert_allclose(previous, np.radians([30.0, 20.0, 40.0, 90.0]), atol=0.01)
+
+
+def test_whole_turns_are_gathered() -> None:
+    """A windmill goes on counting; nothing wraps."""
+    previous = np.radians([0.0, 10.0, 0.0, 30.0])
+    for flexion in np.linspace(0.0, 3.0 * np.pi, 400):
+        angles = direction_angles(*arm_directions(np.array([flexion, *previous[1:]]), "left"), "left", previous)
+        assert abs(angles[0] - previous[0]) < 0.1
+        previous = angles
+    assert_allclose(previous[0], 3.0 * np.pi, atol=1e-6)
+
+
+def test_rest_near_the_t_finds_the_truth() -> None:
+    """What is remembered fades: a posture that is held is found after some samples."""
+    true = np.radians([50.0, 87.0, 10.0, 80.0])
+    directions = arm_directions(true, "left")
+    angles = np.radians([0.0, 87.0, 50.0, 80.0])
+    for _ in range(60):
+        angles = direction_angles(*directions, "left", angles)
+    assert_allclose(angles, true, atol=1e-6)
+
+
+@given(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(0.0, 1.0))
+def test_remembered(angle: float, previous: float, sine: float) -> None:
+    """Between the old value and the nearest way to the new one; the new one, up to turns, if it can be trusted."""
+    found = remembered(angle, previous, sine)
+    step = wrapped(angle - previous)
+    assert min(0.0, step) - 1e-12 <= found - previous <= max(0.0, step) + 1e-12
+    if sine >= 0.1:
+        assert abs(wrapped(found - angle)) < 1e-9
+    assert remembered(angle, previous, 0.0) == previous
+
+
+@pytest.mark.parametrize("wrong", ["elbow at shoulder", "wrist at elbow", "nan", "inf", "flat torso", "hips at shoulders"])
+def test_what_is_no_body(wrong: str) -> None:
+    """Points that make no body are nobody, not an error."""
+    points = body_points(np.radians([[20.0, 10.0, 0.0, 60.0]] * 2))
+    if wrong == "elbow at shoulder":
+        points.elbows[0] = points.shoulders[0]
+    elif wrong == "wrist at elbow":
+        points.wrists[1] = points.elbows[1]
+    elif wrong == "nan":
+        points.wrists[1, 2] = np.nan
+    elif wrong == "inf":
+        points.elbows[1, 2] = np.inf
+    elif wrong == "flat torso":
+        points = points._replace(hips=points.shoulders[0])
+    else:
+        points = points._replace(hips=points.shoulders.mean(axis=0))
+    assert body_angles(points) is None
+
+
+def test_a_bone_without_length_is_refused() -> None:
+    """`arm_angles` says what it needs."""
+    with pytest.raises(ValueError, match="three different"):
+        arm_angles(FORWARD, FORWARD, LEFT, EYE, "left")

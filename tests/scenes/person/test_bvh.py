@@ -1,0 +1,158 @@
+"""BVH files of several programs give back the person they were written from."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from controllers.errors import BadInputFile
+from scenes.person.angles import arm_directions
+from scenes.person.bvh import joint_part, read_bvh
+from scenes.person.clips import Clip
+from tests.scenes.person.bvh_text import BLENDER, MIXAMO, POSER, STYLES, write_bvh
+from tests.scenes.person.strategies import SIDES
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("clip", ["wave", "cross"])
+def test_round_trip(style: str, clip: str) -> None:
+    """Clip → BVH → the same angles, in any naming, channel order, unit and axes, wherever the person walks."""
+    source = Clip(clip, 2)  # type: ignore[arg-type]
+    motion = read_bvh(write_bvh(source, STYLES[style], frames=120))
+    assert motion.duration == pytest.approx(119 * 0.05)
+    for t in np.arange(120) * 0.05:
+        found = motion.angles(float(t))
+        assert found is not None
+        assert_allclose(found, source.angles(t), atol=1e-5)
+
+
+def test_between_frames_and_beyond() -> None:
+    """Straight between two frames; at rest before the first and after the last."""
+    motion = read_bvh(write_bvh(Clip("wave", 1), MIXAMO, frames=60))
+    a, b, half = (motion.angles(t) for t in (1.0, 1.05, 1.025))
+    assert a is not None and b is not None and half is not None
+    assert_allclose(half, (a + b) / 2.0, atol=1e-9)
+    for beyond, edge in ((-3.0, 0.0), (1e6, motion.duration)):
+        assert_allclose(motion.angles(beyond), motion.angles(edge))  # type: ignore[arg-type]
+
+
+def test_sources_of_a_file(tmp_path: Path) -> None:
+    """A path, its text, text with another end of line or a byte order mark, bytes: the same motion; the name is told."""
+    text = write_bvh(Clip("reach", 1), BLENDER, frames=5)
+    path = tmp_path / "walk.bvh"
+    path.write_text(text)
+    wanted = read_bvh(text)
+    sources = (
+        path,
+        str(path),
+        text.encode(),
+        text.replace("\n", "\r\n"),
+        text.replace("\n", "\r"),
+        b"\xef\xbb\xbf" + text.encode(),
+    )
+    for source in sources:
+        assert_allclose(read_bvh(source).table, wanted.table, atol=0.0)
+    assert read_bvh(path).name == str(path)
+    assert read_bvh(text, "visitor.bvh").name == "visitor.bvh"
+
+
+def test_layout_is_free() -> None:
+    """Tabs, blank lines, braces at the end of a line, lower case, a missing blank after Frames: are all in use."""
+    text = write_bvh(Clip("clap", 1), POSER, frames=4)
+    loose = text.replace("\n{", " {").replace("OFFSET ", "\tOffset\t").replace("\n", "\n\n").replace("Frames: ", "Frames:")
+    loose = loose.replace("Xrotation", "XROTATION").replace("HIERARCHY", "Hierarchy")
+    assert_allclose(read_bvh(loose).table, read_bvh(text).table, atol=0.0)
+
+
+def test_position_channels_replace_the_offset() -> None:
+    """A joint whose position channels move is where they say; one whose channels stay at zero is at its offset."""
+    text = write_bvh(Clip("wave", 1), MIXAMO, frames=3)
+    spine = "JOINT mixamorig:Spine\n{\nOFFSET 0.000000 20.000000 0.000000\nCHANNELS 3 "
+    assert spine in text
+    head, rows = text.split("Frame Time: 0.05\n")
+    head = head.replace(spine, spine.replace("20.000000", "77.000000").replace("3 ", "6 Xposition Yposition Zposition "))
+    # The root has 6 channels, each thigh 3.
+    at = 12
+    moved = [" ".join([*row.split()[:at], "0 20 0", *row.split()[at:]]) for row in rows.splitlines()]
+    assert_allclose(read_bvh(head + "Frame Time: 0.05\n" + "\n".join(moved)).table, read_bvh(text).table, atol=1e-9)
+
+
+def test_whole_turns_between_frames() -> None:
+    """Angles go on over ±180°, so that what lies between two frames is near both."""
+
+    class Windmill:
+        def angles(self, time: float) -> np.ndarray:
+            return np.array([[4.0 * time, 0.1, 0.0, 0.3]] * 2)
+
+    motion = read_bvh(write_bvh(Windmill(), MIXAMO, frames=60))
+    assert np.abs(np.diff(motion.table, axis=0)).max() < 0.3
+    for t in np.arange(0.0, 2.9, 0.025):
+        found = motion.angles(float(t))
+        assert found is not None
+        for i, side in enumerate(SIDES):
+            assert_allclose(arm_directions(found[i], side), arm_directions(Windmill().angles(t)[i], side), atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "side", "part"),
+    [
+        ("LeftForeArm", "left", "forearm"),
+        ("lForeArm", "left", "forearm"),
+        ("LForeArm", "left", "forearm"),
+        ("rShldr", "right", "shldr"),
+        ("R_UpperArm", "right", "upperarm"),
+        ("mixamorig:LeftHand", "left", "hand"),
+        ("upper_arm.R", "right", "upperarm"),
+        ("Bip01 L Forearm", "left", "forearm"),
+        ("CC_Base_R_Forearm", "right", "forearm"),
+        ("ElbowLeft", "left", "elbow"),
+        ("rightforearm", "right", "forearm"),
+        ("lelbow", "left", "elbow"),
+        ("LHipJoint", "left", "hip"),
+        ("Hips", None, "hips"),
+        ("LowerBack", None, "lowerback"),
+        ("Neck1", None, "neck"),
+        ("", None, ""),
+    ],
+)
+def test_joint_names(name: str, side: str | None, part: str) -> None:
+    """Side and part are found in all usual spellings."""
+    assert joint_part(name) == (side, part)
+
+
+def test_twist_joints_are_passed_over() -> None:
+    """A roll joint between upper arm and elbow, or elbow and hand, does not count as shoulder or wrist."""
+    text = write_bvh(Clip("reach", 1), MIXAMO, frames=3)
+    for side in ("Left", "Right"):
+        # Make the forearm's parent a roll joint at the same place: open it before the elbow, close it after.
+        text = text.replace(
+            f"JOINT mixamorig:{side}ForeArm", f"JOINT mixamorig:{side}ArmRoll\n{{\nOFFSET 0 0 0\nCHANNELS 0\nJOINT x"
+        )
+    with pytest.raises(BadInputFile):
+        read_bvh(text)
+    plain = write_bvh(Clip("reach", 1), MIXAMO, frames=3)
+    lines, out, closing = plain.splitlines(), [], 0
+    for line in lines:
+        if line.startswith("JOINT") and line.endswith("ForeArm"):
+            out += [line.replace("ForeArm", "ArmRoll"), "{", "OFFSET 0 0 0", "CHANNELS 1 Xrotation"]
+            closing = 3
+        out.append(line)
+        if closing and line == "}":
+            closing -= 1
+            if not closing:
+                out.append("}")
+    head, rows = "\n".join(out).split("Frame Time: 0.05\n")
+    names = [line.split()[-1] for line in head.splitlines() if line.startswith(("ROOT", "JOINT"))]
+    rolled = []
+    for row in rows.splitlines():
+        values, new, at = row.split(), [], 0
+        for name in names:
+            width = 1 if name.endswith("ArmRoll") else 6 if name.endswith("Hips") else 3
+            if width == 1:
+                new.append("0")
+                continue
+            new += values[at : at + width]
+            at += width
+        rolled.append(" ".join(new))
+    assert_allclose(read_bvh(head + "Frame Time: 0.05\n" + "\n".join(rolled)).table, read_bvh(plain).table, atol=1e-9)

@@ -1,0 +1,95 @@
+"""Clips: looping, smooth, the same for the same seed, and other people for other seeds."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from controllers.errors import BadSetting
+from scenes.person.angles import arm_points
+from scenes.person.clips import CLIP_LABELS, CLIP_NAMES, REST, Clip, ClipName
+
+SEEDS = (0, 1, 2, 17, -3)
+
+
+@pytest.mark.parametrize("name", CLIP_NAMES)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_loop(name: ClipName, seed: int) -> None:
+    """It starts and ends at rest, and begins again."""
+    clip = Clip(name, seed)
+    assert_allclose(clip.angles(0.0), REST, atol=1e-12)
+    assert_allclose(clip.angles(clip.duration), REST, atol=1e-9)
+    for t in (0.0, 1.3, 0.7 * clip.duration):
+        assert_allclose(clip.angles(t + 2.0 * clip.duration), clip.angles(t), atol=1e-9)
+    assert np.abs(clip.angles(0.5 * clip.duration) - REST).max() > 0.01
+
+
+@pytest.mark.parametrize("name", CLIP_NAMES)
+def test_twice_differentiable(name: ClipName) -> None:
+    """The steps of the second differences shrink with h: no jump of the acceleration, over the seam neither."""
+    clip = Clip(name, 3)
+
+    def roughest(h: float) -> float:
+        times = np.arange(-0.5, clip.duration + 0.5, h)
+        q = np.array([clip.angles(t) for t in times]).reshape(len(times), -1)
+        return float(np.abs(np.diff(np.diff(q, 2, axis=0) / h**2, axis=0)).max())
+
+    coarse, fine = roughest(0.01), roughest(0.005)
+    assert fine < 0.65 * coarse
+    assert coarse < 5.0
+
+
+@pytest.mark.parametrize("name", CLIP_NAMES)
+def test_the_seed_is_the_person(name: ClipName) -> None:
+    """The same seed gives the same bits in any order of asking; another seed another motion."""
+    a, b = Clip(name, 5), Clip(name, 5)
+    times = (3.0, 0.2, 7.5, 3.0)
+    assert_array_equal([a.angles(t) for t in times], [b.angles(t) for t in reversed(times)][::-1])
+    others = [Clip(name, seed) for seed in range(8)]
+    assert len({clip.duration for clip in others}) == len(others)
+
+
+def test_either_arm_leads() -> None:
+    """Some wave with the left arm, some with the right."""
+    raised = {int(np.argmax(Clip("wave", seed).angles(3.0)[:, 1])) for seed in range(10)}
+    assert raised == {0, 1}
+
+
+def test_the_medley_is_all_of_them() -> None:
+    """All clips in turn, each as it is alone."""
+    medley, start = Clip("medley", 4), 0.0
+    for name in CLIP_NAMES[:-1]:
+        clip = Clip(name, 4)
+        for part in (0.1, 0.45, 0.9):
+            assert_allclose(medley.angles(start + part * clip.duration), clip.angles(part * clip.duration), atol=1e-9)
+        start += clip.duration
+    assert_allclose(medley.duration, start)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_person_does_what_the_name_says(seed: int) -> None:
+    """Clapping hands meet, crossing wrists pass each other, and a wave is up beside the head."""
+
+    def wrists(clip: Clip) -> np.ndarray:
+        times = np.arange(0.0, clip.duration, 0.02)
+        return np.array([[arm_points(clip.angles(t)[i], s)[2] for i, s in enumerate(("left", "right"))] for t in times])
+
+    wave, clap, cross, reach = (wrists(Clip(name, seed)) for name in CLIP_NAMES[:4])
+    assert np.linalg.norm(clap[:, 0] - clap[:, 1], axis=1).min() < 0.12
+    assert (cross[:, 0, 1] - cross[:, 1, 1]).min() < -0.02
+    assert wave[:, :, 2].max() > 0.1
+    assert reach[:, :, 0].max() > 0.5
+
+
+def test_labels_and_refusals() -> None:
+    """Every clip has a label, and no other clip exists."""
+    assert len(CLIP_LABELS) == len(CLIP_NAMES)
+    with pytest.raises(BadSetting, match="choose from wave, clap, cross, reach, medley"):
+        Clip("dance")  # type: ignore[arg-type]
+
+
+def test_the_caller_may_keep_the_array() -> None:
+    """Writing to a result changes nothing."""
+    clip = Clip("clap", 1)
+    clip.angles(0.0)[:] = 9.0
+    clip.angles(clip.duration)[:] = 9.0
+    assert_allclose(clip.angles(0.0), REST)

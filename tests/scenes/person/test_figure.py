@@ -1,0 +1,128 @@
+"""The figure follows a hand that drags it: lengths are kept, what can be reached is reached, and nothing jumps."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from controllers.kinematics import Array
+from scenes.person.angles import MODEL_PROPORTIONS, Proportions, arm_directions
+from scenes.person.clips import REST
+from scenes.person.figure import MOST_BENT, Figure
+from scenes.settings import ArmName
+from tests.scenes.person.strategies import SIDES, arms, bodies
+
+SHORTEST = float(
+    np.hypot(
+        MODEL_PROPORTIONS.upper_arm + MODEL_PROPORTIONS.forearm * np.cos(MOST_BENT), MODEL_PROPORTIONS.forearm * np.sin(MOST_BENT)
+    )
+)
+LONGEST = MODEL_PROPORTIONS.upper_arm + MODEL_PROPORTIONS.forearm
+
+points = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
+
+
+def check_lengths(figure: Figure) -> None:
+    """Bones have their lengths, elbows bend no further than they can, angles are finite."""
+    assert np.isfinite(figure.angles()).all()
+    assert (figure.angles()[:, 3] <= MOST_BENT + 1e-6).all()
+    for side in SIDES:
+        shoulder, elbow, wrist = figure.points(side)
+        assert np.isclose(np.linalg.norm(elbow - shoulder), figure.proportions.upper_arm)
+        assert np.isclose(np.linalg.norm(wrist - elbow), figure.proportions.forearm)
+
+
+@given(bodies(arms), st.sampled_from(SIDES), points)
+def test_a_wrist_goes_where_it_is_dragged(start: Array, side: ArmName, point: Array) -> None:
+    """Within reach it comes to the point; beyond, to the nearest point of its reach. The other arm rests."""
+    figure = Figure(start=start)
+    shoulder = figure.points(side)[0]
+    distance = float(np.linalg.norm(point - shoulder))
+    if distance < 0.01:
+        return
+    for _ in range(3):
+        figure.drag_wrist(side, point)
+    check_lengths(figure)
+    wanted = shoulder + (point - shoulder) / distance * np.clip(distance, SHORTEST, LONGEST)
+    assert_allclose(figure.points(side)[2], wanted, atol=1e-3)
+    other = 1 - SIDES.index(side)
+    assert_allclose(figure.angles()[other], start[other], atol=0.0)
+
+
+@given(bodies(arms), st.sampled_from(SIDES), points)
+def test_an_elbow_goes_where_it_is_dragged(start: Array, side: ArmName, point: Array) -> None:
+    """The upper arm points at the point; the forearm keeps its direction where the elbow can bend so far."""
+    figure = Figure(start=start)
+    shoulder = figure.points(side)[0]
+    distance = float(np.linalg.norm(point - shoulder))
+    if distance < 0.01:
+        return
+    before = arm_directions(start[SIDES.index(side)], side)[1]
+    for _ in range(3):
+        figure.drag_elbow(side, point)
+    check_lengths(figure)
+    upper, forearm = arm_directions(figure.angles()[SIDES.index(side)], side)
+    assert_allclose(upper, (point - shoulder) / distance, atol=2e-3)
+    if upper @ before > np.cos(MOST_BENT) + 1e-3:
+        assert_allclose(forearm, before, atol=4e-3)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_a_drag_in_small_steps_moves_in_small_steps(side: ArmName) -> None:
+    """Round in circles, through the stretched arm and back: wrist and elbow follow without a jump."""
+    figure = Figure()
+    worst = 0.0
+    before = np.array(figure.points(side))
+    centre = before[2] + [0.0, 0.0, 0.15]
+    for angle in np.linspace(-0.5 * np.pi, 3.5 * np.pi, 1600):
+        figure.drag_wrist(side, centre + np.array([0.4 * np.cos(angle), 0.0, 0.15 * np.sin(angle)]))
+        now = np.array(figure.points(side))
+        worst = max(worst, float(np.abs(now - before).max()))
+        before = now
+    # Near the stretched arm the elbow moves with the root of the wrist.
+    assert worst < 0.03
+
+
+def test_the_elbow_swivels_no_more_than_it_must() -> None:
+    """A wrist dragged to where it is leaves the elbow there; dragged straight towards the shoulder, the elbow stays in its plane."""
+    figure = Figure(start=np.radians([[40.0, 35.0, 20.0, 70.0]] * 2))
+    shoulder, elbow, wrist = figure.points("left")
+    figure.drag_wrist("left", wrist)
+    assert_allclose(figure.points("left")[1], elbow, atol=1e-9)
+    plane = np.cross(wrist - shoulder, elbow - shoulder)
+    figure.drag_wrist("left", shoulder + 0.8 * (wrist - shoulder))
+    assert abs(plane @ (figure.points("left")[1] - shoulder)) < 1e-9
+
+
+@pytest.mark.parametrize("drag", ["wrist", "elbow"])
+@pytest.mark.parametrize("point", [[np.nan, 0, 0], [np.inf, 0, 0], [1e200, 0, 0], [0.0, 0.21, 0.0]])
+def test_strange_points(drag: str, point: list[float]) -> None:
+    """A point that is none, or at the shoulder itself, leaves a whole figure behind."""
+    figure = Figure()
+    with np.errstate(over="ignore"):
+        (figure.drag_wrist if drag == "wrist" else figure.drag_elbow)("left", np.array(point))
+    check_lengths(figure)
+
+
+@pytest.mark.parametrize("direction", np.vstack([np.eye(3), -np.eye(3)]))
+def test_straight_arms_bend_somewhere(direction: Array) -> None:
+    """A stretched arm pulled towards its shoulder bends, whichever way it points."""
+    figure = Figure(start=np.zeros((2, 4)))
+    shoulder = figure.points("right")[0]
+    figure.drag_elbow("right", shoulder + direction)
+    figure.drag_wrist("right", shoulder + direction)
+    check_lengths(figure)
+    figure.drag_wrist("right", shoulder + 0.4 * direction)
+    check_lengths(figure)
+    assert_allclose(figure.points("right")[2], shoulder + 0.4 * direction, atol=2e-3)
+
+
+def test_reset_and_proportions() -> None:
+    """It stands as at the start again; other people have other lengths; what is given out is a copy."""
+    figure = Figure(Proportions(0.3, 0.2, 0.2))
+    figure.drag_wrist("left", np.array([0.3, 0.2, 0.1]))
+    check_lengths(figure)
+    figure.reset()
+    figure.angles()[:] = 9.0
+    assert_allclose(figure.angles(5.0), REST, atol=0.0)

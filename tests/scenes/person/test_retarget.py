@@ -1,0 +1,187 @@
+"""The robots' arms point where the person's do, wherever their joints allow it, and never leap without need."""
+
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from controllers.kinematics import Array, Kinematics
+from controllers.proximity import ProximityDetector
+from scenes.lwr.facts import JOINTS
+from scenes.person.angles import arm_directions
+from scenes.person.clips import CLIP_NAMES, REST, Clip, ClipName
+from scenes.person.retarget import LIMIT_MARGIN, Retargeter, arm_joints, natural_pose
+from scenes.rigs import MIRROR, RIGS
+from scenes.room import Room, build_room
+from scenes.settings import RigName
+from tests.scenes.person.strategies import SIDES, arms, bodies
+
+LIMITS = np.array([joint.position_limit for joint in JOINTS[:4]]) - LIMIT_MARGIN
+REACHABLE = float(LIMITS[1])
+"""A bone may stand off the axis of what carries it by so much."""
+
+
+@cache
+def room() -> Room:
+    """The room of the torso, and whatever its capsules are."""
+    return build_room("torso")
+
+
+def pointed(q: Array, arm: int, rig: RigName = "torso") -> tuple[Array, Array]:
+    """Where a robot's upper arm and forearm point, by the forward kinematics of its model; world."""
+    robot = room().robots[arm]
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, np.concatenate([q, np.zeros(3)]))
+    base = (RIGS[rig].left_base, RIGS[rig].right_base)[arm]
+    shoulder, elbow, wrist = (base.act(data.oMi[j].translation) for j in (robot.shoulder, robot.elbow, robot.wrist))
+    upper, forearm = elbow - shoulder, wrist - elbow
+    return upper / np.linalg.norm(upper), forearm / np.linalg.norm(forearm)
+
+
+def reachable(angles: Array, arm: int, rig: RigName = "torso") -> bool:
+    """Whether no limit is in the way of an arm's posture."""
+    upper, _ = arm_directions(angles[arm], SIDES[arm])
+    axis = (RIGS[rig].left_base, RIGS[rig].right_base)[arm].rotation[:, 2]
+    return float(np.arccos(np.clip(upper @ axis, -1.0, 1.0))) < REACHABLE - 1e-6 and angles[arm, 3] < REACHABLE - 1e-6
+
+
+def joint_distance(q: Array) -> float:
+    """The smallest distance between the robots' arms with these first four joints each [m]."""
+    kinematics = Kinematics(room().model, room().arms)
+    posture = room().start.copy()
+    for arm, joints in zip(room().arms, q, strict=True):
+        posture[arm.joints.start : arm.joints.start + 4] = joints
+    kinematics.update(posture)
+    return ProximityDetector(kinematics, room().geometry).detect().distance
+
+
+@pytest.mark.parametrize("rig", ["torso", "table"])
+@given(bodies(arms))
+def test_directions_match(rig: RigName, angles: Array) -> None:
+    """Forward kinematics gives back the person's directions; joints stay inside their limits in any case."""
+    q = natural_pose(angles, RIGS[rig])
+    assert (np.abs(q) <= LIMITS + 1e-12).all()
+    for arm, side in enumerate(SIDES):
+        if reachable(angles, arm, rig):
+            for found, wanted in zip(pointed(q[arm], arm, rig), arm_directions(angles[arm], side), strict=True):
+                assert_allclose(found, wanted, atol=1e-6)
+
+
+@given(bodies(arms), st.integers(0, 10_000))
+def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
+    """Whatever the joints were before, off the axes the directions match, and nothing leaves its limits."""
+    before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS, (2, 4))
+    retargeter = Retargeter()
+    retargeter.reset(before)
+    q = retargeter.joints(angles)
+    assert (np.abs(q) <= LIMITS + 1e-12).all()
+    for arm, side in enumerate(SIDES):
+        directions = arm_directions(angles[arm], side)
+        base = (RIGS["torso"].left_base, RIGS["torso"].right_base)[arm].rotation
+        seen = np.linalg.norm(np.cross(directions[0], base[:, 2])) > 0.06 and np.sin(angles[arm, 3]) > 0.06
+        if seen and reachable(angles, arm):
+            for found, wanted in zip(pointed(q[arm], arm), directions, strict=True):
+                assert_allclose(found, wanted, atol=1e-6)
+
+
+@given(bodies(arms))
+def test_an_unreachable_bone_is_met_as_well_as_possible(angles: Array) -> None:
+    """A limit costs no more than what it takes away: the upper arm misses by the angle beyond q2's limit, if q1 is free."""
+    q = natural_pose(angles)
+    for arm, side in enumerate(SIDES):
+        upper = arm_directions(angles[arm], side)[0]
+        axis = (RIGS["torso"].left_base, RIGS["torso"].right_base)[arm].rotation[:, 2]
+        beyond = max(float(np.arccos(np.clip(upper @ axis, -1.0, 1.0))) - REACHABLE, 0.0)
+        miss = float(np.arccos(np.clip(pointed(q[arm], arm)[0] @ upper, -1.0, 1.0)))
+        assert miss > beyond - 1e-6
+        if abs(q[arm, 0]) < LIMITS[0] - 1e-9:
+            assert miss < beyond + 1e-6
+
+
+@given(bodies(arms))
+def test_mirror_images(angles: Array) -> None:
+    """Mirrored, the person's left arm drives the right robot; and equal angles of both arms are mirrored postures."""
+    straight, mirrored = natural_pose(angles), natural_pose(angles, mirrored=True)
+    assert_allclose(mirrored, natural_pose(angles[::-1]), atol=1e-12)
+    assert_allclose(mirrored[::-1] * MIRROR[:4], straight, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", CLIP_NAMES)
+@pytest.mark.parametrize("seed", range(3))
+def test_clips_never_leap(name: ClipName, seed: int) -> None:
+    """Every clip is followed on one branch, inside the limits, and at speeds that the robots nearly have."""
+    clip, dt = Clip(name, seed), 0.02
+    retargeter = Retargeter()
+    q = np.array([retargeter.joints(clip.angles(k * dt)) for k in range(int(clip.duration / dt) + 2)])
+    assert np.abs(np.diff(q, axis=0)).max() / dt < np.radians(110.0)
+    assert (q[:, :, [1, 3]] > 0.0).all()
+    assert (np.abs(q) < LIMITS - np.radians(2.0)).all()
+    assert_allclose(q[0], natural_pose(REST), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["clap", "cross"])
+@pytest.mark.parametrize("seed", range(6))
+def test_without_avoidance_clap_and_cross_collide(name: ClipName, seed: int) -> None:
+    """There is something to avoid: the robots' capsules overlap by centimetres."""
+    clip, retargeter = Clip(name, seed), Retargeter()
+    distances = [joint_distance(retargeter.joints(clip.angles(t))) for t in np.arange(0.0, clip.duration, 0.1)]
+    assert min(distances) < -0.02
+    assert distances[0] > 0.2
+
+
+@pytest.mark.parametrize("name", ["wave", "reach"])
+def test_wave_and_reach_keep_apart(name: ClipName) -> None:
+    """These are for following, not for avoiding."""
+    clip, retargeter = Clip(name, 1), Retargeter()
+    assert min(joint_distance(retargeter.joints(clip.angles(t))) for t in np.arange(0.0, clip.duration, 0.1)) > 0.2
+
+
+def test_through_the_axis_of_the_base() -> None:
+    """An upper arm that passes over the axis of the robot's base, where q1 is undefined, moves no joint by leaps."""
+    base = RIGS["torso"].left_base.rotation
+    bend = pin.exp3(0.9 * base[:, 1])
+    before, steps, misses = None, [], []
+    for tilt in np.linspace(-0.4, 0.4, 401):
+        upper = base @ np.array([np.sin(tilt), 1e-4, np.cos(tilt)])
+        upper /= np.linalg.norm(upper)
+        q = arm_joints(upper, bend @ upper, base, before)
+        if before is not None:
+            steps.append(np.abs(q - before).max())
+        misses.append(np.abs(pointed(q, 0)[0] - upper).max())
+        before = q
+    assert max(steps) < 0.05
+    assert max(misses) < 0.02
+
+
+def test_a_straight_elbow_keeps_q3() -> None:
+    """With a straight elbow the roll of the robot's upper arm stays what it was."""
+    retargeter = Retargeter()
+    bent = np.radians([[40.0, 30.0, 20.0, 60.0]] * 2)
+    q = retargeter.joints(bent)
+    straight = q
+    for elbow in np.linspace(60.0, 0.0, 120):
+        bent[:, 3] = np.radians(elbow)
+        straight = retargeter.joints(bent)
+    assert_allclose(straight[:, 2], q[:, 2], atol=1e-3)
+    assert_allclose(straight[:, 3], 0.0, atol=1e-9)
+
+
+def test_reset_forgets() -> None:
+    """After a reset the same angles give the same joints as for a new person."""
+    retargeter = Retargeter()
+    odd = np.radians([[[-170.0, 20.0, 0.0, 30.0]] * 2])[0]
+    retargeter.joints(odd)
+    retargeter.reset(-natural_pose(REST))
+    retargeter.reset()
+    assert_allclose(retargeter.joints(REST), natural_pose(REST), atol=0.0)
+
+
+def test_joints_are_the_callers_to_keep() -> None:
+    """Writing to the result does not disturb the next one."""
+    retargeter = Retargeter()
+    retargeter.joints(REST)[:] = 7.0
+    assert_allclose(retargeter.joints(REST), natural_pose(REST), atol=1e-12)

@@ -1,0 +1,71 @@
+"""Recorded people: between samples, outside them, and where nobody was seen."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from scenes.person.source import PersonSource, SampledAngles
+
+TIMES = np.array([0.0, 1.0, 3.0, 4.0])
+TABLE = np.arange(4.0)[:, None, None] * np.ones((4, 2, 4))
+
+
+def value(source: PersonSource, time: float) -> float | None:
+    """The one number that all angles share."""
+    angles = source.angles(time)
+    return None if angles is None else float(angles[1, 2])
+
+
+def test_between_and_outside() -> None:
+    """Straight between samples, at rest outside."""
+    sampled = SampledAngles(TIMES, TABLE)
+    assert sampled.duration == 4.0
+    times = (-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 3.25, 4.0, 99.0)
+    assert [value(sampled, t) for t in times] == [0.0, 0.0, 0.5, 1.0, 1.5, 2.0, 2.25, 3.0, 3.0]
+
+
+def test_lost() -> None:
+    """Nobody at a sample with a NaN, nor on the way to or from it."""
+    table = TABLE.copy()
+    table[2, 0, 0] = np.nan
+    sampled = SampledAngles(TIMES, table)
+    assert [value(sampled, t) for t in (1.0, 1.1, 3.0, 3.9, 4.0)] == [1.0, None, None, None, 3.0]
+
+
+def test_a_single_sample() -> None:
+    """One posture for ever."""
+    sampled = SampledAngles(np.array([2.0]), TABLE[1:2])
+    assert [value(sampled, t) for t in (0.0, 2.0, 5.0)] == [1.0, 1.0, 1.0]
+
+
+def test_copies() -> None:
+    """The caller may keep what it gets."""
+    sampled = SampledAngles(TIMES, TABLE.copy())
+    angles = sampled.angles(1.0)
+    assert angles is not None
+    angles[:] = 7.0
+    assert value(sampled, 1.0) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("times", "table"),
+    [
+        (TIMES[:3], TABLE),
+        (TIMES[:0], TABLE[:0]),
+        (TIMES, TABLE[:, 0]),
+        (TIMES[::-1], TABLE),
+        (np.array([0.0, 1.0, 1.0, 2.0]), TABLE),
+        (np.array([0.0, 1.0, np.nan, 2.0]), TABLE),
+    ],
+)
+def test_what_does_not_fit(times: np.ndarray, table: np.ndarray) -> None:
+    """Shapes and times are checked."""
+    with pytest.raises(ValueError, match="times"):
+        SampledAngles(times, table)
+
+
+def test_shapes() -> None:
+    """Angles are two arms of four."""
+    angles = SampledAngles(TIMES, TABLE).angles(0.3)
+    assert angles is not None
+    assert_allclose(angles.shape, (2, 4))
