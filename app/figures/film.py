@@ -1,5 +1,6 @@
 """Fig. 8: eight frames of the imitation; and Fig. 3, the two arms on their torso. Drawn without a browser or a graphics card."""
 
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -18,18 +19,18 @@ from app.page.theme import blend
 from controllers.kinematics import Array
 from scenes.headless import Run
 from scenes.history import COLUMN
-from scenes.person.body import MATERIAL, body_parts, body_poses
+from scenes.person.body import MATERIAL, BodyPart, body_parts, body_poses
 from scenes.person.source import MissingPackage
 from scenes.rigs import Camera
 from scenes.targets import AnglesTarget
 
 FRAMES: Final = 8
-FILM_CAMERA: Final = Camera((0.20, 0.46, 1.06), (2.6, -0.25, 0.55), 2.62, 1.55, float(np.radians(26.0)))
+FILM_CAMERA: Final = Camera((0.20, 0.36, 1.11), (2.6, -0.3, 0.5), 2.25, 1.44, float(np.radians(26.0)))
 """Robots to the left, the person whom they imitate beside them."""
 
 STILL_CAMERA: Final = Camera((0.28, 0.0, 0.90), (2.45, -0.45, 0.69), 1.5, 0.92, float(np.radians(30.0)))
 
-PERSON_PLACE: Final = np.array([0.0, 1.22, 1.38])
+PERSON_PLACE: Final = np.array([-1.0, 1.25, 1.38])
 """Where the middle of the person's shoulders is [m]."""
 
 OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
@@ -39,9 +40,9 @@ def film(plan: Plan) -> Drawn:
     """Fig. 8."""
     settings, length = imitation_settings(plan), imitation_seconds(plan)
     run = plan.shared(settings, length)
-    picked = ((np.arange(FRAMES) + 0.5) / FRAMES * len(run.table)).astype(int)
+    picked = _moments(run.table[:, COLUMN["d"]])
     size = plan.either((640, 400), (128, 80))
-    figure = sheet(3.6, 10.4)
+    figure = sheet(3.3, 10.4)
     figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.02)
     # The person of the run, asked once more.
     person = run.simulation.person()
@@ -54,12 +55,21 @@ def film(plan: Plan) -> Drawn:
         rows.append([row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]])
     d = [float(row[1]) for row in rows]  # pyright: ignore[reportArgumentType]
     found = [
-        f"Eight moments of the run of Fig. 7, {length / FRAMES:g} s apart; the arms are between {1000 * min(d):.0f} and "
-        f"{1000 * max(d):.0f} mm from each other. The line joins the closest points; the thicker and the more violet, the larger λ.",
+        f"Of each {length / FRAMES:g} s of the run of Fig. 7 the moment at which the arms are nearest: between {1000 * min(d):.0f} and "
+        f"{1000 * max(d):.0f} mm. The line joins the closest points; the thicker and the more violet, the larger λ.",
         "Orange is the right arm, silver the left one; the person's own arms are those of the input at the same moment.",
     ]
     columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
     return Drawn(figure, columns, rows, shown(settings, seconds=length), found)
+
+
+def _moments(d: Array) -> list[int]:
+    """Return the row (8,) of each eighth of a run at which the arms are nearest; its middle one where d hardly changes."""
+    moments: list[int] = []
+    for part in np.array_split(np.arange(len(d)), FRAMES):
+        near = int(part[d[part].argmin()])
+        moments.append(near if np.ptp(d[part]) > 1e-3 else int(part[len(part) // 2]))
+    return moments
 
 
 def still(plan: Plan) -> Drawn:
@@ -83,21 +93,26 @@ def still(plan: Plan) -> Drawn:
     return Drawn(figure, columns, rows, shown(settings, seconds=length), found)
 
 
-def _body(angles: Array) -> list[Mesh]:
-    """Return the person with arms at angles (2, 4) [rad]; nothing where the drawing of a person is not installed."""
+@cache
+def _body_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
+    """Return the person's nodes with what is drawn of them; none where the drawing of a person is not installed."""
     try:
-        parts = body_parts()
+        return tuple((part, meshes(part.glb, {part.name: MATERIAL})) for part in body_parts())
     except MissingPackage:
-        return []
+        return ()
+
+
+def _body(angles: Array) -> list[Mesh]:
+    """Return the person with arms at angles (2, 4) [rad]."""
     poses, turns = {"": pin.SE3.Identity()}, body_poses(angles)
     drawn: list[Mesh] = []
-    for part in parts:
+    for part, looks in _body_parts():
         local = pin.SE3(part.pose.rotation, PERSON_PLACE) if not part.parent else part.pose
         if part.name in turns:
             w, x, y, z = turns[part.name]
             local = pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), local.translation)
         poses[part.name] = pose = poses[part.parent] * local
-        drawn += [mesh.moved(pose.rotation, pose.translation) for mesh in meshes(part.glb, {part.name: MATERIAL})]
+        drawn += [mesh.moved(pose.rotation, pose.translation) for mesh in looks]
     return drawn
 
 
@@ -118,8 +133,15 @@ def _frame(
     axes.plot(*ends.T, color="white", linewidth=width + 1.6, alpha=0.8)
     axes.plot(*ends.T, color=colour, linewidth=width, marker="o", markersize=3.2, markerfacecolor=INK, markeredgewidth=0)
     x, y = ends.mean(0)
-    axes.text(
-        x, y - 0.045 * size[1], f"{1000.0 * near.distance:.0f} mm", ha="center", va="bottom", fontsize=11, path_effects=[OUTLINE]
-    )
+    if lam > hold.FELT:
+        axes.text(
+            x,
+            y - 0.045 * size[1],
+            f"{1000.0 * near.distance:.0f} mm",
+            ha="center",
+            va="bottom",
+            fontsize=11,
+            path_effects=[OUTLINE],
+        )
     axes.set(xlim=(0, size[0]), ylim=(size[1], 0))
     axes.axis("off")

@@ -1,18 +1,23 @@
 """Figs 6 and 7: arms that follow joint angles, desired and actual, and the distance between them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from app.figures.drawn import Drawn, shown
+from app.figures.hold import FELT, largest_step, switches
 from app.figures.plan import Plan
 from app.figures.style import COLOURS, DASHES, INK, sheet, stack
 from controllers.kinematics import Array
 from scenes.headless import Run
 from scenes.history import COLUMN
 from scenes.settings import RunSettings
+
+SLOW: Final = 0.02
+"""v of a retreat that one arm alone could not rely on [m/s]."""
 
 SHOWN: Final = 4
 """Joints of an arm that the paper's figures show."""
@@ -36,12 +41,13 @@ def master_slave(plan: Plan) -> Drawn:
     )  # fmt: skip
     panels[-1].set(xlabel="time [s]", xlim=(0, length))
     gap = np.degrees(np.abs(wanted - actual))
-    far = run.table[:, COLUMN["lambda"]] < 0.05
+    far = run.table[:, COLUMN["lambda"]] < FELT
     found = [
         _kept(run),
         "Both arms give way, the master too. The slave copies it mirrored; the master is drawn as the slave should be.",
         f"The slave is off by up to {gap.max():.1f}° in one joint"
-        + (f", by up to {gap[far].max():.1f}° while λ < 0.05." if far.any() else "."),
+        + (f", by up to {gap[far].max():.1f}° while λ < {FELT:g}." if far.any() else "."),
+        _slow(plan, settings, length),
         _smooth(run),
     ]
     names = [f"q{i + 1}" for i in range(wanted.shape[1])]
@@ -77,7 +83,8 @@ def imitation(plan: Plan) -> Drawn:
     found = [
         _kept(run),
         f"Both arms give way. Largest difference between a desired and an actual angle: {gaps[0]:.1f}° (left), {gaps[1]:.1f}° "
-        "(right), the low-pass and the rate limit of the person's angles included.",
+        "(right). Desired is what the person shows, behind the low-pass and the rate limit.",
+        _slow(plan, settings, length),
         _smooth(run),
     ]
     return Drawn(figure, columns, _rows(run, *blocks), shown(settings, seconds=length), found)
@@ -95,8 +102,19 @@ def imitation_seconds(plan: Plan) -> float:
 
 def _smooth(run: Run) -> str:
     return (
-        f"The largest step of q̇ is {run.summary.dq_step_max:.3f} rad/s at dt = {1000 * run.simulation.settings.dt:g} ms, with "
-        f"{run.summary.pair_switches} changes of the closest pair."
+        f"The largest step of q̇ is {largest_step(run):.3f} rad/s at dt = {1000 * run.simulation.settings.dt:g} ms, with "
+        f"{switches(run)} changes of the closest pair while λ > {FELT:g}."
+    )
+
+
+def _slow(plan: Plan, settings: RunSettings, length: float) -> str:
+    """Return what happens with hardly any retreat, if both give way and if one does."""
+    slow = replace(settings, law=replace(settings.law, nominal_velocity=SLOW))
+    both = plan.run(slow, length).summary.d_min
+    alone = plan.run(replace(slow, avoid="free"), length).summary.d_min
+    return (
+        f"When both give way d ≥ d_m needs no fast retreat: with v = {SLOW:g} m/s the minimum still is {1000 * both:.1f} mm. If only "
+        f"one of them does, it is {1000 * alone:.1f} mm on the same input: then w ≤ v decides."
     )
 
 
@@ -136,9 +154,9 @@ def _joint(
     thin: object = DASHES[1],
     thick: object = DASHES[0],
 ) -> None:
-    """One joint: what it should do, thin, over what it does."""
-    axes.plot(time, wanted, color=INK, linestyle=thin, linewidth=1.1, zorder=3)
-    axes.plot(time, actual, color=colour, linestyle=thick, linewidth=1.8, zorder=2)
+    """One joint: what it should do, thin, and what it does; the dashed one lies on the other."""
+    axes.plot(time, wanted, color=INK, linestyle=thin, linewidth=1.1, zorder=2.0 + (thin != DASHES[0]))
+    axes.plot(time, actual, color=colour, linestyle=thick, linewidth=1.8, zorder=2.0 + (thick != DASHES[0]))
     low, high = float(np.nanmin([wanted, actual])), float(np.nanmax([wanted, actual]))
     middle, half = (low + high) / 2.0, max((high - low) / 2.0, 0.1)
     axes.set(ylabel=label, ylim=(middle - 1.15 * half, middle + 1.15 * half))

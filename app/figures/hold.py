@@ -10,6 +10,9 @@ from controllers.kinematics import Array
 from scenes.headless import Run
 from scenes.history import COLUMN
 
+FELT = 0.05
+"""From this λ on there is something to avoid."""
+
 LONGEST = 0.5
 """Resting distances beyond this are as good as infinite here [m]."""
 
@@ -55,16 +58,27 @@ def draw(plan: Plan) -> Drawn:
         f"between {paper.summary.d_min_pair}, while the hand comes with up to {1000 * approach(paper):.0f} mm/s and "
         f"v = {1000 * single.law.nominal_velocity:.0f} mm/s.",
         f"The price is the error: e² up to {paper.summary.e2_max:.3f} m², that is {1000 * paper.summary.e2_max**0.5:.0f} mm.",
-        f"The closest pair changes {paper.summary.pair_switches} times, and with it q̇ by up to {paper.summary.dq_step_max:.3f} rad/s "
-        f"from one step to the next: with the closest pair alone the motion is *not* smooth. With the smooth minimum over all pairs "
-        f"the largest step on the same input is {ours.summary.dq_step_max:.4f} rad/s, with d ≥ {1000 * ours.summary.d_min:.1f} mm "
-        f"and e² ≤ {ours.summary.e2_max:.3f} m².",
+        f"The closest pair changes {switches(paper)} times while λ > {FELT:g}, and q̇ jumps with it by up to "
+        f"{paper.summary.dq_step_max:.3f} rad/s from one step to the next: with the closest pair alone the motion is *not* smooth. With "
+        f"the smooth minimum over all pairs the largest step on the same input is {ours.summary.dq_step_max:.4f} rad/s, with "
+        f"d ≥ {1000 * ours.summary.d_min:.1f} mm and e² ≤ {ours.summary.e2_max:.3f} m².",
     ]
     columns = ["t", "d", "d_rest", "lambda", "e2", "u", "w", "d_soft", "e2_soft"]
     picked = [paper.table[:, COLUMN[name]] for name in ("lambda", "e2", "u", "w")]
     soft = [ours.table[:, COLUMN[name]] for name in ("d", "e2")]
     rows = np.column_stack([time, d, rest, *picked, *soft]).tolist()
     return Drawn(figure, columns, rows, shown(single, seconds=length), found)
+
+
+def switches(run: Run) -> int:
+    """Return how often another pair became the closest where it mattered: far away the pairs of two shoulders may well take turns."""
+    pair, lam = run.table[:, COLUMN["pair"]], run.table[:, COLUMN["lambda"]]
+    return int(np.count_nonzero((np.diff(pair) != 0.0) & (lam[1:] > FELT)))
+
+
+def largest_step(run: Run) -> float:
+    """Return the largest change of any joint's velocity from one time step to the next [rad/s]."""
+    return float(np.abs(np.diff(run.simulation.history.velocities(run.table), axis=0)).max())
 
 
 def approach(run: Run) -> float:

@@ -116,7 +116,8 @@ class _Shadow:
         self._scale = (SHADOW_SIZE - 2) / (float((high - low)[:2].max()) + 0.04)
         # Nearness must be positive, and is in metres here.
         self._lift = 1.0 - low[2]
-        self._map = rasterise((local[:, :2] - self._low) * self._scale, local[:, 2] + self._lift, faces, SHADOW_SIZE, SHADOW_SIZE)
+        place = (local[:, :2] - self._low) * self._scale
+        self._map = rasterise(place, local[:, 2] + self._lift, faces, SHADOW_SIZE, SHADOW_SIZE)
 
     def light(self, points: Array, blur: float) -> Array:
         """Return the share of the light (k,) that reaches points (k, 3), averaged over a disc of radius `blur` [m]."""

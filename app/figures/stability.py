@@ -19,9 +19,6 @@ from scenes.history import COLUMN
 PERIOD: Final = 0.05
 """Simulated time between two rows [s]."""
 
-ACTIVE: Final = 0.05
-"""From this λ on there is something to avoid."""
-
 
 def along(run: Run) -> tuple[Array, list[Analysis]]:
     """Return the rows of a hold run that are looked at, and section III's quantities at each, with K_a = K_b = K."""
@@ -72,7 +69,7 @@ def draw(plan: Plan) -> Drawn:
 
 
 def _sentence(task: str, found: list[Analysis]) -> str:
-    busy = [a for a in found if a.activation > ACTIVE and a.rank_a]
+    busy = [a for a in found if a.activation > hold.FELT and a.rank_a]
     if not busy:
         return f"Task “{task}”: nothing to avoid in this run."
     share = 100.0 * float(np.mean([a.smallest_eigenvalue > 0.0 for a in busy]))
@@ -80,7 +77,7 @@ def _sentence(task: str, found: list[Analysis]) -> str:
     orthogonal = 100.0 * float(np.mean([a.orthogonal for a in busy]))
     rho = float(np.median([a.rho for a in busy]))
     return (
-        f"Task “{task}”, while λ > {ACTIVE:g} (K_a = K): sym(M) > 0, the paper's condition, {share:.0f} % of the time; tasks "
+        f"Task “{task}”, while λ > {hold.FELT:g} (K_a = K): sym(M) > 0, the paper's condition, {share:.0f} % of the time; tasks "
         f"independent {apart:.0f} %, orthogonal {orthogonal:.0f} %; median ρ = {rho:.4f}."
     )
 

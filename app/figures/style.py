@@ -26,10 +26,11 @@ DASHES: Final[tuple[Any, ...]] = (
     (0, (9, 2, 2.5, 2)),
     (0, (6, 1.5, 1.2, 1.5, 1.2, 1.5)),
     (0, (1.2, 3)),
+    (0, (12, 2)),
 )
 """Of the first line of a panel, the second, and so on."""
 
-MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "*")
+MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*")
 
 SERIES: Final = (
     COLOURS.joints[0],
@@ -40,6 +41,7 @@ SERIES: Final = (
     COLOURS.joints[5],
     COLOURS.joints[6],
     "#2a93c9",
+    "#c1271b",
 )
 """Colours of things that have no symbol of their own."""
 
