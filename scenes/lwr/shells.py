@@ -53,7 +53,7 @@ PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
             "mark": Material(SLATE, 0.4, 0.2),
         },
         "ghost": {
-            name: Material("#2f7dff", 0.5, 0.0, 0.24)
+            name: Material("#2f7dff", 0.5, 0.0, 0.36)
             for name in ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
         },
     }

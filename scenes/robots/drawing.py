@@ -1,0 +1,239 @@
+"""What the robots look like: one GLB a link in one of our palettes, and how the links hang together."""
+
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from controllers.kinematics import Array
+from scenes import glb, surfaces
+from scenes.lwr import shells
+from scenes.robots import example_data, robot
+from scenes.robots.description import RobotName, joint_axis
+from scenes.robots.example_data import COLUMN_RADIUS, EXAMPLES, PACKAGE, load_example
+from scenes.surfaces import join, revolve, rounded, swollen
+
+if TYPE_CHECKING:
+    import trimesh
+
+Parts: TypeAlias = "dict[str, trimesh.Trimesh]"
+
+TRIANGLES: Final = 30_000
+"""Of a whole fine robot."""
+
+COARSE_TRIANGLES: Final = 2_800
+"""Of one for a browser without a graphics card."""
+
+CREASE: Final = float(np.radians(35))
+"""Faces that meet at more have an edge between them."""
+
+COARSE_CREASE: Final = float(np.radians(70))
+
+SMALLEST: Final = 0.006
+"""Loose pieces smaller than this are left out [m]."""
+
+COARSE_SMALLEST: Final = 0.030
+
+WELD: Final = 0.0003
+"""Vertices in one cell of a grid of this pitch become one [m]: slivers thinner than this stop the thinning."""
+
+COARSE_WELD: Final = 0.001
+
+PROUD: Final = 0.0015
+"""How far coarse pieces stand off the coarse body [m]."""
+
+# Colour in the package's files, as written there → name of a material in our palettes; the nearest counts.
+_PAINT: Final[dict[RobotName, Mapping[tuple[int, int, int], str]]] = {
+    "panda": {
+        (255, 255, 255): "body",
+        (230, 235, 237): "cover",
+        (64, 64, 64): "dark",
+        (10, 138, 199): "mark",
+        (255, 0, 0): "mark",
+        (0, 255, 0): "mark",
+    },
+    "ur5": {
+        (36, 36, 36): "body",
+        (64, 89, 104): "cover",
+        (80, 111, 131): "cover",
+        (13, 13, 13): "ring",
+        (25, 26, 28): "ring",
+        (55, 55, 55): "metal",
+        (107, 107, 107): "metal",
+        (134, 134, 134): "metal",
+    },
+}
+
+
+class JointFrame(NamedTuple):
+    """Where a link hangs on the link before it.
+
+    Attributes:
+        name: of the joint.
+        position: of its origin in the frame of the joint before it (3,) [m].
+        rotation: of its frame at angle 0, in the frame of the joint before it (w, x, y, z).
+        axis: it turns about, in its own frame (3,).
+    """
+
+    name: str
+    position: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+    axis: tuple[float, float, float]
+
+
+@functools.cache
+def joint_frames(name: RobotName) -> tuple[JointFrame, ...]:
+    """Return how the links of a robot hang together, from the base outwards.
+
+    Raises:
+        BadSetting: as `robot`.
+    """
+    model = robot(name).model
+    frames = []
+    for joint in range(1, model.njoints):
+        placement, turn = model.jointPlacements[joint], pin.Quaternion(model.jointPlacements[joint].rotation)
+        frames.append(
+            JointFrame(
+                model.names[joint],
+                tuple(placement.translation.tolist()),
+                (turn.w, turn.x, turn.y, turn.z),
+                tuple(joint_axis(model, joint).tolist()),
+            )
+        )
+    return tuple(frames)
+
+
+@functools.cache
+def robot_glbs(name: RobotName, palette: str, coarse: bool = False) -> tuple[bytes, ...]:
+    """Return the base and every link of a robot as GLB files, in the frames of their joints.
+
+    Args:
+        palette: of `scenes.lwr.shells`: "orange", "silver", or "ghost", which one can see through.
+        coarse: with few triangles, each link one mesh, for a browser without a graphics card.
+
+    Raises:
+        BadSetting: as `robot`.
+        ValueError: there is no such palette.
+    """
+    if name == "lwr":
+        return shells.link_glbs(palette, coarse)
+    shells.palette_named(palette)
+    # Says what is missing where something is.
+    robot(name)
+    sources = [__file__, example_data.__file__, shells.__file__, glb.__file__, surfaces.__file__]
+    key = glb.source_key(sources, importlib.metadata.version(PACKAGE), palette, coarse)
+
+    def build() -> tuple[bytes, ...]:
+        return tuple(shells.packed(parts, palette, coarse) for parts in link_meshes(name, coarse))
+
+    return glb.cached(f"{name}-{palette}-{coarse:d}", key, build)
+
+
+@functools.cache
+def link_meshes(name: RobotName, coarse: bool = False) -> tuple[Parts, ...]:
+    """Base and links of a robot of example-robot-data: material name → mesh in the joint's frame [m]. Shared: do not change them.
+
+    Raises:
+        BadSetting: as `robot`.
+    """
+    count, crease = (COARSE_TRIANGLES, COARSE_CREASE) if coarse else (TRIANGLES, CREASE)
+    painted = _painted(name, *((COARSE_SMALLEST, COARSE_WELD) if coarse else (SMALLEST, WELD)))
+    share = count / sum(_weight(piece) for parts in painted for pieces in parts.values() for piece in pieces)
+    links = [
+        {
+            paint: join(_creased(_thinned(piece, round(share * _weight(piece))), crease) for piece in pieces)
+            for paint, pieces in parts.items()
+        }
+        for parts in painted
+    ]
+    if coarse:
+        # What lies on the body would dive in and out of it where both have few triangles.
+        links = [{paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()} for parts in links]
+    if EXAMPLES[name].column:
+        column = _column(EXAMPLES[name].column, 20 if coarse else 56)
+        links[0]["dark"] = join([links[0]["dark"], column]) if "dark" in links[0] else column
+    return tuple(links)
+
+
+def _painted(name: RobotName, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
+    """Every joint's loose pieces by the name of their material, welded, without tiny ones."""
+    import trimesh
+
+    model, shapes = load_example(EXAMPLES[name], pin.GeometryType.VISUAL)
+    found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(model.njoints)]
+    for body in shapes.geometryObjects:
+        scene = trimesh.load_scene(str(Path(body.meshPath)))
+        for node in scene.graph.nodes_geometry:
+            placement, key = scene.graph[node]
+            piece = scene.geometry[key]
+            pose = body.placement.homogeneous @ placement
+            bare = _welded(piece.vertices @ pose[:3, :3].T + pose[:3, 3], piece.faces, weld)
+            paint = _nearest_paint(name, piece.visual.material.main_color[:3])
+            for part in bare.split(only_watertight=False):
+                if np.linalg.norm(part.extents) > smallest:
+                    found[body.parentJoint].setdefault(paint, []).append(part)
+    return tuple(dict(sorted(parts.items())) for parts in found)
+
+
+def _weight(piece: trimesh.Trimesh) -> float:
+    """What share of the triangles a piece gets: large ones more, and intricate ones."""
+    return float(piece.area**0.75 * len(piece.faces) ** 0.25)
+
+
+def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.Trimesh:
+    """The mesh with the vertices of every grid cell at their mean, without the triangles that vanish."""
+    import trimesh
+
+    _, cell, count = np.unique(np.round(vertices / pitch).astype(np.int64), axis=0, return_inverse=True, return_counts=True)
+    cell = cell.reshape(-1)
+    means = np.column_stack([np.bincount(cell, weights=vertices[:, i]) / count for i in range(3)])
+    corners = cell[faces]
+    kept = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    _, first = np.unique(np.sort(kept, axis=1), axis=0, return_index=True)
+    return trimesh.Trimesh(means, kept[np.sort(first)], process=False)
+
+
+def _nearest_paint(name: RobotName, colour: Array) -> str:
+    paints = _PAINT[name]
+    away = np.linalg.norm(np.array(list(paints), float) - np.asarray(colour, float), axis=1)
+    return list(paints.values())[int(np.argmin(away))]
+
+
+def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
+    """The mesh with about so many triangles, kept where the shape needs them (quadric error metric).
+
+    Every vertex is one of the original's: what was inside a capsule stays inside.
+    """
+    import fast_simplification
+    import trimesh
+    from scipy.spatial import KDTree
+
+    originals, count = np.asarray(piece.vertices), max(count, 24)
+    if count >= len(piece.faces):
+        return piece
+    vertices, faces = fast_simplification.simplify(originals, np.asarray(piece.faces), target_count=count)
+    corners = KDTree(originals).query(vertices)[1][faces]
+    used, faces = np.unique(corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)], return_inverse=True)
+    return trimesh.Trimesh(originals[used], faces.reshape(-1, 3), process=False)
+
+
+def _creased(piece: trimesh.Trimesh, crease: float) -> trimesh.Trimesh:
+    """The mesh with its vertices doubled along sharp edges: the viewer smooths over every vertex that faces share."""
+    import trimesh
+
+    smooth = trimesh.graph.smooth_shade(piece, angle=crease, facet_minarea=None)
+    return surfaces.mesh(np.asarray(smooth.vertices), np.asarray(smooth.faces), np.asarray(smooth.vertex_normals))
+
+
+def _column(height: float, sections: int) -> trimesh.Trimesh:
+    """The column under a robot's foot: two plates and a tube."""
+    r, tube, plate = COLUMN_RADIUS - 0.001, COLUMN_RADIUS - 0.017, 0.012
+    foot = [(0, 0), (r, 0), (r, plate), (tube, plate), (tube, height - plate), (r, height - plate), (r, height), (0, height)]
+    return revolve(rounded(foot, 0.002, 2), sections)
