@@ -38,14 +38,20 @@ HOTKEYS: Final = (
     Hotkey("reset", "R", "start anew", "R", icon=viser.Icon.REFRESH),
     # viser moves its camera by W, A, S and D.
     Hotkey("autopilot", "A", "autopilot on or off", "8", "alt+shift", "a", viser.Icon.ROBOT),
-    Hotkey("left", "←", "your hand 2 cm to the left", "4", "alt+shift", "ArrowLeft", viser.Icon.ARROW_LEFT),
-    Hotkey("right", "→", "your hand 2 cm to the right", "5", "alt+shift", "ArrowRight", viser.Icon.ARROW_RIGHT),
-    Hotkey("up", "↑", "your hand 2 cm up", "6", "alt+shift", "ArrowUp", viser.Icon.ARROW_UP),
-    Hotkey("down", "↓", "your hand 2 cm down", "7", "alt+shift", "ArrowDown", viser.Icon.ARROW_DOWN),
-    Hotkey("away", "Page ↑", "your hand 2 cm away from you", "pageup", icon=viser.Icon.ARROW_BAR_TO_UP),
-    Hotkey("near", "Page ↓", "your hand 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
+    Hotkey("left", "←", "hand or ball 2 cm to the left", "4", "alt+shift", "ArrowLeft", viser.Icon.ARROW_LEFT),
+    Hotkey("right", "→", "hand or ball 2 cm to the right", "5", "alt+shift", "ArrowRight", viser.Icon.ARROW_RIGHT),
+    Hotkey("up", "↑", "hand or ball 2 cm up", "6", "alt+shift", "ArrowUp", viser.Icon.ARROW_UP),
+    Hotkey("down", "↓", "hand or ball 2 cm down", "7", "alt+shift", "ArrowDown", viser.Icon.ARROW_DOWN),
+    Hotkey("away", "Page ↑", "hand or ball 2 cm away from you", "pageup", icon=viser.Icon.ARROW_BAR_TO_UP),
+    Hotkey("near", "Page ↓", "hand or ball 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
     Hotkey("view", "V", "the first view again", "V", icon=viser.Icon.CAMERA),
     Hotkey("law", "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
+    Hotkey("ghost", "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),
+    Hotkey("solo", "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),
+    Hotkey("ball", "2", "a ball in the way", "2", icon=viser.Icon.NUMBER_2),
+    Hotkey("hold", "3", "hold", "3", icon=viser.Icon.NUMBER_3),
+    Hotkey("master_slave", "4", "master and slave", "4", icon=viser.Icon.NUMBER_4),
+    Hotkey("imitation", "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
 )
 
 

@@ -12,17 +12,18 @@ from typing import Final
 import numpy as np
 import viser
 
+from app.page.camera import place_camera
 from app.page.controls import Controls
 from app.page.gizmos import NUDGE, Gizmos
 from app.page.keys import HOTKEYS
 from app.page.logo import titlebar
 from app.page.plots import DetailsChooser, Plots
 from app.page.readout import Readout
-from app.page.stage import Stage, place_camera
+from app.page.stage import Stage
 from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_FRAME, plots_height, scale, style_sheet
 from app.server import request_query
 from app.session import Session
-from scenes.rigs import RIGS
+from scenes.settings import RunSettings, specs
 
 SETTLING: Final = 6.0
 """How long a newcomer's camera is corrected when its canvas changes its shape [s of wall time]."""
@@ -49,7 +50,7 @@ class View:
     Args:
         host: the server or one client; viser gives both a `.scene` and a `.gui`.
         session: what is shown.
-        clients: whose cameras follow when the rig changes.
+        clients: whose cameras follow when another experiment or another rig is chosen.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class View:
         gui = host.gui
         self._style = gui.add_html(style_sheet(page.profile))
         self._readout = Readout(gui)
-        gui.set_panel_label("Hold (Fig. 5)")
+        gui.set_panel_label(scene_label(session.settings.run))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots_panel = gui.add_panel()
@@ -70,10 +71,14 @@ class View:
         if isinstance(host, viser.ClientHandle) and canvas_size(host)[1] < LOW_CANVAS:
             self._plots_panel.minimize()
         self._look = page.theme, page.profile
-        self._rig = session.settings.run.rig
+        self._experiment = self._present_experiment()
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._configure_theme()
         self._stage = Stage(host.scene, session.simulation, page)
+
+    def _present_experiment(self) -> tuple[object, ...]:
+        simulation = self._session.simulation
+        return simulation.settings.scene, simulation.room.rig, simulation.room.robots[0].name
 
     def _plots_height(self) -> int:
         # A lecture's plots are drawn for everybody: for the projector, whose window nobody knows here.
@@ -90,16 +95,16 @@ class View:
         )
 
     def welcome(self, client: viser.ClientHandle) -> None:
-        """Give a newcomer the view of the present rig, and keep it right while the page finds its layout."""
+        """Give a newcomer the view of the present scene, and keep it right while the page finds its layout."""
         self.look(client)
         self._settling[client.client_id] = perf_counter() + SETTLING, client, client.camera.aspect
 
     def look(self, client: viser.ClientHandle) -> None:
-        """Point a client's camera at the present rig."""
+        """Point a client's camera at the present scene."""
         profile, (width, height) = self._session.settings.page.profile, canvas_size(client)
         panel = self._plots_height() + PLOTS_FRAME * scale(profile) if height >= LOW_CANVAS else PLOTS_BAR
         covered = PHONE_SHEET if width / height < PHONE_ASPECT else min(panel / height, 0.6)
-        place_camera(client, RIGS[self._session.settings.run.rig].camera, covered)
+        place_camera(client, self._session.simulation.room.rig.camera, covered)
 
     def _settle(self, now: float) -> None:
         # The docked panel narrows the canvas a moment after the page has opened, and only the browser knows by how much.
@@ -115,13 +120,15 @@ class View:
         session, page = self._session, self._session.settings.page
         if self._look != (page.theme, page.profile):
             self._change_look()
-        if self._rig != session.settings.run.rig:
-            self._rig = session.settings.run.rig
+        experiment = self._present_experiment()
+        if self._experiment != experiment:
+            self._experiment = experiment
+            self._host.gui.set_panel_label(scene_label(session.settings.run))
             for client in self._clients():
                 self.look(client)
         self._settle(now)
         sample = session.simulation.sample()
-        self._stage.show(session.simulation, sample, page)
+        self._stage.show(session.simulation, sample, page, getattr(session, "ghost", None))
         self._readout.show(session, sample, now, force=not moved)
         self._plots.choose(page.details)
         self._plots.show(session.simulation, now)
@@ -133,6 +140,12 @@ class View:
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots.dress(page)
         self._configure_theme()
+
+
+def scene_label(run: RunSettings) -> str:
+    """Return what a person calls the experiment."""
+    spec = specs(RunSettings)["scene"]
+    return spec.choice_labels[spec.choices.index(run.scene)]
 
 
 def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
@@ -168,7 +181,10 @@ class Operation:
             "law": lambda: session.change(
                 "law", "unprotected" if session.settings.run.law.law == "smooth_priority" else "smooth_priority"
             ),
+            "ghost": lambda: session.change("ghost", "frozen" if session.settings.page.ghost == "off" else "off"),
         }
+        for choice in specs(RunSettings)["scene"].choices:
+            self._actions[choice] = lambda choice=choice: session.change("scene", choice)
         for name, right, up, away in (
             ("left", -1, 0, 0),
             ("right", 1, 0, 0),
@@ -177,7 +193,7 @@ class Operation:
             ("away", 0, 0, 1),
             ("near", 0, 0, -1),
         ):
-            self._actions[name] = lambda way=(right, up, away): session.nudge(self._in_view(*way))
+            self._actions[name] = lambda way=(right, up, away): self._gizmos.nudge(self._in_view(*way))
         self._controls = Controls(client.gui, session, self.act, self._notify)
         self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
         self._gizmos = Gizmos(client.scene, session)
@@ -209,7 +225,7 @@ class Operation:
         self._gizmos.forget_drag()
 
     def _in_view(self, right: float, up: float, away: float) -> np.ndarray:
-        """Return a step of the hand (3,) [m] as the visitor sees it: across the view, up, and away from them, along the floor."""
+        """Return a step (3,) [m] as the visitor sees it: across the view, up, and away from them, along the floor."""
         camera = self._client.camera
         forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
         forward[2] = 0.0

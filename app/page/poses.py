@@ -1,0 +1,41 @@
+"""Poses between the browser and us: what it sends is checked, and what it shows is only written anew when it differs."""
+
+import math
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from controllers.kinematics import Array
+
+ROOM: Final = 2.5
+"""Half the edge of the box in which anything can be wanted [m]; whatever is dragged beyond counts as its edge."""
+
+
+def checked_point(position: object) -> Array | None:
+    """Return a place (3,) inside the room of what a browser sent, None if it is not one."""
+    place = np.asarray(position, float)
+    if place.shape != (3,) or not np.isfinite(place).all():
+        return None
+    return np.clip(place, -ROOM, ROOM)
+
+
+def checked_pose(position: object, wxyz: object) -> tuple[Array | None, Array | None]:
+    """Return a place (3,) inside the room and a rotation (3, 3) of what a browser sent, None for either that is not one."""
+    place, turn = checked_point(position), np.asarray(wxyz, float)
+    if place is None or turn.shape != (4,) or not np.isfinite(turn).all() or not 0.5 < float(turn.dot(turn)) < 2.0:
+        return place, None
+    w, x, y, z = (turn / math.sqrt(float(turn.dot(turn)))).tolist()
+    return place, pin.Quaternion(w, x, y, z).toRotationMatrix()
+
+
+def put(handle: viser.SceneNodeHandle, place: Array, rotation: Array | None = None) -> None:
+    """Move a node, unless it is there already."""
+    if np.abs(np.asarray(handle.position) - place).max() > 1e-5:
+        handle.position = place
+    if rotation is not None:
+        turn = pin.Quaternion(rotation)
+        wxyz = (turn.w, turn.x, turn.y, turn.z)
+        if np.abs(np.asarray(handle.wxyz) - wxyz).max() > 1e-5:
+            handle.wxyz = wxyz
