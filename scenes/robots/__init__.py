@@ -4,9 +4,10 @@ from functools import cache
 from typing import get_args
 
 from controllers.errors import BadSetting
-from scenes.robots.description import Capsule, Robot, RobotName
+from scenes.robots.description import Capsule, Robot
 from scenes.robots.kuka import build_lwr
 from scenes.robots.postures import start_posture
+from scenes.settings import RobotName
 
 __all__ = ["Capsule", "Robot", "RobotName", "lwr", "robot", "start_posture"]
 

@@ -1,14 +1,11 @@
 """A robot arm as the rest of Duet sees it: one Pinocchio model, its capsules and its landmarks."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Array
-
-RobotName = Literal["lwr", "panda", "ur5"]
 
 
 @dataclass(frozen=True)

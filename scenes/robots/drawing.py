@@ -16,8 +16,9 @@ from controllers.kinematics import Array
 from scenes import glb, surfaces
 from scenes.lwr import shells
 from scenes.robots import example_data, robot
-from scenes.robots.description import RobotName, joint_axis
+from scenes.robots.description import joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, EXAMPLES, PACKAGE, load_example
+from scenes.settings import RobotName
 from scenes.surfaces import join, revolve, rounded, swollen
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.errors import BadSetting
-from scenes.robots.description import RobotName
+from scenes.settings import RobotName
 
 PACKAGE: Final = "example-robot-data"
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from controllers.kinematics import Array
 from scenes.rigs import RIGS
-from scenes.robots.description import RobotName
-from scenes.settings import ArmName, RigName
+from scenes.settings import ArmName, RigName, RobotName
 
 # Degrees. The two of a torso mirror each other: the Panda's odd joints change sign (its hand sits 45° off, so that joint 7 mirrors
 # about that), the UR5, whose arm runs beside its foot, turns its base half round and folds the other way.

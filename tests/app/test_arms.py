@@ -24,6 +24,7 @@ class Node:
     options: dict[str, object]
     turns: list[tuple[float, ...]] = field(default_factory=list)
     removed: bool = False
+    visible: bool = True
 
     @property
     def wxyz(self) -> tuple[float, ...]:
@@ -116,3 +117,13 @@ def test_an_arm_is_removed_at_its_root() -> None:
     scene = Scene()
     view(scene, "lwr").remove()
     assert [path for path, node in scene.nodes.items() if node.removed] == ["/arm/base"]
+
+
+def test_an_arm_is_hidden_at_its_root_and_names_its_links() -> None:
+    scene = Scene()
+    arm = view(scene, "ur5")
+    assert [arm.link(joint) for joint in range(7)] == list(scene.nodes)
+    assert arm.visible
+    arm.visible = False
+    assert not arm.visible
+    assert [path for path, node in scene.nodes.items() if not node.visible] == ["/arm/base"]
