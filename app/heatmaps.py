@@ -162,7 +162,7 @@ def _drawn(plan: _Plan, name: str) -> Any:
 
     columns = min(len(plan.panels), 3)
     lines = -(-len(plan.panels) // columns)
-    figure = Figure(figsize=(1.2 + 4.4 * columns, 0.9 + 3.6 * lines), layout="constrained")
+    figure = Figure(figsize=((1.2 if plan.y else 2.2) + 4.4 * columns, 0.9 + 3.6 * lines), layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     flat = list(axes.flat)
     for spare in flat[len(plan.panels) :]:
@@ -170,7 +170,7 @@ def _drawn(plan: _Plan, name: str) -> Any:
     used = flat[: len(plan.panels)]
     what, symbol, *_ = _SHOWN[name]
     if plan.y is None:
-        _draw_lines(plan, name, used)
+        _draw_lines(plan, name, figure, used)
     else:
         _draw_heat(plan, name, figure, used)
     for place, (panel, ax) in enumerate(zip(plan.panels, used, strict=True)):
@@ -246,7 +246,7 @@ def _ticks(plan: _Plan, axis: Axis, scale: Any) -> None:
         scale.get_major_locator().set_params(integer=True)
 
 
-def _draw_lines(plan: _Plan, name: str, used: list[Any]) -> None:
+def _draw_lines(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
     whole, x = plan.figure(name), plan.places(plan.x)
     for panel, ax in zip(plan.panels, used, strict=True):
         for i, line in enumerate(plan.part(whole, panel)):
@@ -265,10 +265,13 @@ def _draw_lines(plan: _Plan, name: str, used: list[Any]) -> None:
         ax.grid(color="#cdd3da", linewidth=0.6)
     if plan.series or name == "d_min":
         title = plan.symbol(plan.series) if plan.series else None
-        used[0].legend(fontsize=9, title=title)
-    known = whole[np.isfinite(whole)]
-    if name == "ddq_max" and known.size and known.min() > 0.0 and known.max() > 30.0 * known.min():
-        used[0].set_yscale("log")
+        figure.legend(*used[0].get_legend_handles_labels(), loc="outside right upper", fontsize=9, title=title)
+    known = whole[np.isfinite(whole) & (whole > 0.0)]
+    if name == "ddq_max" and known.size and known.max() > 30.0 * known.min():
+        if (whole == 0.0).any():
+            used[0].set_yscale("symlog", linthresh=float(known.min()))
+        else:
+            used[0].set_yscale("log")
 
 
 def _edges(places: Array) -> Array:

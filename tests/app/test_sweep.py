@@ -374,14 +374,15 @@ def test_choices_stand_side_by_side_or_are_lines() -> None:
     )
     # One number only: a line for each choice, and d_m.
     grid, rows = made_up(["pairs=single,soft", "n=2:6"], lambda point: 0.1 + 0.01 * point[1] + 0.001 * (point[0] == "soft"))
-    (ax,) = _drawn(_Plan(grid, rows), "d_min").axes
+    figure = _drawn(_Plan(grid, rows), "d_min")
+    (ax,), (legend,) = figure.axes, figure.legends
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$n$", "$d_\\mathrm{min}$ [mm]")
     single, soft, critical = ax.get_lines()
     assert np.allclose(single.get_ydata(), [120, 130, 140, 150, 160]) and np.allclose(soft.get_ydata(), [121, 131, 141, 151, 161])
     assert np.allclose(critical.get_ydata(), 150.0)
     # Told apart by more than their colour.
     assert single.get_linestyle() != soft.get_linestyle() and single.get_marker() != soft.get_marker()
-    assert {text.get_text() for text in ax.get_legend().get_texts()} == {"single", "soft", "$d_m$"}
+    assert {text.get_text() for text in legend.get_texts()} == {"single", "soft", "$d_m$"}
 
 
 def test_where_nothing_can_be_met_there_is_no_distance_to_draw() -> None:
