@@ -32,6 +32,7 @@ class ChoiceButtons:
     ) -> None:
         self._labels = labels
         self._marked = -1
+        self._offered = tuple(range(len(labels)))
         self._buttons = gui.add_button_group(label, labels, hint=hint, order=order)
 
         @self._buttons.on_click
@@ -44,4 +45,13 @@ class ChoiceButtons:
         """Mark one choice; none if the index is −1."""
         if index != self._marked:
             self._marked = index
-            self._buttons.options = tuple(MARK + label if i == index else label for i, label in enumerate(self._labels))
+            self._write()
+
+    def offer(self, indices: tuple[int, ...]) -> None:
+        """Show the buttons of these choices only."""
+        if indices != self._offered:
+            self._offered = indices
+            self._write()
+
+    def _write(self) -> None:
+        self._buttons.options = tuple((MARK if i == self._marked else "") + self._labels[i] for i in self._offered)

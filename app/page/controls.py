@@ -7,25 +7,40 @@ import viser
 
 from app.page.buttons import ChoiceButtons
 from app.page.keys import help_html
+from app.page.relevance import matters
 from app.session import SPEEDS, Session
 from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.settings import Spec, specs, values
 
+PICKER: Final = ("scene", "robot", "rig")
+"""Settings above everything else: which experiment."""
+
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
-    ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, ("law", "dm", "n", "v", "d0", "eta", "gamma", "k", "kx", "pairs", "beta", "ff", "one_sided", "coupled")),
+    (
+        "Law",
+        viser.Icon.ADJUSTMENTS_HORIZONTAL,
+        ("law", "dm", "n", "v", "d0", "eta", "gamma", "k", "kx", "pairs", "beta", "ff", "one_sided", "coupled"),
+    ),
     (
         "Arms",
         viser.Icon.ROBOT,
         (
-            *("scene", "robot", "rig", "guided", "avoid", "task", "path", "point", "ball", "following", "source", "clip"),
+            *("path", "point", "ball", "source", "clip", "following", "task", "guided", "avoid"),
             *("autopilot", "wmax", "seed", "dt", "g"),
         ),
     ),
     ("Compare", viser.Icon.GHOST, ("ghost", "whatif")),
     ("View", viser.Icon.EYE, ("theme", "profile", "picture")),
 )
-"""Where each setting is found; `plot` and `speed` have places of their own."""
+"""Where each of the others is found; `plot` and `speed` have places of their own."""
+
+COMPARE: Final = (
+    "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm, "
+    "dashed lines in the plots, and a second number in every tile."
+)
+
+NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law does the same."
 
 Handle = Any
 
@@ -47,15 +62,22 @@ class Controls:
         self._specs: dict[str, Spec] = specs(Settings)
         self._handles: dict[str, Handle] = {}
         self._shown: dict[str, Any] = {}
+        self._settings: Settings | None = None
         present = values(session.settings)
+        for place, key in enumerate(PICKER):
+            # Above the numbers, which were made before.
+            self._handles[key] = self._control(key, self._specs[key], present[key], order=place - len(PICKER))
         self._transport()
         self._tabs = gui.add_tab_group()
         for name, icon, keys in TABS:
             with self._tabs.add_tab(name, icon):
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
+                if name == "Compare":
+                    self._note = gui.add_html("")
         with self._tabs.add_tab("Keys", viser.Icon.KEYBOARD):
             gui.add_html(f'<div class="duet">{help_html()}</div>')
+        self.show()
 
     def _transport(self) -> None:
         gui, session = self._gui, self._session
@@ -70,11 +92,15 @@ class Controls:
         labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
         self._speed = ChoiceButtons(gui, "speed", labels, "Slower and faster: [ and ].", lambda i: self._post("speed", SPEEDS[i]))
 
-    def _control(self, key: str, spec: Spec, value: Any) -> Handle:
+    def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Handle:
         gui = self._gui
         if spec.choices:
             handle: Handle = gui.add_dropdown(
-                spec.label, spec.choice_labels, initial_value=spec.choice_labels[spec.choices.index(value)], hint=spec.help
+                spec.label,
+                spec.choice_labels,
+                initial_value=spec.choice_labels[spec.choices.index(value)],
+                hint=spec.help,
+                order=order,
             )
         elif isinstance(value, bool):
             handle = gui.add_checkbox(spec.label, value, hint=spec.help)
@@ -111,11 +137,18 @@ class Controls:
         self._session.post(change)
 
     def show(self) -> None:
-        """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls."""
+        """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
         self._clock.mark(0 if self._session.paused else -1)
-        present = values(self._session.settings)
+        settings = self._session.settings
+        if settings is self._settings and len(self._shown) == len(self._handles):
+            return
+        self._settings = settings
+        present = values(settings)
         self._speed.mark(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
         for key, handle in self._handles.items():
+            visible = matters(key, settings)
+            if handle.visible != visible:
+                handle.visible = visible
             if key in self._shown and self._shown[key] == present[key]:
                 continue
             value, spec = present[key], self._specs[key]
@@ -127,6 +160,9 @@ class Controls:
                     handle.value = _rounded(value * spec.page_scale)
             else:
                 handle.value = value
+        note = f'<div class="duet duet-tip">{COMPARE if matters("ghost", settings) else NOTHING_NEAR}</div>'
+        if self._note.content != note:
+            self._note.content = note
 
 
 def _rounded(value: float) -> float:

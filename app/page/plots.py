@@ -1,116 +1,75 @@
-"""The live plots: distance with d_m and d*, squared error, and a third one of choice; real time on x, the last 20 s."""
+"""The panel of plots: two over time that are always there, and whatever else is chosen beside them."""
 
-import math
 from typing import Any, Final
 
 import numpy as np
 import viser
 from viser import uplot
 
+from app.page.bins import POINTS, WINDOW, PlotBuffer
 from app.page.buttons import ChoiceButtons
+from app.page.contact import contact
+from app.page.courses import Course, Line, colour_of, course_of
+from app.page.curve import curve_html
+from app.page.laws import laws_html
+from app.page.pairs import pairs_html
+from app.page.relevance import OBSTACLE
+from app.page.section import section_html
 from app.page.theme import PALETTES, scale
 from app.session import Session
 from app.settings import Details, PageSettings
-from controllers.budget import resting_distance
 from controllers.kinematics import Array
-from scenes.history import COLUMN
-from scenes.settings import specs
+from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
-WINDOW: Final = 20.0
-"""Length of the time axis [s]."""
-
-POINTS: Final = 160
-"""Bins of the time axis. A bin keeps the smallest d and the largest e² in it, so that no dip between two points is lost."""
+__all__ = ["POINTS", "WINDOW", "DetailsChooser", "PlotBuffer", "Plots"]
 
 PERIOD: Final = 0.1
-"""Wall time between two refreshes [s]."""
+"""Wall time between two refreshes of a plot over time [s] …"""
 
-_CEILING: Final = 0.4
-"""Top of the distance axis [m]: Fig. 5's."""
+MANY_LINES: Final = 8
+"""… which is twice as long from this many lines on."""
 
+SLOW_PERIOD: Final = 0.2
+"""Wall time between two refreshes of anything else [s]; sentences and charts of many lines need longer to be read."""
 
-class PlotBuffer:
-    """The last 20 s in bins: time, then d, d_m, d*, e², λ, u, v, w, and the avoiding arm's q and q̇ (7 + 7)."""
-
-    COLUMNS: Final = 9 + 14
-
-    def __init__(self) -> None:
-        self._bins = np.full((POINTS, self.COLUMNS), np.nan)
-        self._seen = 0
-        self._last_bin = -1
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self._bins[:] = np.nan
-        self._seen, self._last_bin = 0, -1
-
-    def feed(self, simulation: Simulation) -> None:
-        """Take in every step made since the last call."""
-        history = simulation.history
-        if history.count < self._seen:
-            self.clear()
-        if history.count == self._seen:
-            return
-        table = history.table(history.count - self._seen)
-        self._seen = history.count
-        joints, law = simulation.avoiding.joints, simulation.settings.law
-        q, dq = history.positions(table)[:, joints], history.velocities(table)[:, joints]
-        numbers = (table[:, COLUMN["t"]] * (POINTS / WINDOW)).astype(int)
-        for number in np.unique(numbers).tolist():
-            rows = np.flatnonzero(numbers == number)
-            last = rows[-1]
-            if number != self._last_bin:
-                # A long step may jump over a bin; what is left in the ring from 20 s ago must go.
-                first = max(self._last_bin + 1, number - POINTS + 1)
-                for skipped in range(first, number + 1):
-                    self._bins[skipped % POINTS] = np.nan
-                self._last_bin = number
-            b = self._bins[number % POINTS]
-            d, e2 = float(table[rows, COLUMN["d"]].min()), float(table[rows, COLUMN["e2"]].max())
-            u, w = float(table[last, COLUMN["u"]]), float(table[last, COLUMN["w_law"]])
-            rest = resting_distance(law.critical_distance, law.order, law.nominal_velocity, u, w)
-            b[0] = table[last, COLUMN["t"]]
-            b[1] = d if not b[1] < d else b[1]
-            b[2] = law.critical_distance
-            # Nothing pulls the arms together: d* is infinite, and its line leaves the axis at the top.
-            b[3] = min(rest, 2.0 * _CEILING) if law.law == "smooth_priority" else math.nan
-            b[4] = e2 if not b[4] > e2 else b[4]
-            b[5:9] = table[last, COLUMN["lambda"]], u, law.nominal_velocity, table[last, COLUMN["w"]]
-            # Not every arm has seven joints.
-            n = q.shape[1]
-            b[9 : 9 + n], b[16 : 16 + n] = q[last], dq[last]
-
-    def series(self, columns: tuple[int, ...], scale: float = 1.0) -> tuple[Array, ...]:
-        """Return time and the columns asked for, oldest first, in equal lengths; columns times `scale`."""
-        newest = self._last_bin
-        order = np.arange(newest - POINTS + 1, newest + 1) % POINTS
-        rows = self._bins[order]
-        rows = rows[~np.isnan(rows[:, 0])]
-        if len(rows) < 2:
-            # uPlot needs an extent; nothing but an axis is drawn.
-            end = 0.0 if not len(rows) else float(rows[-1, 0])
-            return (np.array([end - 0.1, end]), *(np.full(2, np.nan) for _ in columns))
-        return (rows[:, 0], *(rows[:, c] * scale for c in columns))
-
-
-_PLOTS: Final[dict[str, tuple[str, tuple[int, ...], tuple[float, float] | None]]] = {
-    "distance": ("distance d [m]", (1, 2, 3), (0.0, _CEILING)),
-    "error": ("squared error e² [m²]", (4,), None),
-    "lambda": ("activation λ", (5,), (0.0, 1.05)),
-    "joints": ("joints q of the avoiding arm [°]", tuple(range(9, 16)), (-180.0, 180.0)),
-    "rates": ("joint speeds q̇ of the avoiding arm [°/s]", tuple(range(16, 23)), None),
-    "speeds": ("speeds along the line [m/s]", (6, 7, 8), None),
+CHARTS: Final[dict[str, str]] = {
+    "curve": 'Fig. 2: <b class="lam">λ</b> over <b class="d">d</b>',
+    "laws": "what each law makes of it: J<sub>d</sub>q̇ [m/s] over d",
+    "pairs": "the closest pair",
+    "stability": "section III: does the paper’s condition hold?",
 }
-"""Name → title, columns of the buffer, span of the axis (None: as the data ask)."""
+"""What is not over time → its title."""
+
+_TWO_OF_A_KIND: Final = frozenset({"master_slave", "imitation"})
 
 
-Line = tuple[str, str, float, tuple[float, ...]]
-"""Label, colour, width [px at a desk], dashes."""
+def possible_details(run: RunSettings) -> tuple[str, ...]:
+    """Return what can be shown beside the first two plots in an experiment."""
+    details: tuple[str, ...] = ("none", "joints", "rates")
+    if run.scene in OBSTACLE:
+        details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "pairs", "stability")
+    if run.scene in _TWO_OF_A_KIND:
+        details += ("follow",)
+    order = specs(PageSettings)["plot"].choices
+    return tuple(sorted(details, key=order.index))
+
+
+def cells(run: RunSettings, details: Details) -> tuple[str, ...]:
+    """Return the names of what is shown, in order."""
+    shown = ("distance", "error") if run.scene in OBSTACLE else ("hand", "elbow")
+    if details == "none" or details not in possible_details(run):
+        return shown
+    return (*shown, details, *(("follow_other",) if details == "follow" and run.scene == "imitation" else ()))
+
+
+def makes_room(shown: tuple[str, ...]) -> bool:
+    """Return whether the squared error is left out on a narrow screen."""
+    return len(shown) > 3 or any(name in CHARTS for name in shown)
 
 
 class Plots:
-    """The panel of plots. A plot that is not wanted is hidden, never removed: viser's page complains of late news for what is gone.
+    """The panel of plots. One that is not wanted is hidden, never removed: viser's page complains of late news for what is gone.
 
     Args:
         gui: of whoever sees them.
@@ -120,46 +79,155 @@ class Plots:
     """
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, page: PageSettings, height: int) -> None:
-        self.buffer = PlotBuffer()
         self._gui, self._tab, self._height, self._page = gui, tab, height, page
+        self.buffer, self._ghost_buffer, self._what_if_buffer = PlotBuffer(), PlotBuffer(), PlotBuffer()
+        self._details: Details = page.details
         with tab:
-            self._legend = gui.add_html("", order=0.0)
-        self._plots: dict[str, viser.GuiUplotHandle] = {}
-        self._shown: Details = "none"
-        self._next = 0.0
-        self._drawn: tuple[int, Details] | None = None
-        self._add("distance")
-        self._add("error")
-        self._legend.content = self._legend_html()
-        self.choose(page.details)
+            self._layout = gui.add_html("", order=0.0)
+        self._captions: dict[str, viser.GuiHtmlHandle] = {}
+        self._charts: dict[str, viser.GuiHtmlHandle] = {}
+        self._courses: dict[str, tuple[Course, viser.GuiUplotHandle]] = {}
+        self._cells: tuple[str, ...] = ()
+        self._next: dict[str, float] = {}
+        self._drawn: dict[str, object] = {}
 
-    def _lines(self, name: str) -> tuple[Line, ...]:
-        p = PALETTES[self._page.theme]
+    def dress(self, page: PageSettings) -> None:
+        """Take on another theme or profile."""
+        self._page = page
+        for course, plot in self._courses.values():
+            plot.series = self._series(course)
+            plot.axes = self._axes()
+
+    def choose(self, details: Details) -> None:
+        """Show something else beside the first two plots, or nothing."""
+        self._details = details
+
+    def show(self, session: Session | Simulation, now: float) -> None:
+        """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
+        simulation = session if isinstance(session, Simulation) else session.simulation
+        ghost: Simulation | None = getattr(session, "ghost", None)
+        what_if: Simulation | None = getattr(session, "what_if", None)
+        self._arrange(simulation, ghost)
+        due = [name for name in self._cells if now >= self._next.get(name, 0.0)]
+        if not due:
+            return
+        self.buffer.feed(simulation)
+        if ghost is not None:
+            self._ghost_buffer.feed(ghost)
+        if what_if is not None:
+            self._what_if_buffer.feed(what_if)
+        state = simulation.history.count, simulation.settings, ghost is not None, what_if
+        for name in due:
+            if self._drawn.get(name) == state:
+                continue
+            self._drawn[name] = state
+            if name in CHARTS:
+                self._next[name] = now + SLOW_PERIOD
+                self._charts[name].content = self._chart_html(name, simulation, ghost)
+            else:
+                course, plot = self._courses[name]
+                self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
+                plot.data = self._data(course, ghost is not None, what_if is not None)
+
+    def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
+        """Have exactly those plots on the panel that belong there, with the right lines and names."""
+        wanted = cells(simulation.settings, self._details)
+        if wanted != self._cells:
+            for name in self._cells:
+                if name not in wanted:
+                    self._captions[name].visible = self._handle(name).visible = False
+            for place, name in enumerate(wanted):
+                if name not in self._captions:
+                    self._make(name, place, simulation)
+                self._captions[name].visible = self._handle(name).visible = True
+            self._cells = wanted
+            self._layout.content = layout_html(wanted)
+            self._drawn.clear()
+        for name in wanted:
+            if name in self._courses:
+                self._redefine(name, simulation)
+            caption = self._caption(name, ghost is not None)
+            if self._captions[name].content != caption:
+                self._captions[name].content = caption
+
+    def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
+        return self._charts[name] if name in CHARTS else self._courses[name][1]
+
+    def _make(self, name: str, place: int, simulation: Simulation) -> None:
+        # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
+        order = 2.0 + 2.0 * (place if place < 2 else 2 + list(specs(PageSettings)["plot"].choices).index(name.split("_")[0]))
+        order += 1.0 if name == "follow_other" else 0.0
+        with self._tab:
+            self._captions[name] = self._gui.add_html("", order=order)
+            if name in CHARTS:
+                self._charts[name] = self._gui.add_html("", order=order + 0.5)
+                return
+            course = self._course(name, simulation)
+            # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is not to look like a hill.
+            soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
+            if course.positive:
+                soft["min"] = {"soft": 0.0, "mode": 1, "pad": 0.05}
+            nothing = np.full(2, np.nan)
+            handle = self._gui.add_uplot(
+                data=(np.array([-0.1, 0.0]), *(nothing for _ in course.lines)),
+                series=self._series(course),
+                height=self._height,
+                scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(range=course.span or soft)},
+                axes=self._axes(),
+                legend=uplot.Legend(show=False),
+                cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
+                padding=(6, 12, 0, 0),
+                order=order + 0.5,
+            )
+            self._courses[name] = course, handle
+
+    def _course(self, name: str, simulation: Simulation) -> Course:
+        names = simulation.avoiding.name, simulation.guided.name
+        return course_of(name, simulation.settings, simulation.error_unit, *names)
+
+    def _redefine(self, name: str, simulation: Simulation) -> None:
+        """Give a plot other lines if the experiment asks for them."""
+        old, plot = self._courses[name]
+        course = self._course(name, simulation)
+        if course == old:
+            return
+        self._courses[name] = course, plot
+        if course.lines != old.lines:
+            plot.series = self._series(course)
+            plot.data = self._data(course, False, False)
+        self._drawn.pop(name, None)
+
+    def _data(self, course: Course, with_ghost: bool, with_what_if: bool) -> tuple[Array, ...]:
+        """Return time and all lines; a line that has nothing to show is an empty array, which costs no bytes."""
+        k = course.scale
+        times, *own = self.buffer.series(course.columns("own"), k)
+        ghost, what_if = course.columns("ghost"), course.columns("what_if")
+        empty = np.empty(0)
+        ghosts = self._ghost_buffer.beside(self.buffer, ghost, k) if with_ghost else (empty,) * len(ghost)
+        what_ifs = self._what_if_buffer.beside(self.buffer, what_if, k) if with_what_if else (empty,) * len(what_if)
+        rest = {"own": iter(own), "ghost": iter(ghosts), "what_if": iter(what_ifs)}
+        return (times, *(next(rest[line.run]) for line in course.lines))
+
+    def _chart_html(self, name: str, simulation: Simulation, ghost: Simulation | None) -> str:
+        sample = simulation.sample()
         match name:
-            case "distance":
-                return (
-                    ("d", p.distance, 2.2, ()),
-                    ("d_m", p.critical, 1.6, (7.0, 5.0)),
-                    ("d*", p.resting, 1.6, (2.0, 4.0)),
-                )
-            case "error":
-                return (("e²", p.error, 2.2, ()),)
-            case "lambda":
-                return (("λ", p.activation, 2.2, ()),)
-            case "speeds":
-                return (("u", p.pull, 2.0, ()), ("v", p.velocity, 1.8, (7.0, 5.0)), ("w", p.approach, 2.0, (2.0, 4.0)))
+            case "curve":
+                chart = curve_html(simulation, ghost, sample, self._height)
+                return f'<div class="duet">{chart}</div>'
+            case "laws":
+                return laws_html(simulation, ghost, contact(simulation, sample), self._height)
+            case "pairs":
+                return pairs_html(simulation, self.buffer)
             case _:
-                return tuple((f"q{i + 1}", c, 1.6, ((), (7.0, 4.0), (2.0, 3.0))[i // 3]) for i, c in enumerate(p.joints))
+                return section_html(simulation, sample, contact(simulation, sample))
 
-    def _series(self, name: str) -> tuple[uplot.Series, ...]:
-        k = scale(self._page.profile)
-        return (
-            uplot.Series(),
-            *(
-                uplot.Series(label=label, stroke=colour, width=width * k, points={"show": False}, dash=dash)
-                for label, colour, width, dash in self._lines(name)
-            ),
-        )
+    def _series(self, course: Course) -> tuple[uplot.Series, ...]:
+        return (uplot.Series(), *(self._line(line) for line in course.lines))
+
+    def _line(self, line: Line) -> uplot.Series:
+        width = line.width * scale(self._page.profile)
+        colour = colour_of(line, PALETTES[self._page.theme])
+        return uplot.Series(label=line.column, stroke=colour, width=width, points={"show": False}, dash=line.dash)
 
     def _axes(self) -> tuple[uplot.Axis, ...]:
         k = scale(self._page.profile)
@@ -175,82 +243,37 @@ class Plots:
             uplot.Axis(**axis, size=round(46 * k), space=round(28 * k)),
         )
 
-    def _add(self, name: str) -> None:
-        title, columns, span = _PLOTS[name]
-        # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is not to look like a hill.
-        soft = {"min": {"soft": 0.0, "mode": 1, "pad": 0.05}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
-        with self._tab:
-            self._plots[name] = self._gui.add_uplot(
-                data=self.buffer.series(columns),
-                series=self._series(name),
-                title=title,
-                height=self._height,
-                scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(range=span if span else soft)},
-                axes=self._axes(),
-                legend=uplot.Legend(show=False),
-                cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
-                padding=(6, 12, 0, 0),
-            )
+    def _caption(self, name: str, with_ghost: bool) -> str:
+        """Return title and legend of one plot."""
+        spare = " duet-spare" if self._is_spare(name) else ""
+        if name in CHARTS:
+            return f'<div class="duet-caption{spare}"><span class="duet-title">{CHARTS[name]}</span></div>'
+        course, _ = self._courses[name]
+        legend = course.legend
+        if with_ghost and course.columns("ghost"):
+            legend = (*legend, ("", "dash", "ghost"))
+        parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{label}</span>' for symbol, kind, label in legend)
+        unit = f" [{course.unit}]" if course.unit else ""
+        return f'<div class="duet-caption{spare}"><span class="duet-title">{course.title}{unit}</span>{parts}</div>'
 
-    def dress(self, page: PageSettings) -> None:
-        """Take on another theme or profile."""
-        self._page = page
-        for name, plot in self._plots.items():
-            plot.series = self._series(name)
-            plot.axes = self._axes()
-        self._legend.content = self._legend_html()
+    def _is_spare(self, name: str) -> bool:
+        """Return whether a plot makes room on a narrow screen for what was chosen."""
+        return name == "error" and makes_room(self._cells)
 
-    def choose(self, details: Details) -> None:
-        """Show another third plot, or none."""
-        if details == self._shown:
-            return
-        if self._shown in self._plots:
-            self._plots[self._shown].visible = False
-        if details in self._plots:
-            self._plots[details].visible = True
-        elif details != "none":
-            self._add(details)
-        self._shown = details
-        self._legend.content = self._legend_html()
 
-    def _legend_html(self) -> str:
-        parts = [
-            '<span class="d"><i></i>d</span>',
-            '<span class="dm"><i class="dash"></i>d<sub>m</sub></span>',
-            '<span class="rest"><i class="dot"></i>d* resting distance</span>',
-            '<span class="e"><i></i>e²</span>',
-        ]
-        if self._shown == "lambda":
-            parts.append('<span class="lam"><i></i>λ</span>')
-        elif self._shown == "speeds":
-            parts += [
-                '<span class="u"><i></i>u pull</span>',
-                '<span class="v"><i class="dash"></i>v</span>',
-                '<span class="w"><i class="dot"></i>w approach</span>',
-            ]
-        elif self._shown in ("joints", "rates"):
-            kinds = ("", "dash", "dot")
-            parts += [
-                f'<span style="color:{c}"><i class="{kinds[i // 3]}"></i>{i + 1}</span>'
-                for i, c in enumerate(PALETTES[self._page.theme].joints)
-            ]
-        three = " duet-three" if self._shown != "none" else ""
-        return f'<div class="duet-plots duet-legend{three}">{"".join(parts)}</div>'
-
-    def show(self, simulation: Simulation, now: float) -> None:
-        """Take in the newest steps, and refresh the plots if there is news and it is time. `now`: wall time [s]."""
-        self.buffer.feed(simulation)
-        state = simulation.history.count, self._shown
-        if now < self._next or state == self._drawn:
-            return
-        self._next, self._drawn = now + PERIOD, state
-        for name, plot in self._plots.items():
-            if name in ("distance", "error", self._shown):
-                plot.data = self.buffer.series(_PLOTS[name][1], 180.0 / math.pi if name in ("joints", "rates") else 1.0)
+def layout_html(shown: tuple[str, ...]) -> str:
+    """Return the style that gives every plot a column; a chart with a legend of its own takes a wider one."""
+    wide = {"laws": "1.45fr", "stability": "1.2fr", "pairs": "1.2fr"}
+    columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in shown]
+    narrow = columns[:1] + columns[2:] if makes_room(shown) else columns
+    return (
+        f'<div class="duet-plots"><style>:root{{--duet-columns:{" ".join(columns)};--duet-narrow:{" ".join(narrow)}}}'
+        "</style></div>"
+    )
 
 
 class DetailsChooser:
-    """The row of buttons that chooses the third plot.
+    """The row of buttons that chooses what is shown beside the first two plots.
 
     Args:
         gui: of whoever operates it.
@@ -260,17 +283,20 @@ class DetailsChooser:
 
     def __init__(self, gui: viser.GuiApi, session: Session, tab: viser.GuiTabHandle) -> None:
         spec = specs(PageSettings)["plot"]
-        self._session, self._choices = session, spec.choices
+        self._session = session
+        self._labels: dict[str, str] = dict(zip(spec.choices, spec.choice_labels, strict=True))
         with tab:
-            self._buttons = ChoiceButtons(
-                gui,
-                "more plots",
-                spec.choice_labels,
-                spec.help,
-                lambda i: session.post(lambda: session.change("plot", spec.choices[i])),
-                order=0.5,
-            )
+            self._buttons = ChoiceButtons(gui, "more plots", spec.choice_labels, spec.help, self._chosen, order=0.5)
+
+    def _chosen(self, index: int) -> None:
+        choice = list(self._labels)[index]
+        self._session.post(lambda: self._session.change("plot", choice))
 
     def show(self) -> None:
-        """Mark the present choice."""
-        self._buttons.mark(self._choices.index(self._session.settings.page.details))
+        """Offer what there is to choose in this experiment, and mark the present choice."""
+        settings = self._session.settings
+        possible = possible_details(settings.run)
+        present = settings.page.details if settings.page.details in possible else "none"
+        choices = list(self._labels)
+        self._buttons.offer(tuple(choices.index(choice) for choice in possible))
+        self._buttons.mark(choices.index(present))

@@ -1,36 +1,59 @@
-"""What is said in numbers and words: four tiles, the status, and eq. (32) with the values of this moment."""
+"""What is said in numbers and words: the tip, the status, four tiles, the law's equation, and the budget of this moment."""
 
-from functools import cache
-from typing import Final
+import math
+from typing import Final, NamedTuple
 
 import viser
-from ziamath import zmath
-from ziamath.config import config
 
-from app.page.theme import PALETTES
+from app.page.budget import live_html
+from app.page.contact import contact
+from app.page.equations import equation_html
+from app.page.laws import LAW_NAMES
+from app.page.relevance import both_avoid
+from app.page.swivel import Swivel
 from app.session import Pace, Session
-from app.settings import Theme
-from controllers.budget import distance_rate, resting_distance
+from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
+from controllers.tasks import TASK_DIMENSION
 from scenes.history import Sample
+from scenes.settings import LawName, RunSettings
 from scenes.simulation import Simulation
 
 PERIOD: Final = 0.15
 """Wall time between two refreshes [s]; a number that changes faster cannot be read."""
 
+SHARES: Final[dict[LawName, str]] = {
+    "smooth_priority": "λ",
+    "strict_priority": "priority",
+    "strict_switched": "priority",
+    "null_space_avoidance": "λ",
+    "potential_field": "push, of 1",
+    "barrier_qp": "1 − allowed",
+    "intermediate_value": "λ",
+    "unprotected": "λ",
+}
+"""What the law's activation is called."""
 
-@cache
-def equation_svg(theme: Theme) -> str:
-    """Return eq. (32) as SVG with its symbols in their colours; glyphs are paths, so it looks the same everywhere."""
-    p = PALETTES[theme]
-    lam, v = rf"\textcolor{{{p.activation}}}{{\lambda}}", rf"\textcolor{{{p.velocity}}}{{v}}"
-    tex = rf"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n"
-    # Shared <symbol> ids of several equations on one page would collide.
-    config.svg2 = False
-    svg = zmath.Latex(tex, size=18).svg()
-    return svg.replace('fill="black"', 'fill="currentColor"').replace(
-        "<svg ", '<svg fill="currentColor" style="max-width:88%;height:auto" ', 1
-    )
+RETREATING: Final = ("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance", "intermediate_value")
+"""Laws that lose distance to whoever is faster than v."""
+
+
+class Tile(NamedTuple):
+    """One number.
+
+    Attributes:
+        kind: class of CSS, for its colour.
+        value: as text.
+        label: under it, as HTML.
+        bad: whether it is one to worry about.
+        ghost: the ghost's value, "" if there is none.
+    """
+
+    kind: str
+    value: str
+    label: str
+    bad: bool = False
+    ghost: str = ""
 
 
 class Readout:
@@ -50,16 +73,15 @@ class Readout:
         if now < self._next and not force:
             return
         self._next = now + PERIOD
-        simulation, law = session.simulation, session.settings.run.law
+        simulation, run = session.simulation, session.settings.run
+        ghost: Simulation | None = getattr(session, "ghost", None)
         self._write("tip", f'<div class="duet duet-tip">{tip_html(session)}</div>')
         self._write(
             "status", f'<div class="duet duet-status" role="status">{status_html(session.pace, simulation, sample)}</div>'
         )
-        self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample)}</div>')
-        on = law.law == "smooth_priority"
-        equation = equation_svg(session.settings.page.theme) if on else "q̇ = q̇<sub>n</sub> &nbsp; (the task alone)"
-        self._write("equation", f'<div class="duet"><div class="duet-eq">{equation}<span class="no">(32)</span></div></div>')
-        self._write("live", f'<div class="duet">{live_html(simulation, sample)}</div>')
+        self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample, ghost)}</div>')
+        self._write("equation", f'<div class="duet">{equation_html(run, session.settings.page.theme)}</div>')
+        self._write("live", f'<div class="duet">{live_html(simulation, sample, contact(simulation, sample))}</div>')
 
     def _write(self, name: str, text: str) -> None:
         if self._texts.get(name) != text:
@@ -67,57 +89,167 @@ class Readout:
             self._blocks[name].content = text
 
 
-def tiles_html(simulation: Simulation, sample: Sample) -> str:
-    """Return d, λ, |e| and w against v as tiles."""
-    law = simulation.settings.law
-    below = sample.distance < law.critical_distance - 1e-4
-    faster = sample.approach > law.nominal_velocity and law.law == "smooth_priority" and not law.feed_forward
-    tiles = (
-        ("d", f"{sample.distance * 1000.0:.0f}" if sample.pair >= 0 else "–", "d, mm" + (" below d<sub>m</sub>" if below else ""), below),
-        ("lam", f"{sample.activation:.2f}", "λ", False),
-        ("e", f"{sample.error * 1000.0:.0f}", "|e|, mm", False),
-        (
-            "w",
-            f"{sample.approach + 0.0:.2f}" if abs(sample.approach) >= 0.005 else "0.00",
-            f"w of v {law.nominal_velocity:.2f}",
-            faster,
-        ),
-    )
+# --- tiles ---------------------------------------------------------------------------------------------------------------------
+
+
+def tiles_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> str:
+    """Return the four numbers of an experiment as tiles, the ghost's below them."""
+    tiles = _alone_tiles(simulation, sample) if sample.pair < 0 else _tiles(simulation, sample)
+    if ghost is not None and sample.pair >= 0:
+        others = _tiles(ghost, ghost.sample())
+        tiles = [tile._replace(ghost=other.value) for tile, other in zip(tiles, others, strict=True)]
+    return '<div class="duet-tiles">' + "".join(_tile_html(tile) for tile in tiles) + "</div>"
+
+
+def _tile_html(tile: Tile) -> str:
+    second = f"<small>ghost {tile.ghost}</small>" if tile.ghost else ""
     return (
-        '<div class="duet-tiles">'
-        + "".join(
-            f'<div{" class=bad" if bad else ""}><b class="{name}">{value}</b><span>{label}</span></div>'
-            for name, value, label, bad in tiles
-        )
-        + "</div>"
+        f'<div{" class=bad" if tile.bad else ""}><b class="{tile.kind}">{tile.value}</b><span>{tile.label}</span>{second}</div>'
     )
+
+
+def _tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
+    run, law = simulation.settings, simulation.settings.law
+    below = sample.distance < law.critical_distance - 1e-4
+    tiles = [
+        Tile("d", f"{sample.distance * 1000.0:.0f}", "d, mm" + (" below d<sub>m</sub>" if below else ""), below),
+        Tile("lam", f"{sample.activation:.2f}", SHARES[law.law]),
+        _error_tile(simulation, sample),
+    ]
+    if both_avoid(run):
+        pull = sample.pull + (sample.second.pull if sample.second is not None else 0.0)
+        tiles.append(Tile("u", _speed(pull), "u of both, m/s"))
+    elif law.law in RETREATING and not law.feed_forward:
+        faster = sample.approach > law.nominal_velocity
+        tiles.append(Tile("w", _speed(sample.approach), f"w of v {law.nominal_velocity:.2f}", faster))
+    else:
+        tiles.append(Tile("w", _speed(sample.approach), "w, m/s"))
+    return tiles
+
+
+def _error_tile(simulation: Simulation, sample: Sample) -> Tile:
+    if simulation.error_unit != "rad²":
+        return Tile("e", f"{sample.error * 1000.0:.0f}", "|e|, mm")
+    error = math.degrees(sample.error)
+    if simulation.settings.scene == "imitation" and sample.second is not None:
+        left, right = error, math.degrees(math.sqrt(sample.second.squared_error))
+        if simulation.avoiding.name == "right":
+            left, right = right, left
+        return Tile("e", f"{left:.0f} {right:.0f}", "|e|, ° L R")
+    return Tile("e", f"{error:.1f}", "|e|, °")
+
+
+def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
+    run, arm = simulation.settings, simulation.avoiding
+    J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[run.task]]
+    # It counts the dimensions that the hand leaves free: n − m, and more at a singular posture.
+    free = float(null_space_projector(J, DAMPING).trace())
+    angle = math.degrees(Swivel(simulation.room, arm).angle(sample.positions))
+    k = run.gain * run.overdrive * run.dt
+    return [
+        Tile("e", f"{sample.error * 1000.0:.1f}", "|e|, mm"),
+        Tile("lam", f"{free:.1f}", "trace N, free"),
+        Tile("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), "elbow"),
+        Tile("w", f"{k:.3g}", "K dt, ≥ 2 fails" if k >= 2.0 else "K dt, below 2", k >= 2.0),
+    ]
+
+
+def _speed(value: float) -> str:
+    """Return a speed without the minus of a rounded zero, and with a true minus sign."""
+    return f"{value:.2f}".replace("-", "−") if abs(value) >= 0.005 else "0.00"
+
+
+# --- words ---------------------------------------------------------------------------------------------------------------------
 
 
 def tip_html(session: Session) -> str:
-    """Return one sentence on what to do and what to watch."""
-    yours, other = session.simulation.guided.name, session.simulation.avoiding.name
-    keeps = f"The silver {other} arm keeps its hand in the ring, and keeps clear."
-    if session.settings.page.autopilot and session.held is None:
-        return f"The autopilot moves the orange {yours} arm; take its hand at the arrows. {keeps}"
-    return f"Drag the orange {yours} arm at the arrows, or its elbow at the arc. {keeps}"
+    """Return one or two sentences on what to do and what to watch."""
+    run, simulation = session.settings.run, session.simulation
+    itself = session.settings.page.autopilot and session.held is None
+    yours, other = simulation.guided.name, simulation.avoiding.name
+    match run.scene:
+        case "solo":
+            return _solo_tip(run, itself)
+        case "ball":
+            what = {"hand": "its hand", "elbow": "its elbow", "arm": "all of it"}[run.point]
+            drag = "The ball crosses the path by itself; drag it." if itself and run.ball == "cross" else "Drag the ball."
+            return f"The arm takes its hand from A to B and back, and keeps {what} clear of the ball. {drag}"
+        case "hold":
+            keeps = _hold_words(run, yours, other)
+            if itself:
+                return f"The autopilot moves the orange {yours} arm; take its hand at the arrows. {keeps}"
+            return f"Drag the orange {yours} arm at the arrows, or its elbow at the arc. {keeps}"
+        case "master_slave":
+            mirror = "in a mirror" if run.following == "mirrored" else "joint by joint"
+            follows = f"The silver {other} arm follows it {mirror}, and {_who_avoids(run)}."
+            if itself:
+                return f"The autopilot moves the orange {yours} arm, the master; take its hand at the arrows. {follows}"
+            return f"Drag the orange {yours} arm, the master, at the arrows or the arc. {follows}"
+        case _:
+            return (
+                f"Both arms follow the person by four angles each, and {_who_avoids(run)}. See-through: where they ought to be."
+            )
+
+
+def _solo_tip(run: RunSettings, itself: bool) -> str:
+    if run.path == "circle":
+        return "The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt &gt; 2."
+    drag = "Drag the elbow at the arc, or the hand at the arrows."
+    does = "The autopilot swings the elbow; take the arc or the arrows." if itself else drag
+    return f"{does} The elbow moves in the null space of the hand: |e| stays small."
+
+
+def _hold_words(run: RunSettings, yours: str, other: str) -> str:
+    if run.avoid == "guided":
+        return f"It keeps clear of the silver {other} arm, whose hand stays in the ring."
+    both = ", and both keep clear" if run.avoid == "both" else ", and keeps clear"
+    return f"The silver {other} arm keeps its hand in the ring{both}."
+
+
+def _who_avoids(run: RunSettings) -> str:
+    return {
+        "paper": "both keep clear of each other",
+        "both": "both keep clear of each other",
+        "free": "keeps clear" if run.scene == "master_slave" else "the other one keeps clear",
+        "guided": "the master keeps clear" if run.scene == "master_slave" else "your own one keeps clear",
+    }[run.avoid]
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     """Return the state of the clock and everything that is wrong, as pills."""
-    law = simulation.settings.law
+    run, law = simulation.settings, simulation.settings.law
     pills = [("halt", "paused")] if pace.paused else [("go", f"{pace.rate:.1f}× real time")]
     if pace.slowed:
         pills.append(("halt", "slowed: this machine cannot keep up"))
-    reason = authority_text(Authority(sample.authority), sample.joint, simulation)
-    if reason:
-        pills.append(("alarm", f"out of authority: {reason}"))
+    if sample.pair < 0:
+        if run.gain * run.overdrive * run.dt >= 2.0:
+            pills.append(("alarm", "K dt ≥ 2: unstable"))
+        reason = authority_text(Authority(sample.authority), sample.joint, simulation)
+        if reason:
+            pills.append(("alarm", reason))
+        return _pills_html(pills)
+    pills += [("alarm", f"out of authority: {reason}") for reason in _reasons(simulation, sample)]
     if law.law == "unprotected":
         pills.append(("halt", "avoidance is off"))
-    elif sample.approach > law.nominal_velocity and not law.feed_forward:
-        pills.append(("alarm", "the hand is faster than v"))
+    elif law.law != "smooth_priority":
+        pills.append(("", LAW_NAMES[law.law]))
+    if law.law in RETREATING and not both_avoid(run) and sample.approach > law.nominal_velocity and not law.feed_forward:
+        pills.append(("alarm", f"the {'ball' if run.scene == 'ball' else 'hand'} is faster than v"))
     if sample.distance < 0.0:
-        pills.append(("alarm", "the arms overlap"))
+        pills.append(("alarm", "the arm overlaps the ball" if run.scene == "ball" else "the arms overlap"))
+    return _pills_html(pills)
+
+
+def _pills_html(pills: list[tuple[str, str]]) -> str:
     return "".join(f'<span class="{kind}">{text}</span>' for kind, text in pills)
+
+
+def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
+    """Return why arms cannot do what the law asks of them."""
+    reasons = [authority_text(Authority(sample.authority), sample.joint, simulation)]
+    if sample.second is not None:
+        reasons.append(authority_text(Authority(sample.second.authority), sample.second.joint, simulation, second=True))
+    return [reason for reason in dict.fromkeys(reasons) if reason]
 
 
 def authority_text(authority: Authority, joint: int, simulation: Simulation, second: bool = False) -> str:
@@ -131,30 +263,3 @@ def authority_text(authority: Authority, joint: int, simulation: Simulation, sec
             return "no joint can move this point away"
         case _:
             return ""
-
-
-def live_html(simulation: Simulation, sample: Sample) -> str:
-    """Return the distance budget ḋ = λ v − (1 − λ) u − w with this moment's numbers, and d*."""
-    law = simulation.settings.law
-    lam, v, u, w = sample.activation, law.nominal_velocity, sample.pull, sample.law_approach
-    if law.law == "unprotected":
-        body = f'ḋ = −<b class="u">u</b> − <b class="w">w</b> = <b class="d">{-u - w:+.3f}</b> m/s'
-        return f'<div class="duet-live">{body}</div>'
-    rate = distance_rate(lam, v + (w if law.feed_forward else 0.0), u, w)
-    rest = resting_distance(law.critical_distance, law.order, v, u, w)
-    rest_text = "no rest, w &gt; v" if rest != rest else "∞" if rest > 9.0 else f"{rest * 1000.0:.0f} mm"
-    lam_, v_, u_, w_, d_ = (f'<b class="{name}">' + "{}</b>" for name in ("lam", "v", "u", "w", "d"))
-    sharp = "J<sub>d</sub><sup>#</sup>"
-    law_now = f"q̇ = {sharp}·{lam_}·{v_} + (I − {lam_}·{sharp}J<sub>d</sub>) q̇<sub>n</sub>".format(
-        f"{lam:.2f}", f"{v:.2f}", f"{lam:.2f}"
-    )
-    formula = f"{d_} = {lam_}{v_} − (1−{lam_}){u_} − {w_}".format("ḋ", "λ", "v", "λ", "u", "w")
-    numbers = f"= {lam_}·{v_} − {lam_}·{u_} − {w_} = {d_} m/s".format(
-        f"{lam:.2f}", f"{v:.2f}", f"{1.0 - lam:.2f}", _signed(u), _signed(w), f"{rate:+.3f}"
-    )
-    resting = f'rests at <b class="rest">d*</b> = <b class="rest">{rest_text}</b>'
-    return f'<div class="duet-live">{law_now}<hr>{formula}<br>{numbers}<br>{resting}</div>'
-
-
-def _signed(value: float) -> str:
-    return f"({value:.2f})" if value <= -0.005 else f"{abs(value):.2f}"

@@ -18,6 +18,7 @@ class Palette:
     Attributes:
         distance, critical, resting, activation, error, velocity, pull, approach: of d, d_m, d*, λ, e, v, u, w.
         joints: of q1 … q7.
+        laws: of the laws, in the order of the picker.
         calm: of the line between the arms while λ = 0.
         background: of the room, top and bottom.
         cell, section: of the floor's lines.
@@ -32,6 +33,7 @@ class Palette:
     pull: str
     approach: str
     joints: tuple[str, ...]
+    laws: tuple[str, ...]
     calm: str
     background: tuple[Rgb, Rgb]
     cell: Rgb
@@ -49,6 +51,7 @@ PALETTES: Final[dict[Theme, Palette]] = {
         pull="#9a6700",
         approach="#c1271b",
         joints=("#0072b2", "#d55e00", "#00835e", "#a3195b", "#7a3fc4", "#9a6700", "#57606a"),
+        laws=("#7a3fc4", "#57606a", "#d55e00", "#00835e", "#9a6700", "#0072b2", "#a3195b", "#8b949e"),
         calm="#5d7387",
         background=((243, 245, 248), (214, 220, 227)),
         cell=(205, 211, 218),
@@ -64,6 +67,7 @@ PALETTES: Final[dict[Theme, Palette]] = {
         pull="#f0bd4a",
         approach="#ff7a6b",
         joints=("#5ab4f0", "#ff8f45", "#3fd0a0", "#f58ab8", "#bd9bff", "#f0bd4a", "#a9b4bf"),
+        laws=("#bd9bff", "#a9b4bf", "#ff8f45", "#3fd0a0", "#f0bd4a", "#5ab4f0", "#f58ab8", "#7b8590"),
         calm="#9fb3c6",
         background=((34, 38, 44), (19, 21, 25)),
         cell=(44, 48, 54),
@@ -122,8 +126,15 @@ def style_sheet(profile: Profile) -> str:
     }
     light, dark = PALETTES["light"], PALETTES["dark"]
     colours = "".join(
-        f".duet .{name},.duet-legend .{name}{{color:light-dark({getattr(light, field)},{getattr(dark, field)})}}"
+        f".duet .{name},.duet-caption .{name}{{color:light-dark({getattr(light, field)},{getattr(dark, field)})}}"
         for name, field in symbols.items()
+    )
+    colours += "".join(
+        f".duet .j{i + 1},.duet-caption .j{i + 1}{{color:light-dark({a},{b})}}"
+        for i, (a, b) in enumerate(zip(light.joints, dark.joints, strict=True))
+    )
+    colours += "".join(
+        f".duet .law{i + 1}{{color:light-dark({a},{b})}}" for i, (a, b) in enumerate(zip(light.laws, dark.laws, strict=True))
     )
     # viser's widgets take their size from this one number of the Mantine library.
     root = f":root{{--duet-k:{k:g};--duet-dock:{DOCK_WIDTH * k:g}px;--mantine-scale:{k:g}!important}}"

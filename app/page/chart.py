@@ -1,0 +1,101 @@
+"""A chart that is no course over time, as HTML: lines in an SVG that takes any size, and text that keeps its own."""
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from controllers.kinematics import Array
+
+_SIDE = 1000
+"""Edge of the drawing's own square; three digits are finer than a pixel."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Two axes.
+
+    Attributes:
+        x, y: first and last value.
+        x_ticks, y_ticks: where there is a line of the grid and a number, with the number as text.
+        x_label: what is along the x axis, as HTML.
+    """
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    x_ticks: tuple[tuple[float, str], ...]
+    y_ticks: tuple[tuple[float, str], ...]
+    x_label: str
+
+    def across(self, value: float) -> float:
+        """Return where an x is, as a share of the width."""
+        return (value - self.x[0]) / (self.x[1] - self.x[0])
+
+    def down(self, value: float) -> float:
+        """Return where a y is, as a share of the height, from the top."""
+        return (self.y[1] - value) / (self.y[1] - self.y[0])
+
+
+@dataclass
+class Chart:
+    """A chart to which lines and marks are added.
+
+    Args:
+        frame: its axes.
+    """
+
+    frame: Frame
+    _lines: list[str] = field(default_factory=list)
+    _marks: list[str] = field(default_factory=list)
+
+    def line(self, xs: Array, ys: Array, kind: str, width: float, dash: str = "") -> None:
+        """Add a line; points that a straight line passes through are left out.
+
+        Args:
+            xs, ys: (points,), ascending xs.
+            kind: class of CSS whose `color` it takes.
+            width: [px].
+            dash: as in SVG, [px].
+        """
+        (x0, x1), (y0, y1) = self.frame.x, self.frame.y
+        # Far outside the frame nothing can be seen, and large numbers cost bytes.
+        y = np.minimum(np.maximum((y1 - ys) / (y1 - y0), -1.0), 2.0)
+        points = _without_middles((np.column_stack([(xs - x0) / (x1 - x0), y]) * _SIDE).tolist())
+        path = "M" + " ".join(f"{px:.0f} {py:.0f}" for px, py in points)
+        dashes = f' stroke-dasharray="{dash}"' if dash else ""
+        self._lines.append(f'<path class="{kind}" d="{path}" stroke-width="{width:g}"{dashes}/>')
+
+    def level(self, y: float, kind: str, width: float, dash: str = "") -> None:
+        """Add a line across the whole chart."""
+        self.line(np.array(self.frame.x), np.array([y, y]), kind, width, dash)
+
+    def mark(self, x: float, y: float, kind: str, text: str = "") -> None:
+        """Add a mark at a point, kept inside the frame; `kind` is a class of CSS."""
+        left, top = self.frame.across(x), self.frame.down(y)
+        left, top = min(max(left, 0.0), 1.0), min(max(top, 0.0), 1.0)
+        self._marks.append(f'<b class="{kind}" style="left:{100 * left:.1f}%;top:{100 * top:.1f}%">{text}</b>')
+
+    def html(self, height: int) -> str:
+        """Return the chart at a height [CSS px]; it is as wide as its place."""
+        frame = self.frame
+        grid = "".join(f"M{frame.across(x) * _SIDE:.0f} 0v{_SIDE}" for x, _ in frame.x_ticks)
+        grid += "".join(f"M0 {frame.down(y) * _SIDE:.0f}h{_SIDE}" for y, _ in frame.y_ticks)
+        x_texts = "".join(f'<i style="left:{100 * frame.across(x):.1f}%">{text}</i>' for x, text in frame.x_ticks)
+        y_texts = "".join(f'<i style="top:{100 * frame.down(y):.1f}%">{text}</i>' for y, text in frame.y_ticks)
+        return (
+            f'<div class="duet-chart" style="height:{height}px"><div class="ys">{y_texts}</div>'
+            f'<div class="area"><svg viewBox="0 0 {_SIDE} {_SIDE}" preserveAspectRatio="none">'
+            f'<path class="grid" d="{grid}"/>{"".join(self._lines)}</svg>{"".join(self._marks)}</div>'
+            f'<div class="xs">{x_texts}<em>{frame.x_label}</em></div></div>'
+        )
+
+
+def _without_middles(points: list[list[float]]) -> list[list[float]]:
+    """Return the points without those that lie on the way from the last one kept to the next, to a third of a thousandth."""
+    kept = points[:1]
+    for (x, y), (x2, y2) in pairwise(points[1:]):
+        x1, y1 = kept[-1]
+        along, across = x2 - x1, y2 - y1
+        if abs((x - x1) * across - (y - y1) * along) > 0.33 * (abs(along) + abs(across)):
+            kept.append([x, y])
+    return kept + points[-1:]

@@ -1,0 +1,168 @@
+"""The plots over time: which columns, lines, colours and names each of them has."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from app.page.bins import COLUMNS, DRIVEN, JOINTS
+from app.page.relevance import both_avoid
+from app.page.theme import Palette
+from scenes.settings import RunSettings
+
+CEILING: Final = 0.4
+"""Top of the distance axis [m]: Fig. 5's."""
+
+DEGREES: Final = 180.0 / math.pi
+
+_STYLES: Final = ((), (7.0, 4.0), (2.0, 3.0))
+"""Dashes of the first three joints, the next three, the last."""
+
+_GHOST: Final = (5.0, 4.0)
+_WHAT_IF: Final = (1.5, 3.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a plot.
+
+    Attributes:
+        column: of the buffer.
+        colour: field of `Palette`, or "joint 1" …
+        width: [px at a desk].
+        dash: [px]; none for a solid line.
+        run: whose: the run itself ("own"), the ghost's, or what would have been ("what_if").
+    """
+
+    column: str
+    colour: str
+    width: float
+    dash: tuple[float, ...] = ()
+    run: str = "own"
+
+
+@dataclass(frozen=True)
+class Course:
+    """One plot over time.
+
+    Attributes:
+        title: as HTML.
+        unit: of the axis.
+        lines: in the order drawn.
+        legend: class of CSS, kind of line ("", "dash", "dot") and name, for every line that needs one.
+        span: of the axis; None: as the data ask, from 0 up if `positive`.
+        scale: values of the buffer times this are shown.
+        positive: whether the axis begins at 0.
+    """
+
+    title: str
+    unit: str
+    lines: tuple[Line, ...]
+    legend: tuple[tuple[str, str, str], ...] = ()
+    span: tuple[float, float] | None = None
+    scale: float = 1.0
+    positive: bool = True
+
+    def columns(self, run: str) -> tuple[int, ...]:
+        """Return the columns of the buffer of one run, in the order of the lines."""
+        return tuple(COLUMNS[line.column] for line in self.lines if line.run == run)
+
+
+def _shadows(column: str, colour: str) -> tuple[Line, ...]:
+    """Return what the ghost did and what would have been, in the same colour."""
+    return Line(column, colour, 1.8, _GHOST, "ghost"), Line(column, colour, 2.0, _WHAT_IF, "what_if")
+
+
+def _joints(stem: str, run: str = "own") -> tuple[Line, ...]:
+    thin, dash = (1.6, None) if run == "own" else (1.0, (1.5, 3.0))
+    return tuple(
+        Line(f"{stem}{i + 1}", f"joint {i + 1}", thin, _STYLES[i // 3] if dash is None else dash, run) for i in range(JOINTS)
+    )
+
+
+_JOINT_LEGEND: Final = tuple((f"j{i + 1}", ("", "dash", "dot")[i // 3], str(i + 1)) for i in range(JOINTS))
+
+_DISTANCE: Final = Course(
+    'distance <b class="d">d</b>',
+    "m",
+    (
+        Line("d", "distance", 2.2),
+        Line("d_m", "critical", 1.6, (7.0, 5.0)),
+        Line("d*", "resting", 1.6, (2.0, 4.0)),
+        *_shadows("d", "distance"),
+    ),
+    (("dm", "dash", "d<sub>m</sub>"), ("rest", "dot", "d* rest")),
+    (0.0, CEILING),
+)
+
+
+def _squared_error(unit: str, arms: tuple[str, ...]) -> Course:
+    second = (Line("e2_b", "pull", 1.8, (2.0, 3.0)),) if len(arms) > 1 else ()
+    lines = (Line("e2", "error", 2.2), *second, *_shadows("e2", "error"))
+    legend = tuple(zip(("e", "u"), ("", "dot"), arms, strict=True)) if second else ()
+    return Course('squared error <b class="e">e²</b>', unit, lines, legend)
+
+
+def _followed(prefix: str, title: str, model: str) -> Course:
+    own = tuple(Line(f"{prefix}q{i + 1}", f"joint {i + 1}", 2.0) for i in range(DRIVEN))
+    desired = tuple(Line(f"{prefix}qd{i + 1}", f"joint {i + 1}", 1.4, (5.0, 4.0)) for i in range(DRIVEN))
+    names = tuple((f"j{i + 1}", "", f"q<sub>{i + 1}</sub>") for i in range(DRIVEN))
+    return Course(title, "°", (*own, *desired), (*names, ("", "dash", model)), None, DEGREES, positive=False)
+
+
+_COURSES: Final[dict[str, Course]] = {
+    "distance": _DISTANCE,
+    "hand": Course('hand error <b class="e">|e|</b>', "mm", (Line("e", "error", 2.2),), scale=1000.0),
+    "elbow": Course(
+        "elbow angle about the line shoulder–wrist", "°", (Line("elbow", "distance", 2.2),), (), None, DEGREES, False
+    ),
+    "lambda": Course(
+        'activation <b class="lam">λ</b>',
+        "",
+        (Line("lambda", "activation", 2.2), *_shadows("lambda", "activation")),
+        (),
+        (0.0, 1.05),
+    ),
+    "joints": Course("joints q", "°", (*_joints("q"), *_joints("q", "ghost")), _JOINT_LEGEND, (-180.0, 180.0), DEGREES, False),
+    "rates": Course("joint speeds q̇", "°/s", (*_joints("dq"), *_joints("dq", "ghost")), _JOINT_LEGEND, None, DEGREES, False),
+    "speeds": Course(
+        "speeds along the line",
+        "m/s",
+        (
+            Line("u", "pull", 2.0),
+            Line("v", "velocity", 1.8, (7.0, 5.0)),
+            Line("w", "approach", 2.0, (2.0, 4.0)),
+            Line("u", "pull", 1.4, _GHOST, "ghost"),
+        ),
+        (("u", "", "u pull"), ("v", "dash", "v"), ("w", "dot", "w approach")),
+        positive=False,
+    ),
+}
+
+
+def course_of(name: str, run: RunSettings, unit: str, avoiding: str, other: str) -> Course:
+    """Return a plot as it is in a run.
+
+    Args:
+        name: "distance", "error", …
+        run: settings of the run.
+        unit: of its squared error.
+        avoiding, other: names of the arms.
+    """
+    if name == "error":
+        two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
+        return _squared_error(unit, (avoiding, other) if two else (avoiding,))
+    if name == "follow":
+        if run.scene == "imitation":
+            return _followed("", f"{avoiding} arm", "the person")
+        return _followed("", "slave", "master" if run.following == "identical" else "master, mirrored")
+    if name == "follow_other":
+        return _followed("other_", f"{other} arm", "the person")
+    return _COURSES[name]
+
+
+def colour_of(line: Line, palette: Palette) -> str:
+    """Return the colour of a line as CSS."""
+    if line.colour.startswith("joint "):
+        return palette.joints[int(line.colour[6:]) - 1]
+    colour: str = getattr(palette, line.colour)
+    return colour

@@ -1,0 +1,96 @@
+"""One plot that compares all laws: what each of them would make of the present pull, over the distance."""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import Final, cast
+
+import numpy as np
+
+from app.page.chart import Chart, Frame
+from app.page.contact import Contact
+from app.page.curve import DISTANCES, FAR, distances
+from controllers.laws.situation import Law
+from scenes.lawbook import make_law
+from scenes.settings import LawName, LawSettings
+from scenes.simulation import Simulation
+
+LAW_NAMES: Final[dict[LawName, str]] = {
+    "smooth_priority": "Smooth priority",
+    "strict_priority": "Strict, always on",
+    "strict_switched": "Strict, switched",
+    "null_space_avoidance": "Null-space avoidance",
+    "potential_field": "Potential field",
+    "barrier_qp": "Barrier QP",
+    "intermediate_value": "Intermediate value",
+    "unprotected": "Unprotected",
+}
+"""Short names, in the order of the picker."""
+
+_SPANS: Final = (0.2, 0.4, 0.6, 0.8, 1.2, 1.6, 2.4)
+"""Ends that the axis of speeds may have [m/s]: few, so that it does not breathe with u."""
+
+
+@lru_cache(maxsize=16)
+def all_laws(settings: LawSettings) -> dict[LawName, Law]:
+    """Return every law, with the same settings."""
+    return {name: make_law(replace(settings, law=name)) for name in LAW_NAMES}
+
+
+def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, height: int) -> str:
+    """Return the chart, and beside it which line is which.
+
+    Args:
+        simulation: whose law is drawn thick.
+        ghost: whose law is drawn dashed; None if there is none.
+        now: pull, approach and |J_d|² that all laws are asked with, and the present state.
+        height: [CSS px].
+    """
+    settings = simulation.settings.law
+    largest = max(abs(now.pull), settings.nominal_velocity, abs(now.approach), 0.08) * 1.3
+    span = next((s for s in _SPANS if s >= largest), _SPANS[-1])
+    step = span / 2.0
+    ticks = tuple((i * step, f"{i * step:+.1f}".replace("-", "−") if i else "0") for i in (-2, -1, 0, 1, 2))
+    chart = Chart(Frame((0.0, FAR), (-span, span), DISTANCES, ticks, "d [m]"))
+    chart.level(0.0, "zero", 1.2)
+    xs = distances(settings.critical_distance, settings.influence_distance)
+    lines = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}
+    present = settings.law
+    for name, ys in lines.items():
+        if name != present:
+            chart.line(xs, ys, _kind(name), 1.5)
+    if ghost is not None:
+        other = ghost.settings.law
+        ghost_xs = distances(other.critical_distance, other.influence_distance)
+        chart.line(ghost_xs, _rates(ghost.law, ghost_xs, now), _kind(other.law), 3.0, "7 5")
+    chart.line(xs, lines[present], _kind(present), 3.2)
+    if abs(now.approach) > 0.005:
+        chart.level(now.approach, "w", 1.2, "2 4")
+        chart.mark(0.0, now.approach, "name w", "w")
+    for i, (name, ys) in enumerate(lines.items()):
+        x = 0.045 + 0.07 * i
+        y = float(np.interp(x, xs, ys))
+        if abs(y) < span:
+            chart.mark(x, y, f"digit {_kind(name)}", str(i + 1))
+    if math.isfinite(now.distance):
+        chart.mark(now.distance, now.rate, f"dot {_kind(present)}")
+    return f'<div class="duet duet-laws">{chart.html(height)}{_legend(present, ghost, now)}</div>'
+
+
+def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
+    return np.array([law.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()])
+
+
+def _kind(name: str) -> str:
+    return f"law{list(LAW_NAMES).index(cast(LawName, name)) + 1}"
+
+
+def _legend(present: str, ghost: Simulation | None, now: Contact) -> str:
+    rows: list[str] = []
+    for i, (name, label) in enumerate(LAW_NAMES.items()):
+        shown = f"<b>{label}</b>" if name == present else label
+        rows.append(f'<li class="{"thick" if name == present else ""}"><i class="{_kind(name)}">{i + 1}</i>{shown}</li>')
+    if ghost is not None:
+        rows.append(f'<li class="ghost"><i class="{_kind(ghost.settings.law.law)} dash"></i>the ghost’s</li>')
+    numbers = f'<b class="u">u</b> {now.pull + 0.0:.2f}, |J<sub>d</sub>| {math.sqrt(now.square):.2f} m/rad'.replace("-", "−")
+    return f"<ul>{''.join(rows)}<li class=now>{numbers}</li></ul>"
