@@ -1,4 +1,4 @@
-"""One visitor's experiment and its clock: pause, single step, slow motion, reset, and who moves the guided arm."""
+"""One visitor's experiment and its clock: pause, single step, slow motion, reset, who moves what can be moved, and the ghost."""
 
 import logging
 from collections import deque
@@ -9,12 +9,17 @@ from typing import Final
 
 import numpy as np
 
+from app.background import Background
 from app.settings import Settings
+from app.studies import SMOOTHNESS_WINDOW, Smoothness, Studies
 from controllers.kinematics import Array
-from scenes.autopilot import Autopilot
-from scenes.settings import changed
+from scenes.cast import Person
+from scenes.inputs import KEEP, InputsLog, Recorded
+from scenes.rerun import WhatIf
+from scenes.room import BALL_ROOM, room_of
+from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
-from scenes.targets import HandTarget
+from scenes.targets import BallTarget, HandTarget, Target
 
 log = logging.getLogger("duet.session")
 
@@ -26,6 +31,12 @@ LONGEST_GAP: Final = 0.1
 
 SPEEDS: Final = (0.25, 0.5, 1.0, 2.0)
 """What the speed may be, simulated over wall time."""
+
+LONGEST_REACH: Final = 0.3
+"""A key held down runs no further ahead of what it moves [m]."""
+
+GHOST_KEEP: Final = 30.0
+"""How much of the ghost's run can be made again [s]."""
 
 
 @dataclass(frozen=True)
@@ -44,29 +55,46 @@ class Pace:
 
 
 class Session:
-    """A simulation that runs with the wall clock.
+    """A simulation that runs with the wall clock, and perhaps a second one, the ghost, on the same inputs.
 
     All methods but `post` belong to the one thread that calls `advance`; `post` may be called from anywhere.
 
     Args:
         settings: of the run and of the page.
         wake: called after every `post`, so that whoever draws need not wait for the next regular frame.
+        background: where "what if" and smoothness are computed; without one they are not.
     """
 
-    def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None, background: Background | None = None) -> None:
         self.settings = settings
         self._wake = wake
         self.simulation = Simulation(settings.run)
+        self.ghost: Simulation | None = None
+        """The second run, whose history has the same times as the first one's; None if there is none."""
         self.paused = False
-        self.held: HandTarget | None = None
-        """Where a person holds the guided hand; None while nobody touches it."""
+        self.held: Target | None = None
+        """What a person holds, and where; None while nobody touches anything."""
+        self.inputs = InputsLog()
+        """What the run was made with."""
+        self._ghost_inputs = InputsLog(GHOST_KEEP)
+        self._frozen = settings.run.law, settings.run.gain
+        self._studies = Studies(background, wake) if background is not None else None
         self._posts: deque[Callable[[], None]] = deque()
         self._debt = 0.0
         self._steps_asked = 0
         self._rate = settings.page.speed
         self._slowness = 0.0
-        self._autopilot: Autopilot | None = None
-        self._autopilot_begin = 0.0
+        self._guest: Person | None = None
+        self._person: Person | None = None
+        self._person_begin = 0.0
+        self._raise_ghost()
+        if self._studies is not None and settings.page.what_if:
+            self._studies.prepare(settings)
+
+    def close(self) -> None:
+        """Drop everything that is being computed for this session."""
+        if self._studies is not None:
+            self._studies.forget()
 
     def post(self, action: Callable[[], None]) -> None:
         """Have something done at the beginning of the next frame, on the session's own thread."""
@@ -85,37 +113,124 @@ class Session:
             BadSetting: impossible value; nothing is changed.
         """
         before, after = self.settings, changed(self.settings, key, value)
+        room_of(after.run)  # May be impossible here: a robot's package may be missing.
         self.settings = after
+        cast = self.simulation.cast
         if after.run != before.run:
             self.simulation.apply(after.run)
-        if (after.run.rig, after.run.guided) != (before.run.rig, before.run.guided):
-            self.held = None
-        if (after.run.rig, after.run.guided, after.run.seed) != (before.run.rig, before.run.guided, before.run.seed) or (
-            after.page.autopilot and not before.page.autopilot
-        ):
-            self._autopilot = None
+        anew = self.simulation.cast is not cast
+        if anew or _who(after) != _who(before):
+            self.held = self._person = None
+        if after.page.source != before.page.source:
+            self._guest = None
+        if after.page.autopilot and not before.page.autopilot:
+            self._person = None
+        if after.page.ghost != before.page.ghost:
+            self._frozen = after.run.law, after.run.gain
+            self._raise_ghost()
+        elif anew:
+            self._raise_ghost()
+        elif self.ghost is not None and after.run != before.run:
+            self.ghost.apply(self._ghost_settings())
+        self._study(before, after, anew)
 
-    def hold(self, target: HandTarget | None) -> None:
-        """A person takes hold of the guided hand, moves it, or (None) lets go of it."""
+    def _study(self, before: Settings, after: Settings, anew: bool) -> None:
+        studies = self._studies
+        if studies is None:
+            return
+        if anew:
+            studies.forget()
+        if not after.page.what_if:
+            studies.forget_what_if()
+        elif not before.page.what_if:
+            studies.prepare(after)
+        elif (after.run.law, after.run.gain) != (before.run.law, before.run.gain):
+            studies.ask()
+
+    def _ghost_settings(self) -> RunSettings:
+        run, choice = self.settings.run, self.settings.page.ghost
+        if choice in ("off", "frozen"):
+            law, gain = self._frozen
+            return replace(run, law=law, gain=gain)
+        return replace(run, law=replace(run.law, law=choice))
+
+    def _raise_ghost(self) -> None:
+        """Have a ghost begin where the run is now, or none."""
+        self._ghost_inputs.forget()
+        if self.settings.page.ghost == "off":
+            self.ghost = None
+            return
+        self.ghost = Simulation(self._ghost_settings())
+        self.ghost.resume(self.simulation.snapshot())
+
+    def hold(self, target: Target | None) -> None:
+        """A person takes hold of something, moves it, or (None) lets go of it. Whoever moved it by themselves stops at once."""
         if target is not None and self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=False))
         self.held = target
 
     def nudge(self, way: Array) -> None:
-        """Move the place where the person holds the hand by (3,) [m], world."""
-        simulation = self.simulation
+        """Move the place where the person holds the hand, or the ball, by (3,) [m], world. A person's own arms cannot be nudged."""
+        simulation, held = self.simulation, self.held
+        if simulation.settings.scene == "imitation":
+            return
+        if simulation.room.ball is not None:
+            ball = simulation.positions[simulation.room.ball].copy()
+            place = ahead(held.position if isinstance(held, BallTarget) else ball, way, ball)
+            self.hold(BallTarget(np.clip(place, -BALL_ROOM, BALL_ROOM)))
+            return
         pose = simulation.kinematics.hand_pose(simulation.guided)
-        held = self.held or HandTarget(pose.translation.copy(), pose.rotation.copy())
-        # A key held down must not run further ahead than an arm's length.
-        place = np.clip(held.position + way, pose.translation - 0.3, pose.translation + 0.3)
-        self.hold(HandTarget(place, held.rotation))
+        if not isinstance(held, HandTarget):
+            held = HandTarget(pose.translation.copy(), pose.rotation.copy())
+        self.hold(HandTarget(ahead(held.position, way, pose.translation), held.rotation))
+
+    def invite(self, person: Person | None) -> None:
+        """Have somebody else than the experiment's own person move what can be moved, from now on: a file, a camera, recorded inputs;
+        None for the own one again. Whoever takes hold of something still goes first."""
+        self._guest, self._person, self.held = person, None, None
+        if person is not None and not self.settings.page.autopilot:
+            self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=True))
 
     def reset(self) -> None:
         """Begin anew: as a fresh start with the present settings."""
         self.simulation.reset()
+        if self.ghost is not None:
+            self.ghost.reset()
+        if self._studies is not None:
+            self._studies.forget()
         self.held = None
-        self._autopilot = None
+        self._person = None
         self._debt = 0.0
+
+    def recorded(self, seconds: float = KEEP) -> Recorded | None:
+        """Return the newest piece of the run as it can be made again, see `InputsLog.window`."""
+        return self.inputs.window(seconds)
+
+    @property
+    def what_if(self) -> WhatIf | None:
+        """How the last 30 s would have gone with the present settings; None unless the page asks for it and a law setting was moved."""
+        return self._studies.what_if if self._studies is not None else None
+
+    @property
+    def smoothness(self) -> Smoothness | None:
+        """What `measure_smoothness` has found so far."""
+        return self._studies.smoothness if self._studies is not None else None
+
+    @property
+    def computing(self) -> bool:
+        """Whether "what if" or smoothness is being computed."""
+        return self._studies is not None and self._studies.busy
+
+    @property
+    def study_message(self) -> str:
+        """Why something could not be computed, for the visitor; "" if all is well."""
+        return self._studies.message if self._studies is not None else ""
+
+    def measure_smoothness(self) -> None:
+        """Make the last 10 s again in ever smaller steps, beside the run; `smoothness` then tells what came out."""
+        if self._studies is not None:
+            ghost = self._ghost_inputs.window(SMOOTHNESS_WINDOW) if self.ghost is not None else None
+            self._studies.measure_smoothness(self.inputs.window(SMOOTHNESS_WINDOW), ghost)
 
     def toggle_pause(self) -> None:
         """Pause or go on."""
@@ -132,21 +247,29 @@ class Session:
         nearest = min(range(len(SPEEDS)), key=lambda i: abs(SPEEDS[i] - self.settings.page.speed))
         self.change("speed", SPEEDS[min(max(nearest + by, 0), len(SPEEDS) - 1)])
 
-    def target(self) -> HandTarget | None:
-        """Return where the person, or the autopilot, wants the guided hand now."""
+    def target(self) -> Target | None:
+        """Return what the person, or whoever stands in for them, wants now."""
         if self.held is not None:
             return self.held
         if not self.settings.page.autopilot:
             return None
-        simulation = self.simulation
-        if self._autopilot is None:
-            start = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
-            self._autopilot = Autopilot(simulation.room, self.settings.run.guided, self.settings.run.seed, start)
-            self._autopilot_begin = simulation.time
-        return self._autopilot.target(simulation.time - self._autopilot_begin)
+        if self._person is None:
+            self._person = self._guest or self.simulation.person()
+            self._person_begin = self.simulation.time
+        return self._person.target(self.simulation.time - self._person_begin)
+
+    def _step(self) -> None:
+        simulation, ghost, target = self.simulation, self.ghost, self.target()
+        self.inputs.record(simulation, target)
+        simulation.step(target)
+        if ghost is not None:
+            self._ghost_inputs.record(ghost, target)
+            ghost.step(target)
 
     def advance(self, elapsed: float) -> int:
         """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made."""
+        if self._studies is not None:
+            self._studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
         while self._posts:
             action = self._posts.popleft()
             try:
@@ -157,14 +280,14 @@ class Session:
         if self.paused:
             steps, self._steps_asked = self._steps_asked, 0
             for _ in range(steps):
-                self.simulation.step(self.target())
+                self._step()
             return steps
         dt, speed = self.settings.run.dt, self.settings.page.speed
         self._debt += min(elapsed, LONGEST_GAP) * speed
         wanted, made = int(self._debt / dt + 1e-9), 0
         deadline = perf_counter() + BUDGET
         while made < wanted:
-            self.simulation.step(self.target())
+            self._step()
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 break
@@ -175,3 +298,17 @@ class Session:
             self._rate += (made * dt / elapsed - self._rate) * share
             self._slowness += ((1.0 if late else 0.0) - self._slowness) * min(elapsed / 1.0, 1.0)
         return made
+
+
+def ahead(place: Array, way: Array, here: Array) -> Array:
+    """Return a place (3,) moved by a way, but no further from here than `LONGEST_REACH` along each axis [m]."""
+    return np.clip(place + way, here - LONGEST_REACH, here + LONGEST_REACH)
+
+
+def _who(settings: Settings) -> tuple[object, ...]:
+    """Return what decides on who moves what: another one of these is another person."""
+    run = settings.run
+    return (
+        *(run.scene, run.rig, run.robot, run.guided, run.path, run.point, run.ball, run.clip, run.seed),
+        settings.page.source,
+    )

@@ -1,0 +1,351 @@
+"""What a person wanted at every step of a run, kept small, so that the run can be made again: exactly, or with other settings."""
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.cast import Cast
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation, Snapshot
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+
+KEEP: Final = 600.0
+"""Simulated time that a log keeps [s] …"""
+
+MOST_BYTES: Final = 16_000_000
+"""… unless it grows larger than this."""
+
+CHAPTER: Final = 1.0
+"""Simulated time from one snapshot to the next [s]."""
+
+NOTHING: Final = 0
+HAND: Final = 1
+"""Plus `ROTATION` or `TURNED` if there is a rotation, plus `ELBOW` if there is an elbow."""
+ROTATION: Final = 2
+TURNED: Final = 4
+"""A rotation that lies in memory column by column: a matrix product may give other last bits for it."""
+ELBOW: Final = 8
+BALL: Final = 16
+UNSEEN: Final = 17
+ANGLES: Final = 18
+JOINTS: Final = 64
+"""Plus the number of joints."""
+
+MOST_JOINTS: Final = 32
+
+_HANDS: Final = {
+    HAND + turn + elbow: 3 + (9 if turn else 0) + (3 if elbow else 0) for turn in (0, ROTATION, TURNED) for elbow in (0, ELBOW)
+}
+WIDTHS: Final[dict[int, int]] = {
+    NOTHING: 0,
+    BALL: 3,
+    UNSEEN: 0,
+    ANGLES: 8,
+    **_HANDS,
+    **{JOINTS + n: n for n in range(1, MOST_JOINTS + 1)},
+}
+"""Code of a kind of target → how many numbers it has."""
+
+_WIDTH: Final = np.zeros(256, np.int64)
+for _code, _numbers in WIDTHS.items():
+    _WIDTH[_code] = _numbers
+
+_STRETCH_BYTES: Final = 1_000
+"""Memory of a stretch besides its numbers [B], and …"""
+
+_CHAPTER_BYTES: Final = 3_000
+"""… of a snapshot."""
+
+_OPEN_BYTES: Final = 120
+"""Memory of a target that is not packed yet [B]."""
+
+
+class PackedTargets(NamedTuple):
+    """One target a step, equal neighbours told once. The arrays are only to be read.
+
+    Attributes:
+        codes: (k,) kind of each different target.
+        counts: (k,) for how many steps it was wanted.
+        numbers: those of all targets, one after the other.
+    """
+
+    codes: np.ndarray
+    counts: np.ndarray
+    numbers: Array
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return int(self.counts.sum())
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """Where each target's numbers begin (k,)."""
+        widths = _WIDTH[self.codes]
+        return np.cumsum(widths) - widths
+
+    def runs(self) -> Iterator[tuple[Target | None, int]]:
+        """Yield every different target, and for how many steps it was wanted."""
+        numbers, begin = self.numbers, 0
+        for code, count in zip(self.codes.tolist(), self.counts.tolist(), strict=True):
+            end = begin + WIDTHS[code]
+            yield decoded(code, numbers[begin:end]), count
+            begin = end
+
+
+def joined(parts: list[PackedTargets]) -> PackedTargets:
+    """Return several as one, in their order."""
+    if len(parts) == 1:
+        return parts[0]
+    return PackedTargets(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+def encoded(target: Target | None) -> tuple[int, bytes]:
+    """Return kind and numbers of a target, to the last bit."""
+    if target is None:
+        return NOTHING, b""
+    if isinstance(target, HandTarget):
+        position, rotation, elbow = target
+        code, numbers = HAND, np.asarray(position, np.float64).tobytes()
+        if rotation is not None:
+            rotation = np.asarray(rotation, np.float64)
+            code += TURNED if rotation.flags.fnc else ROTATION
+            numbers += rotation.tobytes("A")
+        if elbow is not None:
+            code += ELBOW
+            numbers += np.asarray(elbow, np.float64).tobytes()
+        return code, numbers
+    if isinstance(target, AnglesTarget):
+        return (UNSEEN, b"") if target.angles is None else (ANGLES, np.asarray(target.angles, np.float64).tobytes())
+    if isinstance(target, BallTarget):
+        return BALL, np.asarray(target.position, np.float64).tobytes()
+    positions = np.asarray(target.positions, np.float64)
+    return JOINTS + len(positions), positions.tobytes()
+
+
+def decoded(code: int, numbers: Array) -> Target | None:
+    """Return the target of a kind with these numbers; its arrays are views of them."""
+    if code == NOTHING:
+        return None
+    if code == UNSEEN:
+        return AnglesTarget(None)
+    if code == ANGLES:
+        return AnglesTarget(numbers.reshape(2, 4))
+    if code == BALL:
+        return BallTarget(numbers)
+    if code > JOINTS:
+        return JointTarget(numbers)
+    rotation = elbow = None
+    if code & (ROTATION | TURNED):
+        rotation = numbers[3:12].reshape((3, 3), order="F" if code & TURNED else "C")
+    if code & ELBOW:
+        elbow = numbers[-3:]
+    return HandTarget(numbers[:3], rotation, elbow)
+
+
+class Stretch(NamedTuple):
+    """A part of a run during which no setting changed."""
+
+    settings: RunSettings
+    targets: PackedTargets
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A piece of a run as it can be made again; see `scenes.rerun`. Made of plain data, so that it can be sent to another process.
+
+    Attributes:
+        snapshot: the state at its beginning.
+        stretches: its settings and targets, in order; at least one.
+    """
+
+    snapshot: Snapshot
+    stretches: tuple[Stretch, ...]
+
+    @property
+    def settings(self) -> RunSettings:
+        """Return the settings at the beginning."""
+        return self.stretches[0].settings
+
+    @property
+    def dt(self) -> float:
+        """Time step at the beginning [s]."""
+        return self.settings.dt
+
+    @property
+    def begin(self) -> float:
+        """Simulated time at the beginning [s]."""
+        return self.snapshot.time
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return sum(stretch.targets.steps for stretch in self.stretches)
+
+    @property
+    def seconds(self) -> float:
+        """Length [s]."""
+        return sum(stretch.targets.steps * stretch.settings.dt for stretch in self.stretches)
+
+    def targets(self) -> Iterator[Target | None]:
+        """Yield the target of every step."""
+        for stretch in self.stretches:
+            for target, count in stretch.targets.runs():
+                for _ in range(count):
+                    yield target
+
+
+class RecordedPerson:
+    """Someone who does once more what was recorded; a `Person`.
+
+    Args:
+        recorded: what to do; at rest after its end.
+    """
+
+    def __init__(self, recorded: Recorded) -> None:
+        self.recorded = recorded
+        targets = joined([stretch.targets for stretch in recorded.stretches])
+        times = np.concatenate([stretch.targets.counts * stretch.settings.dt for stretch in recorded.stretches])
+        self._targets, self._offsets, self._ends = targets, targets.offsets, np.cumsum(times)
+
+    def target(self, time: float) -> Target | None:
+        """Return what was wanted at a time since the beginning of what was recorded [s]."""
+        # A time that was added up from steps may lie a few bits before the step that it belongs to.
+        i = min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1)
+        code, begin = int(self._targets.codes[i]), int(self._offsets[i])
+        return decoded(code, self._targets.numbers[begin : begin + WIDTHS[code]])
+
+
+@dataclass
+class _Chapter:
+    """From one snapshot to the next."""
+
+    snapshot: Snapshot
+    stretches: list[Stretch] = field(default_factory=list)
+    seconds: float = 0.0
+    nbytes: int = _CHAPTER_BYTES
+
+
+class InputsLog:
+    """The last ten minutes of a run's targets and settings, with a snapshot every second.
+
+    Args:
+        keep: how much simulated time is kept at least, if there was so much [s].
+        most_bytes: of memory; beyond it the oldest is forgotten all the same.
+    """
+
+    def __init__(self, keep: float = KEEP, most_bytes: int = MOST_BYTES) -> None:
+        self._keep, self._most_bytes = keep, most_bytes
+        self._chapters: deque[_Chapter] = deque()
+        self._settings: RunSettings | None = None
+        self._cast: Cast | None = None
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self._chapters.clear()
+        self._seconds, self._nbytes = 0.0, 0
+        self._expected = self._turn = -1
+        self._codes: list[int] = []
+        self._counts: list[int] = []
+        self._numbers: list[bytes] = []
+
+    @property
+    def seconds(self) -> float:
+        """How much simulated time is kept [s]."""
+        open_steps = sum(self._counts)
+        return self._seconds + (open_steps * self._settings.dt if self._settings and open_steps else 0.0)
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory that takes, about [B]."""
+        return self._nbytes + len(self._codes) * _OPEN_BYTES
+
+    def record(self, simulation: Simulation, target: Target | None) -> None:
+        """Note what the next step of the simulation is made with; to be called before each of them.
+
+        A simulation that was reset, or whose roles or room changed, cannot be made again from before that: the log begins anew.
+        """
+        steps = simulation.steps
+        if steps != self._expected or simulation.settings is not self._settings or steps >= self._turn:
+            self._turn_over(simulation)
+        code, numbers = encoded(target)
+        if self._codes and self._codes[-1] == code and self._numbers[-1] == numbers:
+            self._counts[-1] += 1
+        else:
+            self._codes.append(code)
+            self._counts.append(1)
+            self._numbers.append(numbers)
+        self._expected = steps + 1
+
+    def _turn_over(self, simulation: Simulation) -> None:
+        if simulation.steps != self._expected or simulation.cast is not self._cast:
+            self.forget()
+        self._close_stretch()
+        self._settings, self._cast = simulation.settings, simulation.cast
+        if simulation.steps >= self._turn:
+            self._chapters.append(_Chapter(simulation.snapshot()))
+            self._nbytes += _CHAPTER_BYTES
+            self._turn = simulation.steps + max(round(CHAPTER / simulation.settings.dt), 1)
+            self._forget_oldest()
+
+    def _packed(self) -> PackedTargets:
+        return PackedTargets(
+            np.array(self._codes, np.uint8),
+            np.array(self._counts, np.uint32),
+            np.frombuffer(b"".join(self._numbers), np.float64),
+        )
+
+    def _close_stretch(self) -> None:
+        if not self._codes:
+            return
+        assert self._settings is not None
+        targets, chapter = self._packed(), self._chapters[-1]
+        seconds = targets.steps * self._settings.dt
+        nbytes = sum(array.nbytes for array in targets) + _STRETCH_BYTES
+        chapter.stretches.append(Stretch(self._settings, targets))
+        chapter.seconds += seconds
+        chapter.nbytes += nbytes
+        self._seconds += seconds
+        self._nbytes += nbytes
+        self._codes, self._counts, self._numbers = [], [], []
+
+    def _forget_oldest(self) -> None:
+        while len(self._chapters) > 2:
+            first = self._chapters[0]
+            if self._seconds - first.seconds < self._keep and self._nbytes <= self._most_bytes:
+                return
+            self._chapters.popleft()
+            self._seconds -= first.seconds
+            self._nbytes -= first.nbytes
+
+    def window(self, seconds: float) -> Recorded | None:
+        """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""
+        length, chapters = 0.0, []
+        open_stretch = [Stretch(self._settings, self._packed())] if self._settings is not None and self._codes else []
+        length = sum(stretch.targets.steps * stretch.settings.dt for stretch in open_stretch)
+        for chapter in reversed(self._chapters):
+            chapters.append(chapter)
+            length += chapter.seconds
+            if length >= seconds * (1.0 - 1e-9):
+                break
+        stretches = [stretch for chapter in reversed(chapters) for stretch in chapter.stretches] + open_stretch
+        if not stretches:
+            return None
+        return Recorded(chapters[-1].snapshot, merged(stretches))
+
+
+def merged(stretches: list[Stretch]) -> tuple[Stretch, ...]:
+    """Return the stretches with neighbours of the same settings put together."""
+    groups: list[list[Stretch]] = []
+    for stretch in stretches:
+        before = groups[-1][0].settings if groups else None
+        if before is not None and (before is stretch.settings or before == stretch.settings):
+            groups[-1].append(stretch)
+        else:
+            groups.append([stretch])
+    return tuple(Stretch(group[0].settings, joined([stretch.targets for stretch in group])) for group in groups)

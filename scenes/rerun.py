@@ -1,0 +1,256 @@
+"""A recorded piece of a run, made again: exactly, with other settings, or in finer or coarser steps. Pure functions of plain data."""
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from time import perf_counter
+from typing import Any, Final
+
+import pinocchio as pin
+
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+from scenes.headless import Summary, summarise
+from scenes.history import COLUMN
+from scenes.inputs import Recorded, Stretch, merged
+from scenes.settings import LawSettings, RunSettings, Spec, changed, specs
+from scenes.simulation import Simulation
+from scenes.targets import AnglesTarget, HandTarget, Target
+
+FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
+"""Settings that a recorded piece of a run cannot be given anew: they decide on the room, the roles and the clock."""
+
+WHAT_IF_KEYS: Final = (*specs(LawSettings), "k", "kx")
+"""Settings of which one asks "what if"."""
+
+LOOK: Final = 64
+"""Steps between two looks at whether the result is still wanted."""
+
+TRIAL: Final = 150
+"""Steps from which the time of a whole rerun is told beforehand."""
+
+COARSEST: Final = 0.020
+"""Longest step of a draft [s]: the longest that a run may have."""
+
+
+class Stopped(Exception):
+    """Nobody wants the result any more."""
+
+
+def never() -> bool:
+    """Return False: the result will be wanted."""
+    return False
+
+
+@dataclass(frozen=True)
+class Rerun:
+    """A piece of a run, made again.
+
+    Attributes:
+        table: one row a step, columns of `scenes.history`.
+        summary: of it.
+        seams: rows from which on other settings, or another kind of target, were in force.
+    """
+
+    table: Array
+    summary: Summary
+    seams: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class WhatIf:
+    """How a piece of a run would have gone with the present settings, on the inputs that were given then.
+
+    Attributes:
+        times: (k,) simulated time [s], on the clock of the run itself.
+        distance: d (k,) [m].
+        squared_error: e² (k,), of the task as it is recorded [m² or rad²].
+        settings: those at the end of the piece, with the ones that were asked for.
+        summary: of these curves.
+        before: of the run as it really went, over the same time.
+        stride: how many recorded steps were made as one; 1 is exact, more is a draft that will be replaced.
+    """
+
+    times: Array
+    distance: Array
+    squared_error: Array
+    settings: RunSettings
+    summary: Summary
+    before: Summary
+    stride: int
+
+
+def rerun(
+    recorded: Recorded,
+    overrides: Mapping[str, object] | None = None,
+    substeps: int = 1,
+    stride: int = 1,
+    stopped: Callable[[], bool] = never,
+) -> Rerun:
+    """Make a recorded piece of a run again. With nothing but the first argument, the result has the bits of the run itself.
+
+    Args:
+        recorded: state at the beginning, settings and targets.
+        overrides: settings by key that are in force all the time, instead of what they were.
+        substeps: into how many each step is divided; the target then goes straight from one recorded place to the next.
+        stride: how many recorded steps are made as one, with the target of the first of them. One of the two must be 1.
+        stopped: asked now and then; when it says True, everything ends with `Stopped`.
+
+    Raises:
+        BadSetting: an override that is no setting, is impossible, or cannot be given to a recorded run.
+        Stopped: see there.
+    """
+    if substeps < 1 or stride < 1 or min(substeps, stride) > 1:
+        raise BadSetting(
+            f"substeps = {substeps} and stride = {stride} do not go together; give whole numbers from 1, one of them 1."
+        )
+    stretches = _stretches(recorded, overrides or {})
+    rows = sum(-(-stretch.targets.steps // stride) * substeps for stretch in stretches)
+    simulation = Simulation(stretches[0].settings, rows)
+    simulation.resume(recorded.snapshot)
+    seams: list[int] = []
+    made = 0
+    everything = [[target for target, count in s.targets.runs() for _ in range(count)] for s in stretches]
+    for stretch, wishes, following in zip(stretches, everything, [*everything[1:], everything[-1][-1:]], strict=True):
+        if made:
+            seams.append(made)
+        for targets, dt in _in_steps(wishes, following[0], stretch.settings.dt, substeps, stride):
+            simulation.apply(replace(stretch.settings, dt=dt))
+            before: Target | None = None
+            for target in targets:
+                if made % LOOK == 0 and stopped():
+                    raise Stopped
+                if made and _kind(target) != _kind(before):
+                    seams.append(made)
+                before = target
+                simulation.step(target)
+                made += 1
+    table = simulation.history.table()
+    return Rerun(table, summarise(simulation, table), tuple(sorted(set(seams))))
+
+
+def what_if(
+    recorded: Recorded,
+    overrides: Mapping[str, object],
+    before: Summary,
+    longest: float | None,
+    stopped: Callable[[], bool] = never,
+) -> WhatIf:
+    """Return how a recorded piece of a run would have gone.
+
+    Args:
+        recorded, overrides, stopped: as in `rerun`.
+        before: how it went.
+        longest: wall time that it may take [s]; a slow machine or a slow law then makes a draft, in steps up to `COARSEST` long. None
+            for the exact answer.
+
+    Raises:
+        BadSetting, Stopped: as `rerun`.
+    """
+    stride = 1
+    if longest is not None:
+        needed = _seconds_per_step(recorded, overrides) * recorded.steps / longest
+        stride = max(min(math.ceil(needed), int(COARSEST / recorded.dt + 1e-9)), 1)
+    again = rerun(recorded, overrides, stride=stride, stopped=stopped)
+    times, distance, squared_error = (again.table[:, COLUMN[name]].copy() for name in ("t", "d", "e2"))
+    settings = _stretches(recorded, overrides)[-1].settings
+    return WhatIf(times, distance, squared_error, settings, again.summary, before, stride)
+
+
+def _seconds_per_step(recorded: Recorded, overrides: Mapping[str, object]) -> float:
+    first = _stretches(recorded, overrides)[0]
+    simulation = Simulation(first.settings, TRIAL)
+    simulation.resume(recorded.snapshot)
+    begin, made = perf_counter(), 0
+    for target in itertools.islice(recorded.targets(), TRIAL):
+        simulation.step(target)
+        made += 1
+    return (perf_counter() - begin) / max(made, 1)
+
+
+def warm(settings: RunSettings, stopped: Callable[[], bool] = never) -> None:
+    """Make a few steps, so that everything that the first real ones need is loaded and built."""
+    simulation = Simulation(settings, 16)
+    person = simulation.person()
+    for _ in range(16):
+        if stopped():
+            raise Stopped
+        simulation.step(person.target(simulation.time))
+
+
+def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Stretch, ...]:
+    """Return the recorded stretches with some settings the same in all of them.
+
+    Raises:
+        BadSetting: see `rerun`.
+    """
+    if not overrides:
+        return recorded.stretches
+    checked = recorded.settings
+    for key, value in overrides.items():
+        if key in FIXED:
+            raise BadSetting(f"{key} cannot be given to a recorded run; choose from {', '.join(set(specs()) - FIXED)}.")
+        checked = changed(checked, key, value)
+    run, law = _named(checked, overrides), _named(checked.law, overrides)
+    return merged(
+        [Stretch(replace(s.settings, law=replace(s.settings.law, **law), **run), s.targets) for s in recorded.stretches]
+    )
+
+
+def _named(settings: RunSettings | LawSettings, keys: Mapping[str, object]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for f in fields(settings):
+        spec: Spec | None = f.metadata.get("spec")
+        if spec is not None and spec.key in keys:
+            found[f.name] = getattr(settings, f.name)
+    return found
+
+
+def _in_steps(
+    wishes: list[Target | None], following: Target | None, dt: float, substeps: int, stride: int
+) -> Iterator[tuple[Iterable[Target | None], float]]:
+    """Yield targets and their time step: of everything at once, but for the rest that is no whole stride."""
+    if substeps > 1:
+        yield _finer([*wishes, following], substeps), dt / substeps
+        return
+    whole = len(wishes) // stride * stride
+    if whole:
+        yield wishes[:whole:stride], dt * stride
+    if whole < len(wishes):
+        yield wishes[whole : whole + 1], dt * (len(wishes) - whole)
+
+
+def _finer(wishes: list[Target | None], substeps: int) -> Iterator[Target | None]:
+    for target, following in itertools.pairwise(wishes):
+        yield target
+        for i in range(1, substeps):
+            yield between(target, following, i / substeps)
+
+
+def _kind(target: Target | None) -> object:
+    if isinstance(target, HandTarget):
+        return HandTarget, target.rotation is None, target.elbow is None
+    if isinstance(target, AnglesTarget):
+        return AnglesTarget, target.angles is None
+    return type(target)
+
+
+def between(first: Target | None, second: Target | None, share: float) -> Target | None:
+    """Return the target a share of the way from one to another of its kind; the first one if they are of different kinds."""
+    if first is second or first is None or second is None or first[0] is None or _kind(first) != _kind(second):
+        return first
+    if isinstance(first, HandTarget):
+        assert isinstance(second, HandTarget)
+        rotation = elbow = None
+        if first.rotation is not None and second.rotation is not None:
+            rotation = first.rotation @ pin.exp3(share * pin.log3(first.rotation.T @ second.rotation))
+        if first.elbow is not None and second.elbow is not None:
+            elbow = _part(first.elbow, second.elbow, share)
+        return HandTarget(_part(first.position, second.position, share), rotation, elbow)
+    # All others consist of one array.
+    return type(first)(_part(first[0], second[0], share))  # pyright: ignore[reportArgumentType]
+
+
+def _part(first: Array, second: Array, share: float) -> Array:
+    return first + share * (second - first)
