@@ -1,0 +1,253 @@
+"""What the figures show: their numbers repeat the paper's claims and our closed forms, and are the same each time."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from PIL import Image
+
+from app.figures import laws
+from app.figures.catalogue import CATALOGUE, Entry
+from app.figures.drawn import write_csv
+from app.figures.plan import Plan
+from app.figures.scheme import BLOCKS
+from controllers import budget
+from controllers.activation import activation
+from scenes.settings import LawSettings, RunSettings, specs
+from tests.figures.conftest import Table, entry, read
+
+Numbers = Callable[[str], Table]
+
+CRITICAL = LawSettings().critical_distance
+SLACK = 1e-4
+
+
+def csv_text(figure: Entry, plan: Plan) -> str:
+    """The CSV of a figure that is drawn once more."""
+    out = io.StringIO()
+    write_csv(out, figure.draw(plan))
+    return out.getvalue()
+
+
+# ---- files --------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("figure", CATALOGUE, ids=lambda e: e.name)
+def test_files(figure: Entry, folder: Path) -> None:
+    """PNG at 200 dpi with something on it, SVG without a date, CSV with a header and rows."""
+    with Image.open(folder / f"{figure.stem}.png") as picture:
+        assert picture.width >= 1000 and picture.height >= 500
+        assert np.asarray(picture.convert("L")).std() > 10.0
+    drawing = (folder / f"{figure.stem}.svg").read_text(encoding="utf-8")
+    assert "<svg" in drawing and "<path" in drawing and "dc:date" not in drawing
+    table = read((folder / f"{figure.stem}.csv").read_text(encoding="utf-8")) if figure.name != "scheme" else None
+    if table is not None:
+        assert len(next(iter(table.columns.values()))) >= 1
+        assert table.settings
+
+
+def test_same_bytes_each_time(folder: Path) -> None:
+    """Every CSV, from a plan of its own; and SVG, of one figure with text, lines and markers."""
+    plan = Plan(quick=True)
+    for figure in CATALOGUE:
+        assert csv_text(figure, plan) == (folder / f"{figure.stem}.csv").read_text(encoding="utf-8"), figure.name
+
+
+def test_another_seed_is_another_person() -> None:
+    hold = entry("hold")
+    assert csv_text(hold, Plan(1, quick=True)) != csv_text(hold, Plan(2, quick=True))
+
+
+def test_runs_are_shared_and_progress_counts_every_step() -> None:
+    made: list[int] = []
+    plan = Plan(quick=True, on_progress=made.append)
+    settings = plan.settings()
+    first = plan.shared(settings, 1.0)
+    assert plan.shared(plan.settings(), 1.0) is first
+    assert plan.shared(plan.settings(rig="table"), 1.0) is not first
+    assert sum(made) == 2 * 200
+
+
+# ---- the paper's --------------------------------------------------------------------------------------------------------------
+
+
+def test_path(table: Numbers) -> None:
+    """The critical point stays away from a ball that the desired way would touch; and d is what the path says it is."""
+    rows = table("path")
+    s = {key: float(rows.settings[key]) for key in ("ball_x", "ball_y", "ball_z", "ball_radius", "point_radius")}
+    centre, radii = np.array([s["ball_x"], s["ball_y"], s["ball_z"]]), s["ball_radius"] + s["point_radius"]
+    actual, desired = (np.column_stack([rows[f"{name}_{axis}"] for axis in "xyz"]) for name in ("actual", "desired"))
+    assert_allclose(np.linalg.norm(actual - centre, axis=1) - radii, rows["d"], atol=1e-9)
+    assert rows["d"].min() >= CRITICAL - SLACK
+    assert (np.linalg.norm(desired - centre, axis=1) - radii).min() < 0.05
+    # A straight way, and one that bulges.
+    assert_allclose(np.ptp(desired, axis=0)[[0, 2]], 0.0, atol=1e-12)
+    assert np.ptp(actual, axis=0)[2] > 0.05
+
+
+def test_activation(table: Numbers) -> None:
+    rows = table("activation")
+    for n in (1, 2, 10):
+        assert rows[f"lambda_n{n}"].tolist() == [activation(d, 0.1, n) for d in rows["d"]]
+    at = int(np.flatnonzero(rows["d"] == 0.2)[0])
+    assert [rows[f"lambda_n{n}"][at] for n in (1, 2, 10)] == pytest.approx([0.5, 0.25, 2.0**-10])
+
+
+def test_scheme(folder: Path) -> None:
+    """Every block has something that comes in and something that goes out."""
+    lines = (folder / "fig4_scheme.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "from,to,signal,meaning"
+    ends = [line.split(",")[:2] for line in lines[1:]]
+    for column in (0, 1):
+        assert {end[column] for end in ends} >= set(BLOCKS)
+
+
+def test_hold(table: Numbers) -> None:
+    rows = table("hold")
+    assert rows["d"].min() >= CRITICAL - SLACK and rows["d_soft"].min() >= CRITICAL - SLACK
+    assert rows["d"].min() < CRITICAL + 0.05, "nothing was to be avoided"
+    assert rows["e2"].max() > 0.01 and rows["e2"][0] == 0.0
+    at_rest = np.flatnonzero(~np.isnan(rows["d_rest"]))
+    assert len(at_rest) > 100
+    law = LawSettings()
+    for i in at_rest[:: len(at_rest) // 20].tolist():
+        rest = budget.resting_distance(CRITICAL, law.order, law.nominal_velocity, float(rows["u"][i]), float(rows["w"][i]))
+        assert rows["d_rest"][i] == pytest.approx(rest, abs=1e-12)
+    assert rows["lambda"].tolist() == [activation(d, CRITICAL, law.order) for d in rows["d"]]
+
+
+def test_master_slave(table: Numbers) -> None:
+    """Apart the slave is where the master is; near each other it is not, and d_m is kept."""
+    rows = table("master_slave")
+    gap = np.max([np.abs(rows[f"slave_q{i}"] - rows[f"master_q{i}"]) for i in range(1, 8)], axis=0)
+    assert rows["d"].min() >= CRITICAL - SLACK
+    assert gap[rows["lambda"] < 0.02].max() < 0.03 and gap.max() > 0.05
+    assert np.ptp(rows["master_q1"]) > 0.2
+
+
+def test_imitation_and_film(table: Numbers) -> None:
+    rows, frames = table("imitation"), table("film")
+    assert rows["d"].min() >= CRITICAL - SLACK
+    for side in ("left", "right"):
+        for i in range(1, 5):
+            assert np.abs(rows[f"{side}_qd{i}"] - rows[f"{side}_q{i}"]).max() < 0.5
+        assert max(np.ptp(rows[f"{side}_qd{i}"]) for i in range(1, 5)) > 0.5
+    # The frames are moments of that run, one in each eighth of it.
+    ends = np.linspace(0.0, rows["t"][-1] + 0.005, 9)
+    assert ((ends[:-1] <= frames["t"] + 0.01) & (frames["t"] <= ends[1:] + 0.01)).all()
+    places = np.searchsorted(rows["t"], frames["t"] - 1e-9)
+    assert_allclose(frames["right_q2"], rows["right_q2"][places])
+    assert_allclose(frames["d"], rows["d"][places])
+
+
+def test_setup(table: Numbers) -> None:
+    """The moment of Fig. 5 when the arms are nearest."""
+    assert table("setup")["d"].tolist() == [table("hold")["d"].min()]
+
+
+# ---- ours ---------------------------------------------------------------------------------------------------------------------
+
+
+def test_resting(table: Numbers) -> None:
+    rows = table("resting")
+    s = {key: float(value) for key, value in rows.settings.items()}
+    assert set(rows.columns["over"]) == {"n", "v", "w"}
+    for over, value, closed in zip(rows.columns["over"], rows["value"], rows["d_rest_closed_form"], strict=True):
+        point = {key: s[key] for key in ("n", "v", "w")} | {over: value}
+        assert closed == budget.resting_distance(s["dm"], point["n"], point["v"], s["u"], point["w"])
+    assert np.abs(rows["d_rest_measured"] - rows["d_rest_closed_form"]).max() < 1e-3
+
+
+def test_threshold(table: Numbers) -> None:
+    """Kept while w ≤ v, lost when the person is much faster, and never lost if w is added to v."""
+    rows = table("threshold")
+    fed = rows["w_added"] == 1.0
+    assert rows["d_min"][~fed & (rows["v_over_w"] >= 1.0)].min() >= CRITICAL - SLACK
+    assert rows["d_min"][~fed & (rows["v_over_w"] < 0.8)].max() < CRITICAL - 0.01
+    assert rows["d_min"][fed].min() >= CRITICAL - SLACK and rows["w_max"][fed].max() > 0.4
+
+
+def test_laws(table: Numbers) -> None:
+    """Every law that there is; the paper's keeps d_m and is smooth, the switch jumps, no law at all runs through the other arm."""
+    rows = table("laws")
+    names = np.array(rows.columns["law"])
+    assert set(names) == set(specs(RunSettings)["law"].choices)
+    paper, free = names == "smooth_priority", names == "unprotected"
+    assert rows["d_min"][paper].min() >= CRITICAL - SLACK
+    assert rows["d_min"][free].max() < 0.0 and rows["e2_max"][free].max() < 1e-12
+    by_dt = {law: dict(zip(rows["dt"][names == law], rows["dq_step_max"][names == law], strict=True)) for law in set(names)}
+    coarse, fine = rows["dt"].max(), rows["dt"].min()
+    assert by_dt["smooth_priority"][coarse] / by_dt["smooth_priority"][fine] == pytest.approx(coarse / fine, rel=0.25)
+    assert by_dt["strict_switched"][coarse] / by_dt["strict_switched"][fine] < 1.3
+
+
+def test_growth_of_a_jump_and_of_a_smooth_law() -> None:
+    """p is 1 if q̈ doubles when dt is halved, 0 if it stays."""
+    summary = Plan(quick=True).run(RunSettings(), 0.1).summary
+    steps = (0.02, 0.01, 0.005)
+    jump = [type(summary)(**{**vars(summary), "ddq_max": 3.0 / dt}) for dt in steps]
+    smooth = [type(summary)(**{**vars(summary), "ddq_max": 3.0}) for _ in steps]
+    assert laws.growth(jump, steps) == pytest.approx(1.0)
+    assert laws.growth(smooth, steps) == 0.0
+
+
+def test_switches(table: Numbers) -> None:
+    """The closest pair alone: more changes and the same jump at a smaller dt. The smooth minimum: a step in proportion to dt."""
+    rows = table("switches")
+    kinds = np.array(rows.columns["pairs"])
+    coarse, fine = rows["dt"].max(), rows["dt"].min()
+
+    def at(pairs: str, dt: float, column: str) -> float:
+        return float(rows[column][(kinds == pairs) & (rows["dt"] == dt)][0])
+
+    assert at("single", fine, "pair_switches") > 2.0 * at("single", coarse, "pair_switches")
+    assert at("single", fine, "dq_step_max") > 0.7 * at("single", coarse, "dq_step_max")
+    assert at("soft", coarse, "dq_step_max") / at("soft", fine, "dq_step_max") == pytest.approx(coarse / fine, rel=0.25)
+
+
+def test_bias(table: Numbers) -> None:
+    rows = table("bias")
+    assert (np.diff(rows["e"]) < 0.0).all() and rows["e"][0] > 5e-3
+    assert_allclose(rows["e"], rows["e_closed_form"], rtol=0.05)
+
+
+def test_stability(table: Numbers) -> None:
+    rows = table("stability")
+    assert_allclose(rows["survival"], 1.0 - rows["lambda"] * rows["rho"] ** 2, atol=1e-12)
+    busy = rows["lambda"] > 0.3
+    assert busy.any() and (rows["eigenvalue"][busy] < 0.0).any()
+    assert (rows["survival"] > 0.0).all() and (rows["survival"] <= 1.0).all()
+
+
+# ---- report -------------------------------------------------------------------------------------------------------------------
+
+
+def test_report(folder: Path) -> None:
+    """Every figure has a section with its title, its three files, what the paper says, and what was found in numbers."""
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    sections = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
+    assert [section.splitlines()[0] for section in sections] == [figure.heading for figure in CATALOGUE]
+    for figure, section in zip(CATALOGUE, sections, strict=True):
+        assert figure.paper in section
+        for kind in ("png", "svg", "csv"):
+            assert f"({figure.stem}.{kind})" in section and (folder / f"{figure.stem}.{kind}").is_file()
+        found = section.split("**What we found.**")[1]
+        assert figure.name == "scheme" or re.search(r"\d", found)
+        assert "nan" not in found
+    assert "Quick" in text and "--seed 1 --quick" in text
+
+
+def test_report_tells_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    assert f"its minimum is {1000 * table('hold')['d'].min():.1f} mm" in text
+    assert f"its minimum is {1000 * table('imitation')['d'].min():.1f} mm" in text
+    assert f"the actual one stays {1000 * table('path')['d'].min():.1f} mm away" in text
+    jumps = table("switches")
+    single = [f"{x:.3g}" for x, kind in zip(jumps["dq_step_max"], jumps.columns["pairs"], strict=True) if kind == "single"]
+    assert f"largest step of q̇ {', '.join(single)} rad/s" in text

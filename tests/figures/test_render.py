@@ -1,0 +1,128 @@
+"""Pictures: perspective, what hides what, light and shadow, and arms where their joints put them."""
+
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from app.figures.render import Mesh, View, render
+from app.figures.staging import arms, ball, furniture, links
+from controllers.kinematics import Array
+from scenes.rigs import Camera
+from scenes.room import build_alone, build_room
+
+WIDE, HIGH = 90, 60
+CAMERA: Final = Camera((0.0, 0.0, 1.0), (3.0, 0.0, 0.0), 1.2, 0.8, float(np.radians(20.0)))
+"""Level, from +x: y is to the right."""
+
+RED, BLUE = np.array([0.7, 0.02, 0.02]), np.array([0.02, 0.02, 0.7])
+
+
+def shot(*meshes: Mesh) -> Array:
+    """A picture (HIGH, WIDE, 3) as numbers."""
+    return render(meshes, CAMERA, WIDE, HIGH).astype(float)
+
+
+def is_red(picture: Array) -> NDArray[np.bool_]:
+    """Which pixels (HIGH, WIDE) are."""
+    return picture[..., 0] > picture[..., 2] + 40.0
+
+
+def test_the_middle_of_the_view_is_the_middle_of_the_picture() -> None:
+    view = View(CAMERA, WIDE, HIGH)
+    flat, depth = view.project(np.array([CAMERA.centre, (0.0, 0.1, 1.0), (0.0, 0.0, 1.1)]))
+    assert_allclose(flat[0], (WIDE / 2, HIGH / 2), atol=1e-9)
+    # 0.8 m fill the height at the centre's distance.
+    assert_allclose(flat[1] - flat[0], (0.1 * HIGH / 0.8, 0.0), atol=1e-9)
+    assert_allclose(flat[2] - flat[0], (0.0, -0.1 * HIGH / 0.8), atol=1e-9)
+    assert_allclose(depth, 0.4 / np.tan(np.radians(10.0)))
+
+
+def test_a_narrow_picture_still_shows_the_whole_width() -> None:
+    flat, _ = View(CAMERA, 40, 80).project(np.array([(0.0, -0.6, 1.0), (0.0, 0.6, 1.0)]))
+    assert_allclose(flat[:, 0], (0.0, 40.0), atol=1e-9)
+
+
+def test_a_sphere_covers_its_disc() -> None:
+    """Of the radius that perspective gives it, and at the place where its middle is."""
+    radius, middle = 0.2, np.array([0.0, 0.15, 1.05])
+    covered = is_red(shot(ball(middle, radius, RED)))
+    view = View(CAMERA, WIDE, HIGH)
+    (x, y), depth = (value[0] for value in view.project(middle[None]))
+    # The outline is where the sight touches the sphere.
+    seen_radius = view.focal * radius / np.sqrt(depth**2 - radius**2)
+    rows, columns = np.mgrid[:HIGH, :WIDE] + 0.5
+    away = np.hypot(columns - x, rows - y)
+    assert covered[away < seen_radius - 1.0].all()
+    assert not covered[away > seen_radius + 1.0].any()
+    assert covered.sum() == pytest.approx(np.pi * seen_radius**2, rel=0.03)
+
+
+@pytest.mark.parametrize("nearer", ["first", "second"])
+def test_what_is_in_front_hides_what_is_behind(nearer: str) -> None:
+    front = 0.5 if nearer == "first" else -0.5
+    picture = shot(ball(np.array([front, 0.0, 1.0]), 0.15, RED), ball(np.array([-front, 0.0, 1.0]), 0.15, BLUE))
+    assert is_red(picture)[HIGH // 2, WIDE // 2] == (nearer == "first")
+    # In perspective the nearer one hides all of the other.
+    assert is_red(picture).any() == (nearer == "first")
+
+
+def test_light_comes_from_above_and_casts_a_shadow() -> None:
+    """The upper half of a sphere is the brighter one, and what lies under another sphere is darker than it would be alone."""
+    sphere = ball(np.array([0.0, 0.0, 1.0]), 0.2, RED)
+    alone = shot(sphere)
+    column = alone[:, WIDE // 2, 0]
+    assert column[HIGH // 2 - 10] > column[HIGH // 2 + 10] + 30.0
+    towards_light = np.array([2.4, -2.0, 4.0]) / np.linalg.norm([2.4, -2.0, 4.0])
+    shaded = shot(sphere, ball(np.array([0.0, 0.0, 1.0]) + 0.9 * towards_light, 0.22, BLUE))
+    both_red = is_red(alone) & is_red(shaded)
+    assert both_red.sum() > 200
+    assert (alone[both_red, 0] - shaded[both_red, 0]).max() > 30.0
+    assert (shaded[both_red, 0] <= alone[both_red, 0] + 1.0).all()
+
+
+def test_edges_are_smooth() -> None:
+    """With 2 × 2 samples a pixel on the outline is a mixture."""
+    # Moved by some thousandths, so that no outline falls on the border of two pixels.
+    picture = shot(ball(np.array([0.0, 0.004, 1.003]), 0.2, RED))
+    empty = shot(ball(np.array([0.0, 0.0, 9.0]), 0.01, RED))
+    row, other = picture[HIGH // 2, :, 1], empty[HIGH // 2, :, 1]
+    inside, outside = row[WIDE // 2], other[WIDE // 2]
+    between = (row > inside + 25.0) & (row < outside - 25.0)
+    assert 1 <= between.sum() <= 6
+
+
+def test_the_same_picture_each_time_and_nothing_behind_the_eye() -> None:
+    scene = [ball(np.array([0.0, 0.0, 1.0]), 0.2, RED), ball(np.array([9.0, 0.0, 1.0]), 0.5, BLUE)]
+    picture = render(scene, CAMERA, WIDE, HIGH)
+    assert picture.dtype == np.uint8 and picture.shape == (HIGH, WIDE, 3)
+    assert (picture == render(scene, CAMERA, WIDE, HIGH)).all()
+    assert not (picture[..., 2].astype(int) > picture[..., 0].astype(int) + 60).any()
+
+
+def test_links_are_where_the_joints_put_them() -> None:
+    """The last link's parts, turned back by the pose of its joint, are what they are in their own frame."""
+    room = build_room("torso")
+    q = room.start + np.linspace(-0.3, 0.3, len(room.start))
+    data = room.model.createData()
+    pin.forwardKinematics(room.model, data, q)
+    drawn = arms(room, q, ("silver", "orange"))
+    count = [sum(len(parts) for parts in links(name)) for name in ("silver", "orange")]
+    assert len(drawn) == sum(count)
+    for palette, last, joint in (("silver", count[0], 7), ("orange", sum(count), 14)):
+        pose, own = data.oMi[joint], links(palette)[-1]
+        for mesh, part in zip(drawn[last - len(own) : last], own, strict=True):
+            assert_allclose((mesh.vertices - pose.translation) @ pose.rotation, part.vertices, atol=1e-12)
+            assert_allclose(mesh.normals @ pose.rotation, part.normals, atol=1e-12)
+
+
+def test_a_single_arm_stands_on_a_bench() -> None:
+    room = build_alone()
+    drawn = arms(room, room.start, ("orange",))
+    foot = min(mesh.vertices[:, 2].min() for mesh in drawn)
+    top = max(mesh.vertices[:, 2].max() for mesh in furniture(room))
+    assert foot == pytest.approx(room.bases()[0].translation[2], abs=2e-3)
+    assert top == pytest.approx(foot, abs=0.02)
