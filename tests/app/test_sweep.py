@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import tyro
 
+from app import heatmaps
 from app import sweep as command
 from app.heatmaps import MOST_PANELS, _drawn, _Plan, draw_maps
 from app.options import RunOptions
@@ -291,7 +292,7 @@ def contours(ax) -> list:
     return [child for child in ax.get_children() if isinstance(child, ContourSet)]
 
 
-def test_maps_are_pictures_and_the_same_each_time(tmp_path: Path) -> None:
+def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     from PIL import Image
 
@@ -304,8 +305,13 @@ def test_maps_are_pictures_and_the_same_each_time(tmp_path: Path) -> None:
     assert [path.name for path in drawn] == [
         f"{name}.{form}" for name in ("d_min", "e2_max", "ddq_max") for form in ("png", "svg")
     ]
-    for path, again in zip(drawn, draw_maps(grid, rows, second), strict=True):
-        assert path.read_bytes() == again.read_bytes()
+    with monkeypatch.context() as patch:
+        # One of the three is enough for the second time.
+        patch.setattr(heatmaps, "_SHOWN", {"d_min": heatmaps._SHOWN["d_min"]})
+        for again in draw_maps(grid, rows, second):
+            assert again.read_bytes() == (first / again.name).read_bytes()
+    assert len(list(second.iterdir())) == 2
+    for path in drawn:
         if path.suffix == ".png":
             with Image.open(path) as image:
                 assert image.width > 600 and image.height > 400
