@@ -1,6 +1,6 @@
 """Where the two arms stand, how they start, and from where one looks at them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -91,10 +91,11 @@ RIGS: Final[dict[RigName, Rig]] = {"torso": _torso(), "table": _table()}
 
 
 def _alone() -> Rig:
-    two = RIGS["table"]
     base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
     start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
-    return Rig("table", base, base, start, start, replace(two.camera, centre=(0.0, 0.0, 1.15), width=1.35))
+    # From the front and from the side at once: the way from A to B runs across the view, and the arm does not stand before it.
+    camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, float(np.radians(32.0)))
+    return Rig("table", base, base, start, start, camera)
 
 
 ALONE: Final = _alone()

@@ -120,8 +120,8 @@ def torso_meshes() -> dict[str, trimesh.Trimesh]:
 
 
 @functools.cache
-def table_meshes(separation: float) -> dict[str, trimesh.Trimesh]:
-    """Material name → mesh in the world frame [m]. Shared: do not change them."""
+def table_meshes(separation: float, plates: int = 2) -> dict[str, trimesh.Trimesh]:
+    """Material name → mesh in the world frame [m], with a plate for both arms or only for the left one. Shared: do not change them."""
     half_x, half_y, corner, top = separation / 2 + 0.22, 0.30, 0.045, TABLE_HEIGHT - PLATE
     board = rounded([(0, top - 0.032), (corner, top - 0.032), (corner, top), (0, top)], 0.006, 4)
     apron = [(0.012, top - 0.095), (0.012, top - 0.030)]
@@ -132,7 +132,7 @@ def table_meshes(separation: float) -> dict[str, trimesh.Trimesh]:
     plate = rounded([(0.105, top - 0.001), (0.105, TABLE_HEIGHT), (0.0, TABLE_HEIGHT)], 0.004, 4)
     leg_x, leg_y = half_x - 0.075, half_y - 0.060
     corners = [(x, y, 0.0) for x in (-leg_x, leg_x) for y in (-leg_y, leg_y)]
-    places = [(x, 0.0, 0.0) for x in (-separation / 2, separation / 2)]
+    places = [(x, 0.0, 0.0) for x in (-separation / 2, separation / 2)][:plates]
     return {
         "light": revolve(board, 40, stretch=(half_x - corner, half_y - corner)),
         "dark": join(
@@ -156,10 +156,11 @@ def torso_glb(coarse: bool = False) -> bytes:
 
 
 @functools.cache
-def table_glb(separation: float = 1.1, coarse: bool = False) -> bytes:
-    """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other; `coarse` as above."""
-    name = f"table-{separation:.3f}-{coarse:d}"
-    return glb.cached(name, _key(separation), lambda: (_packed(table_meshes(separation), coarse, BOARDS),))[0]
+def table_glb(separation: float = 1.1, coarse: bool = False, plates: int = 2) -> bytes:
+    """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other, or (`plates` = 1) only for the
+    left one; `coarse` as above."""
+    name = f"table-{separation:.3f}-{plates}-{coarse:d}"
+    return glb.cached(name, _key(separation, plates), lambda: (_packed(table_meshes(separation, plates), coarse, BOARDS),))[0]
 
 
 def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool, whole: tuple[str, ...] = ()) -> bytes:

@@ -6,6 +6,7 @@ import pinocchio as pin
 import viser
 
 from controllers.kinematics import Array
+from scenes.lwr.shells import SEEN_THROUGH
 from scenes.robots import RobotName
 from scenes.robots.drawing import joint_frames, robot_glbs
 from scenes.simulation import Simulation
@@ -21,7 +22,7 @@ class ArmView:
         scene: where to draw.
         name: of the root node, e.g. "/left".
         base: pose of the base.
-        palette: of `scenes.lwr.shells`; a "ghost" can be seen through and casts no shadow.
+        palette: of `scenes.lwr.shells`; what can be seen through casts no shadow.
         fine: with every triangle, or for a browser without a graphics card.
         robot: which make.
 
@@ -32,7 +33,7 @@ class ArmView:
     def __init__(
         self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: RobotName = "lwr"
     ) -> None:
-        glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette != "ghost"
+        glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
         turn = pin.Quaternion(base.rotation)
         path = f"{name}/base"
         self._root = scene.add_glb(

@@ -1,9 +1,25 @@
 """Where a visitor's camera stands: the scene's view, fitted into the part of the canvas that no panel covers."""
 
+from dataclasses import replace
+from typing import Final
+
 import numpy as np
 import viser
 
 from scenes.rigs import Camera
+from scenes.simulation import Simulation
+
+BESIDE: Final = -0.22
+"""By how much the middle of the view moves towards the figure beside the robots [m]."""
+
+
+def view_of(simulation: Simulation) -> Camera:
+    """Return the view of an experiment: its rig's, and wider where a person is shown beside the robots."""
+    camera = simulation.room.rig.camera
+    if simulation.settings.scene != "imitation":
+        return camera
+    x, y, z = camera.centre
+    return replace(camera, centre=(x, y + BESIDE, z), width=2.4, height=1.0)
 
 
 def place_camera(client: viser.ClientHandle, camera: Camera, covered: float) -> None:

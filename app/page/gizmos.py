@@ -7,6 +7,7 @@ import viser
 
 from app.page.arm_handles import ElbowHandle, HandHandle, swivel_frame
 from app.page.ball_handle import BallHandle
+from app.page.figure_handles import FigureHandles
 from app.session import Session
 from controllers.kinematics import Array
 from scenes.targets import BallTarget
@@ -58,7 +59,8 @@ class Gizmos:
 
     def _make(self) -> None:
         settings = self._session.settings
-        made = settings.run.scene, settings.run.path, id(self._session.simulation.room), settings.run.guided
+        figure = settings.run.scene == "imitation" and settings.page.source == "figure"
+        made = settings.run.scene, settings.run.path, id(self._session.simulation.room), settings.run.guided, figure
         if made == self._made:
             return
         self._made = made
@@ -73,7 +75,7 @@ class Gizmos:
             case "solo" if settings.run.path == "circle":
                 self._handles = ()
             case "imitation":
-                self._handles = ()
+                self._handles = (FigureHandles(scene, session),) if figure else ()
             case _:
                 self._handles = (HandHandle(scene, session), ElbowHandle(scene, session))
 
@@ -90,7 +92,7 @@ class Gizmos:
             ball = simulation.positions[simulation.room.ball].copy()
             start = session.held.position if isinstance(session.held, BallTarget) else ball
             session.hold(BallTarget(np.clip(start + way, ball - LEASH, ball + LEASH)))
-        elif self._handles:
+        elif any(isinstance(handle, HandHandle) for handle in self._handles):
             session.nudge(way)
 
     def forget_drag(self) -> None:

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.page.camera import place_camera
+from app.page.camera import place_camera, view_of
 from app.page.controls import Controls
 from app.page.gizmos import NUDGE, Gizmos
 from app.page.keys import HOTKEYS
@@ -24,6 +24,7 @@ from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_FRAME, plots_height, scale, 
 from app.server import request_query
 from app.session import Session
 from scenes.settings import RunSettings, specs
+from scenes.targets import AnglesTarget
 
 SETTLING: Final = 6.0
 """How long a newcomer's camera is corrected when its canvas changes its shape [s of wall time]."""
@@ -104,7 +105,7 @@ class View:
         profile, (width, height) = self._session.settings.page.profile, canvas_size(client)
         panel = self._plots_height() + PLOTS_FRAME * scale(profile) if height >= LOW_CANVAS else PLOTS_BAR
         covered = PHONE_SHEET if width / height < PHONE_ASPECT else min(panel / height, 0.6)
-        place_camera(client, self._session.simulation.room.rig.camera, covered)
+        place_camera(client, view_of(self._session.simulation), covered)
 
     def _settle(self, now: float) -> None:
         # The docked panel narrows the canvas a moment after the page has opened, and only the browser knows by how much.
@@ -128,7 +129,9 @@ class View:
                 self.look(client)
         self._settle(now)
         sample = session.simulation.sample()
-        self._stage.show(session.simulation, sample, page, getattr(session, "ghost", None))
+        wish = session.target() if session.settings.run.scene == "imitation" else None
+        angles = wish.angles if isinstance(wish, AnglesTarget) else None
+        self._stage.show(session.simulation, sample, page, getattr(session, "ghost", None), angles)
         self._readout.show(session, sample, now, force=not moved)
         self._plots.choose(page.details)
         self._plots.show(session.simulation, now)

@@ -7,13 +7,14 @@ import viser
 from app.page.arms import ArmView, robot_of
 from app.page.ball import BallView
 from app.page.closest import ClosestLine
-from app.page.ghost import GhostView
+from app.page.figure import FigureView
+from app.page.ghost import GhostView, WishView
 from app.page.light import light_room
 from app.page.path import PathLine
 from app.page.place import Place
-from app.page.posture import DesiredPosture
 from app.page.trace import STAY, TRAVEL, Trace
 from app.settings import PageSettings
+from controllers.kinematics import Array
 from scenes.history import Sample
 from scenes.rigs import ALONE
 from scenes.room_shells import table_glb, torso_glb
@@ -51,13 +52,29 @@ class Stage:
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[Part, ...] = ()
         self._ghost: GhostView | None = None
+        self._figure: FigureView | None = None
         self._built: tuple[object, ...] | None = None
         self._lit: tuple[str, ...] | None = None
         self._dressed: tuple[str, ...] | None = None
         self.show(simulation, simulation.sample(), page)
 
-    def show(self, simulation: Simulation, sample: Sample, page: PageSettings, ghost: Simulation | None = None) -> None:
-        """Draw one state; called by the frame loop, or once at the start."""
+    def show(
+        self,
+        simulation: Simulation,
+        sample: Sample,
+        page: PageSettings,
+        ghost: Simulation | None = None,
+        angles: Array | None = None,
+    ) -> None:
+        """Draw one state; called by the frame loop, or once at the start.
+
+        Args:
+            simulation: what is shown.
+            sample: its newest step.
+            page: how it is to look.
+            ghost: a second run beside it.
+            angles: of the person who is imitated (2, 4) [rad]; None while nobody is seen.
+        """
         if self._lit != (page.theme, page.picture):
             self._lit = page.theme, page.picture
             light_room(self.scene, page)
@@ -73,13 +90,20 @@ class Stage:
             self._dressed = look
             for part in self._parts:
                 part.dress(page)
+            if self._figure is not None:
+                self._figure.dress(page)
         positions = simulation.positions
         for arm, view in zip(simulation.room.arms, self._arms, strict=True):
             view.show(positions[arm.joints])
         for part in self._parts:
             part.show(simulation, sample)
         if self._ghost is not None:
-            self._ghost.show(simulation, ghost)
+            if ghost is not None and ghost.room is simulation.room:
+                self._ghost.show(simulation, ghost.positions)
+            else:
+                self._ghost.remove()
+        if self._figure is not None:
+            self._figure.show(angles)
 
     def _clear(self) -> None:
         if self._room is not None:
@@ -92,7 +116,9 @@ class Stage:
             arm.remove()
         if self._ghost is not None:
             self._ghost.remove()
-        self._parts, self._arms, self._ghost = (), (), None
+        if self._figure is not None:
+            self._figure.remove()
+        self._parts, self._arms, self._ghost, self._figure = (), (), None, None
 
     def _build(self, simulation: Simulation, fine: bool) -> None:
         """Put up the room with its arms; what is yours is orange, everything else is silver."""
@@ -100,7 +126,7 @@ class Stage:
         if room.rig.name == "torso":
             furniture = torso_glb(coarse=coarse)
         elif room.rig is ALONE:
-            furniture = table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse)
+            furniture = table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
         else:
             furniture = table_glb(coarse=coarse)
         self._room = self.scene.add_glb("/room", furniture)
@@ -111,12 +137,15 @@ class Stage:
         )
         parts: list[Part] = [ClosestLine(self.scene), Place(self.scene)]
         moving = settings.scene == "ball" or (settings.scene == "solo" and settings.path == "circle")
-        parts.append(Trace(self.scene, "/trace", simulation.avoiding, TRAVEL if moving else STAY))
+        if settings.scene != "imitation":
+            parts.append(Trace(self.scene, "/trace", simulation.avoiding, TRAVEL if moving else STAY))
         if moving:
             parts.append(PathLine(self.scene, circle=settings.scene == "solo"))
         if room.ball is not None:
             parts.append(BallView(self.scene, room, self._arms[0]))
         if any(mover.desired is not None for mover in simulation.cast.movers):
-            parts.append(DesiredPosture(self.scene, simulation))
+            parts.append(WishView(self.scene, fine))
         self._parts = tuple(parts)
-        self._ghost = GhostView(self.scene, fine)
+        self._ghost = GhostView(self.scene, "ghost", fine)
+        if settings.scene == "imitation":
+            self._figure = FigureView(self.scene)

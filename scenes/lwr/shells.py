@@ -56,9 +56,16 @@ PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
             name: Material("#2f7dff", 0.5, 0.0, 0.36)
             for name in ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
         },
+        "wish": {
+            name: Material("#d0246f", 0.5, 0.0, 0.24)
+            for name in ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
+        },
     }
 )
-"""Material of every part by the name of the palette. Ghosts are blended."""
+"""Material of every part by the name of the palette."""
+
+SEEN_THROUGH: Final = ("ghost", "wish")
+"""Palettes that are blended: of a second run, and of where an arm ought to be."""
 
 SECTIONS: Final = 56
 """Around every tube."""
@@ -289,7 +296,7 @@ def palette_named(name: str) -> glb.Palette:
 def packed(parts: Parts, palette: str, coarse: bool) -> bytes:
     """One link as a GLB file."""
     materials = PALETTES[palette]
-    if palette != "ghost":
+    if palette not in SEEN_THROUGH:
         return (glb.merged_glb if coarse else glb.glb)(parts, materials)
     # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
     parts = {name: swollen(part, -GHOST_INSET) for name, part in parts.items()}
