@@ -1,69 +1,23 @@
-"""The command line: `lwr-duet serve` (the default), `run` and `bench`; every setting of the tree is an option."""
+"""The command line: `lwr-duet serve` (the default), `run`, `bench`, `figures` and `sweep`; every setting of the tree is an option."""
 
 import json
 import logging
 import math
 import sys
 import webbrowser
-from dataclasses import asdict, dataclass, field, make_dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Final, cast
+from typing import Final
 
 import tyro
 from tqdm import tqdm
 
+from app.figures.options import Figures
+from app.options import AllOptions, Flat, RunOptions, chosen
 from app.settings import Settings
+from app.sweep import Sweep, sweep
 from controllers.errors import BadSetting, DuetError
-from scenes.settings import RunSettings, Spec, changed, specs, values
-
-
-def _options(tree: type, name: str) -> type:
-    """Return a dataclass with one text option for every setting of a tree.
-
-    Text, so that a bad value gets the one line that names the choices, here as in a link.
-    """
-    fields: list[tuple[str, Any, Any]] = []
-    for key, spec in specs(tree).items():
-        default = values(tree())[key]
-        about = tyro.conf.arg(name=key.replace("_", "-"), help=_help(spec), metavar=_metavar(spec, default))
-        kind: Any = bool if isinstance(default, bool) else str
-        fields.append((key, Annotated[kind, about], field(default=default if isinstance(default, bool) else _text(default))))
-    return make_dataclass(name, fields, frozen=True)
-
-
-def _help(spec: Spec) -> str:
-    if spec.choices or spec.low == -float("inf"):
-        return spec.help
-    unit = f" {spec.unit}" if spec.unit else ""
-    return f"{spec.help} {spec.low:g} to {spec.high:g}{unit}."
-
-
-def _metavar(spec: Spec, default: object) -> str:
-    if spec.choices:
-        return "{" + ",".join(spec.choices) + "}"
-    return "INT" if isinstance(default, int) else "NUMBER"
-
-
-def _text(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-RunOptions = _options(RunSettings, "RunOptions")
-AllOptions = _options(Settings, "AllOptions")
-
-
-def chosen(options: object, start: Any) -> Any:
-    """Return the settings that the options ask for.
-
-    Raises:
-        BadSetting: an option's value is not possible.
-    """
-    for key, value in asdict(cast(Any, options)).items():
-        start = changed(start, key, value)
-    return start
-
-
-Flat = tyro.conf.OmitArgPrefixes
+from scenes.settings import RunSettings, values
 
 
 @dataclass(frozen=True)
@@ -114,12 +68,14 @@ class Bench:
     """How long a visitor is watched [s]."""
     steps: int = 9200
     """Steps measured of each scene."""
+    peers: bool = False
+    """Instead, the hold experiment beside pink and mink: the same arms, pairs and inputs, interleaved (needs the extra `peers`)."""
 
 
 MOST_STEPS: Final = 1_000_000
 """Longest run; every step of it is kept, at 312 bytes each."""
 
-COMMANDS: Final[dict[str, type]] = {"serve": Serve, "run": Run, "bench": Bench}
+COMMANDS: Final[dict[str, type]] = {"serve": Serve, "run": Run, "bench": Bench, "figures": Figures, "sweep": Sweep}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -141,6 +97,12 @@ def main(arguments: list[str] | None = None) -> int:
                 return serve(command)
             case Run():
                 return run(command)
+            case Figures():
+                from app.figures.command import figures
+
+                return figures(command)
+            case Sweep():
+                return sweep(command)
             case _:
                 return bench(command)
     except DuetError as error:
@@ -211,12 +173,17 @@ def run(command: Run) -> int:
 def bench(command: Bench) -> int:
     """Measure, print and save."""
     from app.bench import compare, measure, read_figures, table_text
+    from app.peers import measure_peers, peers_table
 
     before = read_figures(command.compare) if command.compare else None
-    figures = measure(command.steps, command.seconds)
-    print(table_text(figures))
+    if command.peers:
+        result = measure_peers(command.steps)
+        print(peers_table(result))
+    else:
+        result = measure(command.steps, command.seconds)
+        print(table_text(result))
     if before is not None:
-        print(compare(figures, before))
+        print(compare(result, before))
     if command.out is not None:
-        command.out.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+        command.out.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     return 0

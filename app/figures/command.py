@@ -1,33 +1,17 @@
 """`lwr-duet figures`: which figures, where to, and how thoroughly."""
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import matplotlib
 from tqdm import tqdm
 
 from app.figures.catalogue import chosen
 from app.figures.drawn import save
+from app.figures.options import Figures
 from app.figures.plan import Plan
 from app.figures.report import Section, report
 from app.figures.style import STYLE
 from app.server import duet_version
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings, checked, specs
-
-
-@dataclass(frozen=True)
-class Figures:
-    """Draw the paper's figures and ours from runs of this call: PNG, SVG, CSV and a report."""
-
-    only: str = ""
-    """Numbers of the paper's figures or names, such as 2,5,laws; all without it."""
-    out: Path = Path("figures")
-    """Folder for the files; it is made if it does not exist."""
-    seed: int = 1
-    """Seed of everybody who plays a part."""
-    quick: bool = False
-    """Shorter runs and fewer points."""
 
 
 def figures(command: Figures) -> int:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from app.figures.catalogue import CATALOGUE, Entry
-from app.figures.command import Figures, figures
+from app.figures.command import figures
+from app.figures.options import Figures
 from controllers.kinematics import Array
 
 

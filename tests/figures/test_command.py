@@ -8,7 +8,8 @@ import matplotlib
 import pytest
 
 from app.figures.catalogue import CATALOGUE, chosen
-from app.figures.command import Figures, figures
+from app.figures.command import figures
+from app.figures.options import Figures
 from controllers.errors import BadSetting
 
 
