@@ -125,7 +125,15 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
     given = {
         "scene": "hold",
         "rig": "table",
+        "robot": "panda",
         "guided": "left",
+        "avoid": "both",
+        "following": "identical",
+        "path": "circle",
+        "point": "arm",
+        "ball": "cross",
+        "clip": "wave",
+        "kx": "2",
         "task": "pose",
         "k": "1.5",
         "wmax": "0.4",
@@ -138,8 +146,11 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
         "n": "10",
         "v": "0.5",
         "beta": "80",
+        "d0": "0.25",
+        "eta": "0.01",
+        "gamma": "4",
     }
-    flags = {"ff": "True", "one_sided": "True"}
+    flags = {"ff": "True", "one_sided": "True", "coupled": "True"}
     assert set(given) | set(flags) == set(specs(RunSettings))
     out = tmp_path / "out.csv"
     options = [part for key, text in given.items() for part in (f"--{key}", text)]
@@ -293,7 +304,7 @@ def test_option_and_link_are_one_tree() -> None:
         elif isinstance(present, bool):
             text = "0" if present else "1"
         else:
-            text = f"{spec.low:g}"
+            text = f"{spec.low if present != spec.low else spec.high:g}"
         from_link, problems = from_query({key: text}, Settings())
         option: Any = text == "1" if isinstance(present, bool) else text
         from_option = chosen(AllOptions(**{key: option}), Settings())
