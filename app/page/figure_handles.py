@@ -14,8 +14,23 @@ from scenes.person.figure import Figure
 from scenes.settings import ArmName
 from scenes.targets import AnglesTarget
 
-RADIUS: Final = 0.036
-"""Of a handle [m]."""
+RADIUS: Final = {"elbow": 0.044, "wrist": 0.034}
+"""Of the handles [m]."""
+
+
+class FigurePerson:
+    """Stands in for the built-in person: the figure, as it was pulled.
+
+    Args:
+        figure: whose arms they are.
+    """
+
+    def __init__(self, figure: Figure) -> None:
+        self.figure = figure
+
+    def target(self, time: float) -> AnglesTarget:
+        """Return how the figure's arms are, at any time."""
+        return AnglesTarget(self.figure.angles(time))
 
 
 class FigureHandles:
@@ -31,16 +46,17 @@ class FigureHandles:
         present = session.target()
         # It begins as the person stood who was imitated before.
         seen = present.angles if isinstance(present, AnglesTarget) else None
-        self._figure = Figure() if seen is None else Figure(start=seen)
-        drags = {"elbow": self._figure.drag_elbow, "wrist": self._figure.drag_wrist}
+        self._figure = figure = Figure() if seen is None else Figure(start=seen)
+        self._person = FigurePerson(figure)
+        session.invite(self._person)
+        drags = {"elbow": figure.drag_elbow, "wrist": figure.drag_wrist}
         self._grips: dict[tuple[ArmName, str], Grip] = {
             (side, joint): Grip(
-                scene, f"/gizmo/{side}_{joint}", RADIUS, BRAND, 0.8, session.post, self._pulling(side, drags[joint])
+                scene, f"/gizmo/{side}_{joint}", RADIUS[joint], BRAND, 0.8, session.post, self._pulling(side, drags[joint])
             )
             for side in get_args(ArmName)
             for joint in drags
         }
-        self._take()
 
     @property
     def dragged(self) -> bool:
@@ -49,20 +65,17 @@ class FigureHandles:
 
     def _pulling(self, side: ArmName, drag: Callable[[ArmName, Array], None]) -> Callable[[Array | None], None]:
         def pulled(place: Array | None) -> None:
-            if place is not None:
-                drag(side, on_person(place))
-                self._take()
+            if place is None:
+                return
+            drag(side, on_person(place))
+            if not self._session.settings.page.autopilot:
+                # Whoever pulls at the figure wants it to be seen again.
+                self._session.invite(self._person)
 
         return pulled
 
-    def _take(self) -> None:
-        # Nobody takes hold of a robot here, so that the autopilot need not be switched off.
-        self._session.held = AnglesTarget(self._figure.angles())
-
     def show(self) -> None:
         """Put the handles where wrists and elbows are."""
-        if self._session.held is None:
-            self._take()
         for side in get_args(ArmName):
             _, elbow, wrist = self._figure.points(side)
             self._grips[side, "elbow"].put(on_stage(elbow))
@@ -75,8 +88,9 @@ class FigureHandles:
         self._figure.reset()
 
     def remove(self) -> None:
-        """Take them out of the scene, and leave the robots to another source."""
+        """Take them out of the scene, and the figure out of another experiment."""
         for grip in self._grips.values():
             grip.remove()
-        if isinstance(self._session.held, AnglesTarget):
-            self._session.held = None
+        if self._session.settings.run.scene != "imitation":
+            # Another source of the same experiment has shown the figure out already.
+            self._session.invite(None)

@@ -2,7 +2,6 @@
 
 from typing import Final, Protocol
 
-import numpy as np
 import viser
 
 from app.page.arm_handles import ElbowHandle, HandHandle, swivel_frame
@@ -10,15 +9,11 @@ from app.page.ball_handle import BallHandle
 from app.page.figure_handles import FigureHandles
 from app.session import Session
 from controllers.kinematics import Array
-from scenes.targets import BallTarget
 
 __all__ = ["NUDGE", "Gizmos", "swivel_frame"]
 
 NUDGE: Final = 0.02
 """Way of one key press [m]."""
-
-LEASH: Final = 0.3
-"""A key held down does not run further ahead than this [m]."""
 
 
 class Handle(Protocol):
@@ -86,14 +81,9 @@ class Gizmos:
             handle.show()
 
     def nudge(self, way: Array) -> None:
-        """Move what is yours, a hand or the ball, by (3,) [m]."""
-        session, simulation = self._session, self._session.simulation
-        if simulation.room.ball is not None:
-            ball = simulation.positions[simulation.room.ball].copy()
-            start = session.held.position if isinstance(session.held, BallTarget) else ball
-            session.hold(BallTarget(np.clip(start + way, ball - LEASH, ball + LEASH)))
-        elif any(isinstance(handle, HandHandle) for handle in self._handles):
-            session.nudge(way)
+        """Move what is yours, a hand or the ball, by (3,) [m]; nothing happens where nothing is."""
+        if self._handles:
+            self._session.nudge(way)
 
     def forget_drag(self) -> None:
         """Behave as if every handle had been let go; for a reset in mid-drag."""

@@ -131,7 +131,7 @@ class View:
         sample = session.simulation.sample()
         wish = session.target() if session.settings.run.scene == "imitation" else None
         angles = wish.angles if isinstance(wish, AnglesTarget) else None
-        self._stage.show(session.simulation, sample, page, getattr(session, "ghost", None), angles)
+        self._stage.show(session.simulation, sample, page, session.ghost, angles)
         self._readout.show(session, sample, now, force=not moved)
         self._plots.choose(page.details)
         self._plots.show(session.simulation, now)
