@@ -21,7 +21,7 @@ log = logging.getLogger("duet.background")
 MOST_WAITING: Final = 256
 """Jobs that may wait; one more is refused with a message."""
 
-PATIENCE: Final = 5
+PATIENCE: Final = 3
 """By how much the workers let others go first (nice)."""
 
 ENDED: Final = "The computation was ended from outside; ask for it again."

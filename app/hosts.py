@@ -12,6 +12,7 @@ from typing import Final
 
 import viser
 
+from app.background import Background
 from app.page.keys import picture_script, relay_script
 from app.page.page import Operation, View
 from app.server import DuetServer, request_query, start_server
@@ -34,10 +35,15 @@ class _Stand:
     """One visitor's private stand: a session, what is seen of it, and what is operated."""
 
     def __init__(
-        self, client: viser.ClientHandle, settings: Settings, problems: tuple[str, ...], wake: Callable[[], None]
+        self,
+        client: viser.ClientHandle,
+        settings: Settings,
+        problems: tuple[str, ...],
+        wake: Callable[[], None],
+        background: Background,
     ) -> None:
         self.client = client
-        self.session = Session(settings, wake)
+        self.session = Session(settings, wake, background)
         with client.atomic():
             self.view = View(client, self.session, lambda: [client])
             self.operation = Operation(client, self.session, self.view)
@@ -91,10 +97,11 @@ class PrivateHost(_Visitors):
     Args:
         server: viser's.
         start: what a link without a query shows.
+        background: computes for all sessions.
     """
 
-    def __init__(self, server: DuetServer, start: Settings) -> None:
-        self._start = start
+    def __init__(self, server: DuetServer, start: Settings, background: Background) -> None:
+        self._start, self._background = start, background
         self._stands: dict[int, _Stand] = {}
         super().__init__(server)
 
@@ -109,11 +116,12 @@ class PrivateHost(_Visitors):
         for client in arrivals:
             settings, problems = from_query(request_query(client), self._start)
             try:
-                self._stands[client.client_id] = _Stand(client, settings, problems, lambda: self.wake())
+                self._stands[client.client_id] = _Stand(client, settings, problems, lambda: self.wake(), self._background)
             except Exception:
                 log.exception("a visitor's page could not be built")
         for number in departures:
-            self._stands.pop(number, None)
+            if number in self._stands:
+                self._stands.pop(number).session.close()
         for number, stand in list(self._stands.items()):
             try:
                 stand.frame(now, elapsed)
@@ -130,11 +138,12 @@ class LectureHost(_Visitors):
         server: viser's.
         start: what the stage shows at first.
         key: a word that the lecturer's link carries (`?key=…`); None gives the controls to the first tab.
+        background: computes for the session.
     """
 
-    def __init__(self, server: DuetServer, start: Settings, key: str | None) -> None:
+    def __init__(self, server: DuetServer, start: Settings, key: str | None, background: Background) -> None:
         self._key = key
-        self.session = Session(start, lambda: self.wake())
+        self.session = Session(start, lambda: self.wake(), background)
         self._clients: dict[int, viser.ClientHandle] = {}
         self._operation: Operation | None = None
         self._operator: int | None = None
@@ -223,12 +232,12 @@ class House:
     """A running server with its host and its frame loop; made by `open_house`.
 
     Attributes:
-        server, host: as made.
+        server, host, background: as made.
         url: where the page is.
     """
 
-    def __init__(self, server: DuetServer, host: PrivateHost | LectureHost) -> None:
-        self.server, self.host, self.url = server, host, server.url
+    def __init__(self, server: DuetServer, host: PrivateHost | LectureHost, background: Background) -> None:
+        self.server, self.host, self.background, self.url = server, host, background, server.url
         self._loop = FrameLoop(host)
         self._loop.start()
         self._closed = threading.Event()
@@ -239,8 +248,9 @@ class House:
             pass
 
     def close(self) -> None:
-        """End the frames, close every connection and release the port."""
+        """End the frames and everything that is being computed, close every connection and release the port."""
         self._loop.stop()
+        self.background.close()
         self.server.stop()
         self._closed.set()
 
@@ -275,4 +285,7 @@ def open_house(
         script=picture_script() + relay_script(),
     )
     server.scene.world_axes.visible = False
-    return House(server, LectureHost(server, settings, key) if lecture else PrivateHost(server, settings))
+    background = Background()
+    if lecture:
+        return House(server, LectureHost(server, settings, key, background), background)
+    return House(server, PrivateHost(server, settings, background), background)

@@ -11,7 +11,7 @@ import numpy as np
 
 from app.background import Background
 from app.settings import Settings
-from app.studies import SMOOTHNESS_WINDOW, Smoothness, Studies
+from app.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
 from controllers.kinematics import Array
 from scenes.cast import Person
 from scenes.inputs import KEEP, InputsLog, Recorded
@@ -228,9 +228,12 @@ class Session:
 
     def measure_smoothness(self) -> None:
         """Make the last 10 s again in ever smaller steps, beside the run; `smoothness` then tells what came out."""
-        if self._studies is not None:
-            ghost = self._ghost_inputs.window(SMOOTHNESS_WINDOW) if self.ghost is not None else None
-            self._studies.measure_smoothness(self.inputs.window(SMOOTHNESS_WINDOW), ghost)
+        if self._studies is None:
+            return
+        runs: dict[Who, tuple[Recorded | None, RunSettings]] = {"law": (self.inputs.window(SMOOTHNESS_WINDOW), self.settings.run)}
+        if self.ghost is not None:
+            runs["ghost"] = self._ghost_inputs.window(SMOOTHNESS_WINDOW), self.ghost.settings
+        self._studies.measure_smoothness(runs)
 
     def toggle_pause(self) -> None:
         """Pause or go on."""

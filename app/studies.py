@@ -2,14 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal
 
 from app.background import Background, Job
 from app.settings import Settings
 from scenes.headless import Summary, summarise
 from scenes.inputs import CHAPTER, Recorded
 from scenes.rerun import WHAT_IF_KEYS, WhatIf, warm, what_if
-from scenes.settings import values
+from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, Measured, largest_step, unmeasured
 
@@ -24,6 +24,8 @@ DRAFT: Final = 0.2
 
 SMOOTHNESS_WINDOW: Final = 10.0
 """How much of the run is made again to see whether it is smooth [s]."""
+
+Who = Literal["law", "ghost"]
 
 LEAST: Final = 50
 """Steps below which there is nothing to measure."""
@@ -62,7 +64,7 @@ class Studies:
         self.message = ""
         self._rested: float | None = None
         self._what_if: tuple[Job, Recorded, Summary] | None = None
-        self._measuring: dict[Job, tuple[str, int]] = {}
+        self._measuring: dict[Job, tuple[Who, int]] = {}
 
     @property
     def busy(self) -> bool:
@@ -130,27 +132,29 @@ class Studies:
             if answer.stride > 1:
                 self._submit_what_if(recorded, before, settings, None)
 
-    def measure_smoothness(self, law: Recorded | None, ghost: Recorded | None) -> None:
+    def measure_smoothness(self, runs: dict[Who, tuple[Recorded | None, RunSettings]]) -> None:
         """Begin to measure.
 
         Args:
-            law, ghost: the newest inputs of the run and of its ghost; None where there are none.
+            runs: the newest inputs (None where there are none) and the settings of the run, "law", and of its "ghost" if there is one.
         """
         self._forget_smoothness()
-        if law is None or law.steps < LEAST:
+        known: dict[Who, tuple[Recorded, RunSettings]] = {
+            who: (recorded, s) for who, (recorded, s) in runs.items() if recorded is not None and recorded.steps >= LEAST
+        }
+        if "law" not in known:
             self.message = "There is too little to measure yet; let it run for a few seconds."
             return
         self.message = ""
-        runs = {"law": law} if ghost is None or ghost.steps < LEAST else {"law": law, "ghost": ghost}
-        self.smoothness = Smoothness(unmeasured(law), unmeasured(runs["ghost"]) if "ghost" in runs else None)
+        blank = {who: unmeasured(recorded, settings) for who, (recorded, settings) in known.items()}
+        self.smoothness = Smoothness(blank["law"], blank.get("ghost"))
         for place, substeps in enumerate(SUBSTEPS):
-            for who, recorded in runs.items():
-                job = self._background.submit(
-                    self, f"smoothness {who} {substeps}", largest_step, recorded, substeps, wake=self._wake
-                )
+            for who, (recorded, settings) in known.items():
+                kind = f"smoothness {who} {substeps}"
+                job = self._background.submit(self, kind, largest_step, recorded, settings, substeps, wake=self._wake)
                 self._measuring[job] = who, place
 
-    def _answer_measure(self, job: Job, who: str, place: int) -> None:
+    def _answer_measure(self, job: Job, who: Who, place: int) -> None:
         if job.state in ("waiting", "running"):
             return
         del self._measuring[job]

@@ -7,8 +7,8 @@ from typing import Final, Literal
 import numpy as np
 
 from scenes.inputs import Recorded
-from scenes.rerun import never, rerun
-from scenes.settings import RunSettings
+from scenes.rerun import FIXED, never, rerun
+from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 
 SUBSTEPS: Final = (1, 2, 4, 8)
@@ -24,6 +24,9 @@ and scenes it was 0.49 … 0.50 or 0.98 … 1.02; only a jump that is smaller th
 STILL: Final = 1e-9
 """A largest step below this is rounding [rad/s]."""
 
+ECHO: Final = 20
+"""Steps after a jump of the inputs that do not count: an arm that follows another one jumps one step later, and so on."""
+
 Verdict = Literal["measuring", "still", "smooth", "jump", "between"]
 
 
@@ -32,11 +35,11 @@ class Measured:
     """The largest step of q̇ against the time step.
 
     Attributes:
-        settings: of the run, at the end of what was made again.
-        seconds: how much that was [s].
+        settings: in force all the time.
+        seconds: how much of a run was made again [s].
         dts: time steps [s].
         largest: of each, the largest change of the velocity of any joint that keeps clear, from one step to the next [rad/s]; None
-            while it is being computed. Steps at which the person or the settings jumped do not count.
+            while it is being computed.
     """
 
     settings: RunSettings
@@ -72,30 +75,33 @@ class Measured:
                 return f"Between: the last halving left {100.0 * finest / coarser:.0f} % of the largest step."
 
 
-def unmeasured(recorded: Recorded) -> Measured:
-    """Return what is to be measured of a recorded piece of a run."""
-    nothing = tuple(None for _ in SUBSTEPS)
-    return Measured(recorded.stretches[-1].settings, recorded.seconds, tuple(recorded.dt / k for k in SUBSTEPS), nothing)
+def unmeasured(recorded: Recorded, settings: RunSettings) -> Measured:
+    """Return what is to be measured of a recorded piece of a run, with some settings."""
+    dt = recorded.stretches[-1].settings.dt
+    return Measured(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
 
 
-def largest_step(recorded: Recorded, substeps: int, stopped: Callable[[], bool] = never) -> float:
+def largest_step(recorded: Recorded, settings: RunSettings, substeps: int, stopped: Callable[[], bool] = never) -> float:
     """Return the largest change of a joint's velocity from one step to the next [rad/s], see `Measured`.
+
+    What follows immediately upon the beginning, or upon another kind of target (somebody took hold), is left out: there a jump is
+    nobody's fault.
 
     Args:
         recorded, substeps, stopped: as in `scenes.rerun.rerun`.
+        settings: in force all the time; the time step is that of the recorded run.
 
     Raises:
         Stopped: see there.
     """
-    again = rerun(recorded, substeps=substeps, stopped=stopped)
-    simulation = Simulation(recorded.settings, 1)
-    columns = {
-        column
-        for stretch in recorded.stretches
-        for mover in simulation.cast.avoiders(stretch.settings.avoid)
-        for column in range(mover.joints.start, mover.joints.stop)
-    }
-    velocities = simulation.history.velocities(again.table)[:, sorted(columns)]
+    asked = {key: value for key, value in values(settings).items() if key not in FIXED}
+    again = rerun(recorded, asked, substeps, stopped=stopped)
+    simulation = Simulation(settings, 1)
+    columns = [
+        column for mover in simulation.cast.avoiders(settings.avoid) for column in range(mover.joints.start, mover.joints.stop)
+    ]
+    velocities = simulation.history.velocities(again.table)[:, columns]
     steps = np.abs(np.diff(velocities, axis=0))
-    steps[[seam - 1 for seam in again.seams]] = 0.0
+    for seam in (1, *again.seams):
+        steps[seam - 1 : seam - 1 + ECHO] = 0.0
     return float(steps.max()) if steps.size else 0.0

@@ -1,0 +1,286 @@
+"""Recorded inputs as a file: one .npz archive that numpy opens anywhere, checked thoroughly when it comes back."""
+
+import io
+import json
+import math
+import zipfile
+import zlib
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from controllers.errors import BadInputFile, BadSetting
+from controllers.kinematics import Array
+from scenes.cast import Person
+from scenes.inputs import ANGLES, BALL, HAND, JOINTS, ROTATION, TURNED, WIDTHS, PackedTargets, Recorded, RecordedPerson, Stretch
+from scenes.recording import REACH, read_inputs
+from scenes.settings import RunSettings, changed, values
+from scenes.simulation import Simulation, Snapshot
+from scenes.targets import AnglesTarget
+
+VERSION: Final = 1
+FORMAT: Final = "duet inputs"
+
+LARGEST_FILE: Final = 64_000_000
+"""[B]"""
+
+LARGEST_CONTENT: Final = 256_000_000
+"""Unpacked [B]."""
+
+MOST_STEPS: Final = 1_000_000
+MOST_STRETCHES: Final = 50_000
+
+FASTEST: Final = 50.0
+"""Largest believable joint velocity [rad/s]."""
+
+WIDEST: Final = 4.0 * math.pi
+"""Largest believable angle [rad]."""
+
+_ARRAYS: Final = ("about", "lengths", "codes", "counts", "numbers", "positions", "velocities")
+
+
+def recorded_bytes(recorded: Recorded) -> bytes:
+    """Return the file's content; the same inputs give the same bytes."""
+    settings = [values(stretch.settings) for stretch in recorded.stretches]
+    changes = [{key: b[key] for key in b if a[key] != b[key]} for a, b in pairwise(settings)]
+    snapshot = recorded.snapshot
+    about = {
+        "format": FORMAT,
+        "version": VERSION,
+        "settings": settings[0],
+        "changes": changes,
+        "steps": snapshot.steps,
+        "time": snapshot.time,
+        "memories": [len(memory) for memory in snapshot.memories],
+    }
+    targets = [stretch.targets for stretch in recorded.stretches]
+    arrays: dict[str, np.ndarray] = {
+        "about": np.frombuffer(json.dumps(about).encode(), np.uint8),
+        "lengths": np.array([len(part.codes) for part in targets], np.uint32),
+        "codes": np.concatenate([part.codes for part in targets]),
+        "counts": np.concatenate([part.counts for part in targets]),
+        "numbers": np.concatenate([part.numbers for part in targets]),
+        "positions": snapshot.positions,
+        "velocities": snapshot.velocities,
+    }
+    for i, memory in enumerate(snapshot.memories):
+        arrays |= {f"memory_{i}_{j}": array for j, array in enumerate(memory)}
+    out = io.BytesIO()
+    np.savez_compressed(out, **arrays)  # pyright: ignore[reportArgumentType]
+    return out.getvalue()
+
+
+def write_recorded(recorded: Recorded, path: Path) -> None:
+    """Write recorded inputs to a file.
+
+    Raises:
+        BadInputFile: it cannot be written.
+    """
+    try:
+        path.write_bytes(recorded_bytes(recorded))
+    except OSError as error:
+        raise BadInputFile(f"{path}: cannot be written ({error.strerror}).") from None
+
+
+def read_recorded(path: Path) -> Recorded:
+    """Return the recorded inputs in a file.
+
+    Raises:
+        BadInputFile: no such file, not such a file, damaged, or of something impossible.
+    """
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise BadInputFile(f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB; recorded inputs are not.")
+        data = path.read_bytes()
+    except OSError as error:
+        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+    return recorded_from(data, str(path))
+
+
+def read_person(path: Path, settings: RunSettings) -> Person:
+    """Return who moves what can be moved as a file says: recorded inputs of an earlier run, or a CSV with the header t,x,y,z….
+
+    Args:
+        settings: of the run that is to be made with it.
+
+    Raises:
+        BadInputFile: neither, or recorded in a scene where other things are moved.
+    """
+    try:
+        with path.open("rb") as file:
+            archive = file.read(2) == b"PK"
+    except OSError as error:
+        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+    if not archive:
+        return read_inputs(path)
+    recorded = read_recorded(path)
+    if recorded.settings.scene != settings.scene:
+        scene = recorded.settings.scene
+        raise BadInputFile(f"{path}: was recorded in the scene {scene}, not {settings.scene}; add --scene {scene}.")
+    return RecordedPerson(recorded)
+
+
+def recorded_from(data: bytes, name: str) -> Recorded:
+    """Return the recorded inputs in a file's content.
+
+    Args:
+        name: of the file, for messages.
+
+    Raises:
+        BadInputFile: see `read_recorded`.
+    """
+    if len(data) > LARGEST_FILE:
+        raise BadInputFile(f"{name}: is larger than {LARGEST_FILE // 1_000_000} MB; recorded inputs are not.")
+    try:
+        return _recorded(_unpacked(data))
+    except BadSetting as error:
+        raise BadInputFile(f"{name}: {error}") from None
+    except _Damage as damage:
+        raise BadInputFile(f"{name}: {damage}.") from None
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        OSError,
+        EOFError,
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        SyntaxError,
+    ) as error:
+        raise BadInputFile(f"{name}: is not a file of recorded inputs, or is damaged ({_short(error)}).") from None
+    except (MemoryError, OverflowError, RecursionError, NotImplementedError, RuntimeError, IndexError):
+        raise BadInputFile(f"{name}: is not a file of recorded inputs, or is damaged.") from None
+
+
+class _Damage(Exception):
+    """What is wrong with a file."""
+
+
+def _check(fine: object, what: str) -> None:
+    if not fine:
+        raise _Damage(what)
+
+
+def _short(error: Exception) -> str:
+    text = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return text if len(text) <= 80 else text[:79] + "…"
+
+
+def _unpacked(data: bytes) -> dict[str, np.ndarray]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        # Before anything is unpacked: a small archive may hold a huge one.
+        _check(
+            sum(info.file_size for info in archive.infolist()) <= LARGEST_CONTENT, "unpacks to more than recorded inputs can be"
+        )
+        _check(len(archive.infolist()) <= 200, "holds too many parts")
+    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        found = {name: arrays[name] for name in arrays.files}
+    _check(set(_ARRAYS) <= set(found), "is not a file of recorded inputs: a part is missing")
+    return found
+
+
+def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
+    about: dict[str, Any] = json.loads(arrays["about"].tobytes().decode())
+    _check(isinstance(about, dict) and about.get("format") == FORMAT, "is not a file of recorded inputs")
+    version = about["version"]
+    _check(
+        isinstance(version, int) and 1 <= version <= VERSION,
+        f"is of version {_short(ValueError(version))}, and this program reads up to {VERSION}; use a newer one",
+    )
+    lengths = arrays["lengths"]
+    _check(lengths.ndim == 1 and lengths.dtype.kind == "u", "has no lengths")
+    _check(1 <= len(lengths) <= MOST_STRETCHES and (lengths > 0).all(), "has an impossible number of stretches")
+    settings = _settings(about, len(lengths))
+    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()))
+    snapshot = _snapshot(about, arrays, settings[0])
+    stretches: list[Stretch] = []
+    first = 0
+    begins = np.append(targets.offsets, len(targets.numbers))
+    for s, length in zip(settings, lengths.tolist(), strict=True):
+        last = first + length
+        numbers = targets.numbers[begins[first] : begins[last]]
+        numbers.flags.writeable = False
+        stretches.append(Stretch(s, PackedTargets(targets.codes[first:last], targets.counts[first:last], numbers)))
+        first = last
+    return Recorded(snapshot, tuple(stretches))
+
+
+def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
+    given, changes = about["settings"], about["changes"]
+    _check(isinstance(given, dict) and isinstance(changes, list), "has no settings")
+    _check(len(changes) == stretches - 1, "has settings that do not fit its stretches")
+    settings = RunSettings()
+    for key, value in given.items():
+        settings = changed(settings, key, value)
+    found = [settings]
+    for change in changes:
+        for key, value in change.items():
+            _check(key not in ("scene", "rig", "robot", "guided", "path", "point"), f"changes {key} in the middle of the run")
+            settings = changed(settings, key, value)
+        found.append(settings)
+    return found
+
+
+def _targets(arrays: dict[str, np.ndarray], count: int) -> PackedTargets:
+    codes, counts, numbers = arrays["codes"], arrays["counts"], arrays["numbers"]
+    _check((codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64), "has targets of the wrong type")
+    _check(codes.shape == counts.shape == (count,) and numbers.ndim == 1, "has targets of the wrong number")
+    _check(np.isin(codes, list(WIDTHS)).all(), "has targets of an unknown kind")
+    _check((counts > 0).all() and int(counts.astype(np.uint64).sum()) <= MOST_STEPS, "has an impossible number of steps")
+    targets = PackedTargets(codes, counts, numbers)
+    offsets = targets.offsets
+    _check(len(numbers) == int(offsets[-1]) + WIDTHS[int(codes[-1])], "has targets whose numbers are missing")
+    _check(np.isfinite(numbers).all(), "has targets that are not finite")
+
+    def checked(which: np.ndarray, width: int, fine: Callable[[Array], Any], what: str, begin: int = 0) -> None:
+        rows = numbers[offsets[which][:, None] + np.arange(begin, begin + width)]
+        _check(fine(rows), what)
+
+    hands = (codes >= HAND) & (codes < BALL)
+    near = "has a target that is out of any reach"
+    checked(hands | (codes == BALL), 3, lambda rows: (np.abs(rows) <= REACH).all(), near)
+    turned = hands & ((codes & (ROTATION | TURNED)) > 0)
+    checked(turned, 9, _are_rotations, "has an orientation that is none", begin=3)
+    for code in np.unique(codes).tolist():
+        if HAND <= code < BALL and WIDTHS[code] in (6, 15):
+            checked(codes == code, 3, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=WIDTHS[code] - 3)
+        elif code == ANGLES or code > JOINTS:
+            checked(codes == code, WIDTHS[code], lambda rows: (np.abs(rows) <= WIDEST).all(), "has an angle beyond two turns")
+    return targets
+
+
+def _are_rotations(rows: Array) -> bool:
+    R = rows.reshape(-1, 3, 3)
+    orthonormal = np.abs(np.einsum("kij,klj->kil", R, R) - np.eye(3)).max(initial=0.0) < 1e-6
+    return bool(orthonormal and (np.einsum("ki,ki->k", np.cross(R[:, 0], R[:, 1]), R[:, 2]) > 0.0).all())
+
+
+def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: RunSettings) -> Snapshot:
+    steps, time = about["steps"], about["time"]
+    _check(type(steps) is int and steps >= 0 and type(time) is float and 0.0 <= time < 1e9, "begins at an impossible time")
+    # What an experiment remembers, and in which shapes, only it knows; some only remember once a person was seen.
+    simulation = Simulation(settings, 1)
+    usual = simulation.snapshot().memories
+    lengths = about["memories"]
+    if lengths != [len(memory) for memory in usual]:
+        simulation.step(AnglesTarget(np.zeros((2, 4))))
+        usual = simulation.snapshot().memories
+    positions, velocities = arrays["positions"], arrays["velocities"]
+    _check(positions.shape == velocities.shape == simulation.positions.shape, "begins in a posture of other arms")
+    _check(lengths == [len(memory) for memory in usual], "begins in another experiment")
+    memories: list[tuple[Array, ...]] = []
+    for i, memory in enumerate(usual):
+        stored = tuple(arrays[f"memory_{i}_{j}"] for j in range(len(memory)))
+        same = all(a.shape == b.shape and a.dtype == b.dtype for a, b in zip(stored, memory, strict=True))
+        _check(same, "begins in another experiment")
+        memories.append(stored)
+    everything = [positions, velocities, *(array for memory in memories for array in memory)]
+    _check(all(array.dtype.kind in "fiub" for array in everything), "begins with no numbers")
+    _check(positions.dtype == velocities.dtype == np.float64, "begins with numbers of the wrong type")
+    _check((np.abs(positions) <= WIDEST).all() and (np.abs(velocities) <= FASTEST).all(), "begins in an impossible posture")
+    _check(all((np.abs(array) < 1e6).all() for array in everything), "begins with an impossible number")
+    return Snapshot(settings, steps, time, positions, velocities, tuple(memories))
