@@ -68,7 +68,7 @@ def draw(plan: Plan) -> Drawn:
         + f" after {length:g} s.",
         "At rest λ v = (1 − λ) u, so that |e| = λ v |J J_dᵀ| / ((1 − λ) K |J_d|²); the whole loop agrees with it within "
         f"{100 * worst:.2g} %.",
-        "The law of eq. (12) is never quite “unconstrained”, as the paper has it for λ = 0; from n = 6 on nobody sees it.",
+        "So the joints are never quite unconstrained, since λ is never 0; with a large n nobody sees it.",
     ]
     columns = ["n", "d", "lambda", "e", "e_closed_form"]
     settings = {key: value for key, value in shown(base, seconds=length).items() if key != "n"}

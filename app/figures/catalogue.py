@@ -101,23 +101,24 @@ CATALOGUE: Final = (
         "threshold",
         0,
         "The smallest distance over v/w",
-        "“The distance never passes the threshold”; the paper does not say up to what speed of the other arm.",
+        "The closest distance never goes below the threshold in any of the three experiments; the paper does not say up to what speed of "
+        "the other arm.",
         threshold.draw,
     ),
     Entry(
         "laws",
         0,
         "All laws side by side",
-        "The paper compares its law with strict priority, eq. (11), in words only: the sudden change of the task causes a jump of the "
-        "velocity.",
+        "With strict priority, eq. (11), the priority of the tasks cannot be changed in a smooth way; therefore the new law, eq. (12). "
+        "No law is measured against another.",
         laws.draw,
     ),
     Entry(
         "switches",
         0,
         "Changes of the closest pair, and the step of q̇, over dt",
-        "The transition between the tasks is smooth. (With one critical point that does not change; the paper does not discuss what "
-        "happens when another pair of points becomes the closest.)",
+        "The transition between the tasks is smooth in both ways. The critical point is the point of the robot closest to the obstacle; "
+        "what happens when another pair of points becomes the closest is not discussed.",
         switches.draw,
     ),
     Entry(
@@ -131,7 +132,8 @@ CATALOGUE: Final = (
         "stability",
         0,
         "Section III along the run of Fig. 5",
-        "V̇ = −eᵀ M e, eq. (25): the motion is stable if M is positive definite; for orthogonal tasks it is.",
+        "V̇ = −eᵀ M e, eq. (25). Sufficient for the errors to tend to zero: M is positive definite, which it is if the two tasks are "
+        "orthogonal, eq. (16), and the gains positive.",
         stability.draw,
     ),
 )

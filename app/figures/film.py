@@ -50,7 +50,7 @@ def film(plan: Plan) -> Drawn:
     for axes, row in zip(figure.subplots(2, FRAMES // 2).flat, run.table[picked], strict=True):
         wanted = person.target(float(row[COLUMN["t"]]))
         angles = wanted.angles if isinstance(wanted, AnglesTarget) else None
-        _frame(axes, run, row, FILM_CAMERA, size, _body(angles) if angles is not None else [], ("silver", "orange"))
+        _frame(axes, run, row, FILM_CAMERA, size, person_meshes(angles) if angles is not None else [], ("silver", "orange"))
         axes.text(0.025, 0.955, f"{row[0]:.1f} s", transform=axes.transAxes, va="top", fontsize=13, path_effects=[OUTLINE])
         rows.append([row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]])
     d = [float(row[1]) for row in rows]  # pyright: ignore[reportArgumentType]
@@ -94,7 +94,7 @@ def still(plan: Plan) -> Drawn:
 
 
 @cache
-def _body_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
+def person_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
     """Return the person's nodes with what is drawn of them; none where the drawing of a person is not installed."""
     try:
         return tuple((part, meshes(part.glb, {part.name: MATERIAL})) for part in body_parts())
@@ -102,11 +102,11 @@ def _body_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
         return ()
 
 
-def _body(angles: Array) -> list[Mesh]:
+def person_meshes(angles: Array) -> list[Mesh]:
     """Return the person with arms at angles (2, 4) [rad]."""
     poses, turns = {"": pin.SE3.Identity()}, body_poses(angles)
     drawn: list[Mesh] = []
-    for part, looks in _body_parts():
+    for part, looks in person_parts():
         local = pin.SE3(part.pose.rotation, PERSON_PLACE) if not part.parent else part.pose
         if part.name in turns:
             w, x, y, z = turns[part.name]

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from app.figures.drawn import Drawn, shown
-from app.figures.hold import FELT, largest_step, switches
+from app.figures.hold import FELT, kept, largest_step, switches
 from app.figures.plan import Plan
 from app.figures.style import COLOURS, DASHES, INK, sheet, stack
 from controllers.kinematics import Array
@@ -43,7 +43,7 @@ def master_slave(plan: Plan) -> Drawn:
     gap = np.degrees(np.abs(wanted - actual))
     far = run.table[:, COLUMN["lambda"]] < FELT
     found = [
-        _kept(run),
+        kept(run),
         "Both arms give way, the master too. The slave copies it mirrored; the master is drawn as the slave should be.",
         f"The slave is off by up to {gap.max():.1f}° in one joint"
         + (f", by up to {gap[far].max():.1f}° while λ < {FELT:g}." if far.any() else "."),
@@ -81,7 +81,7 @@ def imitation(plan: Plan) -> Drawn:
         gaps.append(float(np.degrees(np.nanmax(np.abs(wanted - actual)))))
     figure.legend(panels["left0"].lines, ["desired", "actual"], loc="outside upper right", ncols=2)
     found = [
-        _kept(run),
+        kept(run),
         f"Both arms give way. Largest difference between a desired and an actual angle: {gaps[0]:.1f}° (left), {gaps[1]:.1f}° "
         "(right). Desired is what the person shows, behind the low-pass and the rate limit.",
         _slow(plan, settings, length),
@@ -92,7 +92,8 @@ def imitation(plan: Plan) -> Drawn:
 
 def imitation_settings(plan: Plan) -> RunSettings:
     """Return the settings of Figs 7 and 8."""
-    return plan.settings({"pairs": "single"}, scene="imitation")
+    # A short run begins with what brings the arms together.
+    return plan.settings({"pairs": "single"}, scene="imitation", clip=plan.either("medley", "clap"))
 
 
 def imitation_seconds(plan: Plan) -> float:
@@ -115,15 +116,6 @@ def _slow(plan: Plan, settings: RunSettings, length: float) -> str:
     return (
         f"When both give way d ≥ d_m needs no fast retreat: with v = {SLOW:g} m/s the minimum still is {1000 * both:.1f} mm. If only "
         f"one of them does, it is {1000 * alone:.1f} mm on the same input: then w ≤ v decides."
-    )
-
-
-def _kept(run: Run) -> str:
-    critical = run.simulation.settings.law.critical_distance
-    word = "never passes" if run.summary.d_min >= critical else "**passes**"
-    return (
-        f"The distance {word} d_m = {1000 * critical:.0f} mm: its minimum is {1000 * run.summary.d_min:.1f} mm, between "
-        f"{run.summary.d_min_pair}."
     )
 
 

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from app.figures.raster import Integers, rasterise, weights
 from app.page.theme import PALETTES
@@ -42,6 +43,9 @@ FLOOR_END: Final = 3.4
 
 SHADOW_SIZE: Final = 900
 """Side of the shadow map [pixels]."""
+
+MARGIN: Final = 0.1
+"""Around everything in the shadow map [m]."""
 
 SHADOW_BIAS: Final = 0.006
 """What is less than this behind the surface that the light sees is lit [m]."""
@@ -112,30 +116,30 @@ class _Shadow:
         self._axes = np.stack([side, np.cross(KEY, side), KEY])
         local = vertices @ self._axes.T
         low, high = local.min(0), local.max(0)
-        self._low = low[:2] - 0.02
-        self._scale = (SHADOW_SIZE - 2) / (float((high - low)[:2].max()) + 0.04)
+        self._low = low[:2] - MARGIN
+        self._scale = (SHADOW_SIZE - 2) / (float((high - low)[:2].max()) + 2.0 * MARGIN)
         # Nearness must be positive, and is in metres here.
         self._lift = 1.0 - low[2]
         place = (local[:, :2] - self._low) * self._scale
         self._map = rasterise(place, local[:, 2] + self._lift, faces, SHADOW_SIZE, SHADOW_SIZE)
 
+    def on_floor(self, points: Array, blur: float) -> Array:
+        """Return how dark (k,) the shadow of everything is at points (k, 3) behind it, blurred by about `blur` [m]."""
+        place = (points @ self._axes.T)[:, :2]
+        place = (place - self._low) * self._scale - 0.5
+        dark = gaussian_filter((self._map.nearness > 0.0).astype(float), blur * self._scale)
+        return map_coordinates(dark, place.T[::-1], order=1, mode="constant")
+
     def light(self, points: Array, blur: float) -> Array:
-        """Return the share of the light (k,) that reaches points (k, 3), averaged over a disc of radius `blur` [m]."""
+        """Return the share of the light (k,) that reaches points (k, 3) of the meshes, averaged over a disc of radius `blur` [m]."""
         local = points @ self._axes.T
         place, height = (local[:, :2] - self._low) * self._scale, local[:, 2] + self._lift + SHADOW_BIAS
         lit = np.zeros(len(points))
-        aside = ((place < -blur * self._scale) | (place > SHADOW_SIZE + blur * self._scale)).any(1)
-        if aside.any():
-            lit[aside] = 1.0
-            lit[~aside] = self.light(points[~aside], blur)
-            return lit
         angles = np.arange(12) * 2.39996  # The golden angle spreads the samples evenly.
         radii = np.sqrt((np.arange(12) + 0.5) / 12.0) * blur * self._scale
         for angle, radius in zip(angles, radii, strict=True):
             at = (place + radius * np.array([np.cos(angle), np.sin(angle)])).astype(np.int64)
-            inside = ((at >= 0) & (at < SHADOW_SIZE)).all(1)
-            at = np.minimum(np.maximum(at, 0), SHADOW_SIZE - 1)
-            lit += ~inside | (self._map.nearness[at[:, 1], at[:, 0]] <= height)
+            lit += self._map.nearness[at[:, 1], at[:, 0]] <= height
         return lit / 12.0
 
 
@@ -228,7 +232,7 @@ def _room(view: View, shadow: _Shadow) -> Array:
     for axis in (0, 1):
         off = np.abs(place[:, axis] / FLOOR_CELL - np.round(place[:, axis] / FLOOR_CELL)) * FLOOR_CELL
         line = np.maximum(line, np.maximum(1.0 - off / wide, 0.0) * np.minimum(0.0035 / wide, 1.0))
-    dark = (1.0 - shadow.light(place, 0.035)) * fade
+    dark = shadow.on_floor(place, 0.022) * fade
     light[down] *= ((1.0 - 0.42 * line * np.sqrt(fade)) * (1.0 - 0.33 * dark))[:, None]
     return light
 

@@ -16,6 +16,9 @@ from controllers.tasks import TASK_DIMENSION
 from scenes.headless import Run
 from scenes.history import COLUMN
 
+BACK: Final = 0.01
+"""Share of its peak at which the error counts as gone."""
+
 PERIOD: Final = 0.05
 """Simulated time between two rows [s]."""
 
@@ -86,9 +89,14 @@ def _verdict(e2: Array, found: list[Analysis]) -> list[str]:
     peak = int(e2.argmax())
     after = float(e2[peak:].min())
     lowest = min(a.survival for a in found)
-    return [
+    back = (
         f"The condition is sufficient, not necessary: e² rises to {e2[peak]:.3f} m² and comes back to {after:.1e} m² once the other arm "
-        "leaves, whatever the sign of the smallest eigenvalue.",
+        "leaves, whatever the sign of the smallest eigenvalue."
+        if after < BACK * e2[peak]
+        else f"e² rises to {e2[peak]:.3f} m², and the run ends before the other arm leaves."
+    )
+    return [
+        back,
         f"What decides is 1 − λρ², the part of the task that survives along the line of contact (dotted: 1 − λ, its value for ρ = 1); "
         f"its smallest value here is {lowest:.3f}.",
     ]

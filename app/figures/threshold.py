@@ -70,7 +70,9 @@ def draw(plan: Plan) -> Drawn:
     kept = [run.summary.d_min for w, run in paper if w <= v]
     lost = [(w, run.summary.d_min) for w, run in paper if run.summary.d_min < critical]
     found = [
-        f"With w ≤ v the distance is kept: {1000 * min(kept):.1f} mm or more in {len(kept)} runs." if kept else "",
+        f"Smallest distance of the {len(kept)} runs with w ≤ v: {1000 * min(kept):.1f} mm, d_m = {1000 * critical:.0f} mm."
+        if kept
+        else "",
         f"Above, it is lost at the rate w − v: d_m is first passed at w = {min(lost)[0]:.3f} m/s (v = {v:.2f} m/s), and at "
         f"w = {max(lost)[0]:.2f} m/s the arms come as near as {1000 * max(lost)[1]:.0f} mm. A short push somewhat faster than v still "
         "ends above d_m, since d* > d_m leaves a margin."

@@ -8,9 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
+from app.figures import film
 from app.figures.render import Mesh, View, render
 from app.figures.staging import arms, ball, furniture, links
 from controllers.kinematics import Array
+from scenes.person.body import BodyPart
+from scenes.person.source import MissingPackage
 from scenes.rigs import Camera
 from scenes.room import build_alone, build_room
 
@@ -126,3 +129,31 @@ def test_a_single_arm_stands_on_a_bench() -> None:
     top = max(mesh.vertices[:, 2].max() for mesh in furniture(room))
     assert foot == pytest.approx(room.bases()[0].translation[2], abs=2e-3)
     assert top == pytest.approx(foot, abs=0.02)
+
+
+def test_the_person_is_left_out_where_their_model_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The film then shows the robots alone, and nothing fails."""
+
+    def missing() -> tuple[BodyPart, ...]:
+        raise MissingPackage("not installed")
+
+    monkeypatch.setattr(film, "body_parts", missing)
+    film.person_parts.cache_clear()
+    try:
+        assert film.person_meshes(np.zeros((2, 4))) == []
+    finally:
+        film.person_parts.cache_clear()
+
+
+def test_the_person_bends_an_elbow() -> None:
+    """The forearm's mesh turns about the elbow, and nothing else does."""
+    if not film.person_parts():
+        pytest.skip("the drawing of a person is not installed")
+    straight, bent = (film.person_meshes(np.array([[0.0, 0.0, 0.0, angle], [0.0] * 4])) for angle in (0.0, 1.2))
+    moved = [not np.array_equal(a.vertices, b.vertices) for a, b in zip(straight, bent, strict=True)]
+    names = [part.name for part, looks in film.person_parts() for _ in looks]
+    assert [name for name, flag in zip(names, moved, strict=True) if flag] == ["left_forearm"]
+    forearm = names.index("left_forearm")
+    # Forward and up: the hand was the lowest part of it.
+    assert bent[forearm].vertices[:, 0].max() > straight[forearm].vertices[:, 0].max() + 0.1
+    assert bent[forearm].vertices[:, 2].min() > straight[forearm].vertices[:, 2].min() + 0.1
