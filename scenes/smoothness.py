@@ -15,11 +15,12 @@ SUBSTEPS: Final = (1, 2, 4, 8)
 """Into how many parts dt is divided."""
 
 SMOOTH: Final = 0.65
-"""The last halving of dt leaves at most this share of the largest step: then q̇ is smooth, …"""
+"""If halving dt leaves at most this share of the largest step, the last time and on average, q̇ is smooth; …"""
 
 JUMP: Final = 0.85
-"""… at least this share: then it jumps. The share is 1/2 for q̇ with a bounded derivative, and 1 for a jump. Over 45 runs of all laws
-and scenes it was 0.49 … 0.50 or 0.98 … 1.02; only a jump that is smaller than the smooth motion of a step can come to lie between."""
+"""… if the last halving leaves at least this share, q̇ jumps. The share is 1/2 where q̇ has a bounded derivative, and 1 at a jump. Over
+45 runs of all laws and scenes it was 0.48 … 0.50 or 0.98 … 1.02 at last; a jump that is smaller than the smooth motion of a step, or
+many small ones, lie between."""
 
 STILL: Final = 1e-9
 """A largest step below this is rounding [rad/s]."""
@@ -52,16 +53,19 @@ class Measured:
         """What the numbers say."""
         if any(step is None for step in self.largest):
             return "measuring"
-        *_, coarser, finest = (step or 0.0 for step in self.largest)
+        first, *_, coarser, finest = (step or 0.0 for step in self.largest)
         if max(coarser, finest) < STILL:
             return "still"
-        share = finest / coarser if coarser else 1.0
-        return "smooth" if share <= SMOOTH else "jump" if share >= JUMP else "between"
+        last = finest / max(coarser, STILL)
+        if last >= JUMP:
+            return "jump"
+        mean = (finest / max(first, STILL)) ** (1.0 / (len(self.largest) - 1))
+        return "smooth" if max(last, mean) <= SMOOTH else "between"
 
     @property
     def words(self) -> str:
         """The verdict as a sentence."""
-        *_, coarser, finest = (step or 0.0 for step in self.largest)
+        first, *_, finest = (step or 0.0 for step in self.largest)
         match self.verdict:
             case "measuring":
                 return "Measuring …"
@@ -72,7 +76,11 @@ class Measured:
             case "jump":
                 return f"A jump of {finest:.2g} rad/s: it stays, however small the time step."
             case _:
-                return f"Between: the last halving left {100.0 * finest / coarser:.0f} % of the largest step."
+                parts = self.dts[0] / self.dts[-1]
+                return (
+                    f"Between: at dt/{parts:.0f}, {100.0 * finest / first:.0f} % of the largest step are left; "
+                    f"{100.0 / parts:.0f} % would be smooth, 100 % a jump."
+                )
 
 
 def unmeasured(recorded: Recorded, settings: RunSettings) -> Measured:

@@ -1,0 +1,324 @@
+"""A run made again from its inputs: to the last bit, as it would have been, in finer steps, and whether it is smooth."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+from typing import Any, get_args
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controllers.errors import BadSetting
+from scenes.headless import summarise
+from scenes.inputs import InputsLog, Recorded
+from scenes.rerun import COARSEST, LOOK, WHAT_IF_KEYS, Stopped, between, rerun, warm, what_if
+from scenes.settings import LawName, RunSettings, SceneName, changed, specs, values
+from scenes.simulation import Simulation
+from scenes.smoothness import SUBSTEPS, Measured, Verdict, largest_step, unmeasured
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from tests.scenes.helpers import column
+
+SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
+
+
+def given_settings(**changes: object) -> RunSettings:
+    """The default settings with a few changes, by key."""
+    settings = RunSettings()
+    for key, value in changes.items():
+        settings = changed(settings, key, value)
+    return settings
+
+
+@cache
+def session(scene: SceneName, law: LawName, seconds: float, window: float) -> tuple[Simulation, Recorded]:
+    """A run with the experiment's own person whose settings change twice, and its last seconds."""
+    settings = given_settings(scene=scene, law=law, ball="cross" if scene == "ball" else "still")
+    return recorded_run(settings, seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}})
+
+
+def recorded_run(
+    settings: RunSettings, seconds: float, window: float, changes: dict[float, dict[str, Any]] | None = None
+) -> tuple[Simulation, Recorded]:
+    """A run with the experiment's own person, and its last seconds; the settings change at shares of its time."""
+    simulation, log = Simulation(settings), InputsLog()
+    person, due = simulation.person(), dict(changes or {})
+    while simulation.time < seconds - 1e-9:
+        for share in [share for share in due if simulation.time >= share * seconds]:
+            for key, value in due.pop(share).items():
+                simulation.apply(changed(simulation.settings, key, value))
+        target = person.target(simulation.time)
+        log.record(simulation, target)
+        simulation.step(target)
+    recorded = log.window(window)
+    assert recorded is not None
+    return simulation, recorded
+
+
+# --- again, exactly ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("scene", "law"),
+    [
+        *(("hold", law) for law in get_args(LawName)),
+        *((scene, "smooth_priority") for scene in SCENES if scene != "hold"),
+        ("master_slave", "barrier_qp"),
+    ],
+)
+def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: SceneName, law: LawName) -> None:
+    simulation, recorded = session(scene, law, 2.6, 1.6)
+    assert recorded.begin >= 0.9 and len(recorded.stretches) == 3
+    again = rerun(recorded)
+    assert again.table.tobytes() == simulation.history.table(recorded.steps).tobytes()
+    assert again.table.tobytes() == rerun(pickle.loads(pickle.dumps(recorded))).table.tobytes()
+
+
+def test_the_summary_is_that_of_the_run() -> None:
+    simulation, recorded = recorded_run(RunSettings(), 5.0, 3.0)
+    summary = summarise(simulation, simulation.history.table(recorded.steps))
+    assert replace(rerun(recorded).summary, step_us_median=0.0) == replace(summary, step_us_median=0.0)
+
+
+# --- as it would have been -----------------------------------------------------------------------------------------------------
+
+
+def test_other_settings_give_the_run_that_would_have_been() -> None:
+    _, recorded = recorded_run(RunSettings(), 4.5, 99.0, {0.5: {"k": 1.0}})
+    would = Simulation(given_settings(dm=0.2, n=3.0, k=4.0))
+    for target in recorded.targets():
+        would.step(target)
+    again = rerun(recorded, {"dm": 0.2, "n": "3", "k": 4.0})
+    assert again.table.tobytes() == would.history.table().tobytes()
+    assert again.summary.d_min > rerun(recorded).summary.d_min + 0.01
+
+
+def test_what_is_not_asked_for_stays_as_it_was() -> None:
+    _, recorded = recorded_run(RunSettings(), 2.0, 99.0, {0.5: {"wmax": 0.1, "dm": 0.2}})
+    would = Simulation(given_settings(v=0.5))
+    for i, target in enumerate(recorded.targets()):
+        if i == 200:
+            would.apply(given_settings(v=0.5, wmax=0.1, dm=0.2))
+        would.step(target)
+    assert rerun(recorded, {"v": 0.5}).table.tobytes() == would.history.table().tobytes()
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        ({"rig": "table"}, "rig cannot be given"),
+        ({"dt": 0.01}, "dt cannot be given"),
+        ({"dm": 9.0}, "dm = 9"),
+        ({"mood": 1}, "no setting 'mood'"),
+    ],
+)
+def test_impossible_overrides_are_refused(overrides: dict[str, object], message: str) -> None:
+    _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
+    with pytest.raises(BadSetting, match=message):
+        rerun(recorded, overrides)
+
+
+def test_what_if_is_exact_if_there_is_time() -> None:
+    simulation, recorded = recorded_run(RunSettings(), 4.5, 3.0)
+    before = summarise(simulation, simulation.history.table(recorded.steps))
+    present = values(given_settings(dm=0.1))
+    asked = {key: present[key] for key in WHAT_IF_KEYS}
+    answer = what_if(recorded, asked, before, None)
+    again = rerun(recorded, {"dm": 0.1})
+    assert answer.stride == 1 and answer.before == before and answer.settings == given_settings(dm=0.1)
+    assert replace(answer.summary, step_us_median=0.0) == replace(again.summary, step_us_median=0.0)
+    table = simulation.history.table(recorded.steps)
+    assert answer.times.tobytes() == column(table, "t").tobytes()
+    assert answer.distance.tobytes() == column(again.table, "d").tobytes()
+    assert answer.squared_error.tobytes() == column(again.table, "e2").tobytes()
+
+
+def test_what_if_is_a_draft_if_there_is_not_and_the_draft_is_near() -> None:
+    simulation, recorded = recorded_run(RunSettings(), 6.0, 3.0)
+    before = summarise(simulation, simulation.history.table(recorded.steps))
+    exact = what_if(recorded, {"dm": 0.12}, before, None)
+    draft = what_if(recorded, {"dm": 0.12}, before, 1e-6)
+    assert draft.stride == round(COARSEST / recorded.dt) == 4
+    assert len(draft.times) == math.ceil(recorded.steps / 4)
+    # The same moments, within the error of the longer steps.
+    assert np.allclose(draft.times, exact.times[::4], atol=1e-9)
+    assert np.abs(draft.distance - exact.distance[::4]).max() < 2e-3
+    assert abs(draft.summary.d_min - exact.summary.d_min) < 1e-3
+
+
+def test_everything_that_one_may_ask_about_can_be_asked() -> None:
+    assert set(WHAT_IF_KEYS) <= set(specs(RunSettings))
+    _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
+    assert rerun(recorded, {key: values(RunSettings())[key] for key in WHAT_IF_KEYS}).table.shape[0] == recorded.steps
+
+
+# --- other steps ---------------------------------------------------------------------------------------------------------------
+
+
+def test_finer_steps_come_nearer_and_nearer() -> None:
+    _, recorded = recorded_run(RunSettings(), 5.5, 2.0)
+    ends = {}
+    for substeps in (1, 2, 4, 8):
+        again = rerun(recorded, substeps=substeps)
+        assert len(again.table) == recorded.steps * substeps
+        assert np.allclose(column(again.table, "t")[::substeps], column(rerun(recorded).table, "t"), atol=1e-9)
+        ends[substeps] = again.table[-substeps, len(again.table[0]) - 42 :][:14]
+    differences = [float(np.abs(ends[2 * k] - ends[k]).max()) for k in (1, 2, 4)]
+    # Euler's steps: an error of first order, so that each halving of dt halves what is still missing.
+    assert 0.0 < differences[2] < differences[1] < differences[0] < 0.02
+    assert 0.35 < differences[1] / differences[0] < 0.65 and 0.35 < differences[2] / differences[1] < 0.65
+
+
+@pytest.mark.parametrize("stride", [2, 3, 7])
+def test_coarser_steps_cover_the_same_time(stride: int) -> None:
+    _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
+    again = rerun(recorded, stride=stride)
+    assert len(again.table) == sum(math.ceil(s.targets.steps / stride) for s in recorded.stretches)
+    exact = column(rerun(recorded).table, "t")
+    assert set(np.round(column(again.table, "t"), 9)) <= set(np.round(exact, 9))
+    assert exact[-1] - COARSEST * 2 < column(again.table, "t")[-1] <= exact[-1] + 1e-9
+
+
+@pytest.mark.parametrize(("substeps", "stride"), [(0, 1), (1, 0), (-1, 1), (2, 2)])
+def test_impossible_steps_are_refused(substeps: int, stride: int) -> None:
+    _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
+    with pytest.raises(BadSetting, match="do not go together"):
+        rerun(recorded, substeps=substeps, stride=stride)
+
+
+def test_whoever_is_not_wanted_any_more_stops_soon() -> None:
+    _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
+    asked: list[bool] = []
+
+    def stopped() -> bool:
+        asked.append(len(asked) == 3)
+        return asked[-1]
+
+    with pytest.raises(Stopped):
+        rerun(recorded, stopped=stopped)
+    assert len(asked) == 4 and recorded.steps > 4 * LOOK
+    with pytest.raises(Stopped):
+        warm(RunSettings(), lambda: True)
+
+
+def test_seams_tell_where_settings_or_the_kind_of_target_changed() -> None:
+    simulation, log = Simulation(RunSettings()), InputsLog()
+    here = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
+    hand, pulled = HandTarget(here), HandTarget(here, elbow=np.array([0.2, -0.4, 1.0]))
+    for i, target in enumerate([None] * 10 + [hand] * 10 + [pulled] * 10 + [hand] * 5):
+        if i == 33:
+            simulation.apply(given_settings(dm=0.2))
+        log.record(simulation, target)
+        simulation.step(target)
+    recorded = log.window(9.0)
+    assert recorded is not None
+    assert rerun(recorded).seams == (10, 20, 30, 33)
+    assert rerun(recorded, substeps=3).seams == (30, 60, 90, 99)
+    assert rerun(recorded, {"dm": 0.1}).seams == (10, 20, 30)
+
+
+# --- between two targets -------------------------------------------------------------------------------------------------------
+
+PLACE = st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3).map(np.array)
+TURN = st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3).map(lambda w: pin.exp3(np.array(w)))
+
+
+@given(PLACE, PLACE, TURN, TURN, st.floats(0.0, 1.0))
+def test_between_two_poses(a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray, share: float) -> None:
+    target = between(HandTarget(a, A, b), HandTarget(b, B, a), share)
+    assert isinstance(target, HandTarget) and target.rotation is not None and target.elbow is not None
+    assert np.allclose(target.position, (1.0 - share) * a + share * b)
+    assert np.allclose(target.position + target.elbow, a + b)
+    assert np.allclose(target.rotation @ target.rotation.T, np.eye(3))
+    whole = float(np.linalg.norm(pin.log3(A.T @ B)))
+    assert float(np.linalg.norm(pin.log3(A.T @ target.rotation))) == pytest.approx(share * whole, abs=1e-6)
+
+
+@given(st.floats(0.0, 1.0))
+def test_between_two_of_the_other_kinds(share: float) -> None:
+    low, high = np.zeros(3), np.ones(3)
+    for kind in (JointTarget, BallTarget):
+        target = between(kind(low), kind(high), share)
+        assert isinstance(target, kind) and np.allclose(target[0], share)
+    angles = between(AnglesTarget(np.zeros((2, 4))), AnglesTarget(np.ones((2, 4))), share)
+    assert isinstance(angles, AnglesTarget) and angles.angles is not None and np.allclose(angles.angles, share)
+
+
+def test_between_two_kinds_the_first_one_stays() -> None:
+    kinds: list[Target | None] = [
+        *(None, HandTarget(np.zeros(3)), HandTarget(np.zeros(3), np.eye(3)), HandTarget(np.zeros(3), None, np.zeros(3))),
+        *(JointTarget(np.zeros(7)), BallTarget(np.zeros(3)), AnglesTarget(None), AnglesTarget(np.zeros((2, 4)))),
+    ]
+    for i, first in enumerate(kinds):
+        for j, second in enumerate(kinds):
+            if i != j:
+                assert between(first, second, 0.5) is first
+    assert between(AnglesTarget(None), AnglesTarget(None), 0.5) == AnglesTarget(None)
+
+
+# --- smooth or not -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "verdict"),
+    [({"pairs": "soft"}, "smooth"), ({"pairs": "single"}, "jump"), ({"law": "strict_switched"}, "jump")],
+)
+def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes: dict[str, str], verdict: Verdict) -> None:
+    recorded = hold_record()
+    settings = given_settings(**changes)
+    largest = tuple(largest_step(recorded, settings, substeps) for substeps in SUBSTEPS)
+    measured = replace(unmeasured(recorded, settings), largest=largest)
+    assert measured.verdict == verdict, largest
+    ratios = [b / a for a, b in pairwise(largest)]
+    if verdict == "smooth":
+        assert all(0.4 < ratio < 0.6 for ratio in ratios), ratios
+    else:
+        assert all(0.95 < ratio < 1.05 for ratio in ratios), ratios
+
+
+@cache
+def hold_record() -> Recorded:
+    """Two seconds of the hold scene during which the hand comes near and the closest pair changes."""
+    return recorded_run(RunSettings(), 6.0, 2.0)[1]
+
+
+def test_a_jump_of_the_settings_is_not_held_against_the_law() -> None:
+    changes = {share: {"dm": 0.15 + 0.05 * (i % 2)} for i, share in enumerate((0.75, 0.8, 0.9))}
+    simulation, recorded = recorded_run(RunSettings(), 6.0, 2.0, changes)
+    assert rerun(recorded).summary.dq_step_max > 20.0 * largest_step(recorded, simulation.settings, 1)
+
+
+def measured(*largest: float | None) -> Measured:
+    """What was measured, with these largest steps."""
+    return Measured(RunSettings(), 10.0, tuple(0.005 / k for k in SUBSTEPS), largest)
+
+
+@pytest.mark.parametrize(
+    ("largest", "verdict", "words"),
+    [
+        ((0.8, 0.4, 0.2, 0.1), "smooth", "Smooth"),
+        ((0.8, 0.45, 0.2, 0.12), "smooth", "Smooth"),
+        ((0.5, 0.5, 0.5, 0.5), "jump", "A jump of 0.5 rad/s"),
+        ((0.5, 0.52, 0.48, 0.51), "jump", "A jump"),
+        # A jump of 0.1 below the smooth motion of the longer steps.
+        ((0.4, 0.2, 0.105, 0.1), "jump", "A jump of 0.1 rad/s"),
+        # Seen in a window of the hold scene under `single`: small jumps that become rarer.
+        ((5.977e-4, 5.145e-4, 4.027e-4, 2.444e-4), "between", "41 % of the largest step are left; 12 % would be smooth"),
+        ((0.8, 0.4, 0.2, 0.15), "between", "Between"),
+        ((0.0, 0.0, 0.0, 0.0), "still", "Nothing moved"),
+        ((1e-14, 1e-15, 1e-14, 1e-13), "still", "Nothing moved"),
+        ((0.0, 0.0, 0.0, 0.1), "jump", "A jump"),
+        ((0.1, 0.0, 0.0, 0.0), "still", "Nothing moved"),
+        ((0.8, 0.4, None, 0.1), "measuring", "Measuring"),
+        ((None, None, None, None), "measuring", "Measuring"),
+    ],
+)
+def test_verdicts(largest: tuple[float | None, ...], verdict: Verdict, words: str) -> None:
+    assert measured(*largest).verdict == verdict
+    assert words in measured(*largest).words
