@@ -47,6 +47,10 @@ FARTHEST: Final = 0.8
 """A resting distance beyond this is none: nothing pulls, and its line leaves the axis at the top [m]."""
 
 
+RESTING: Final = ("smooth_priority", "intermediate_value")
+"""Laws whose resting distance is known in closed form."""
+
+
 def resting(settings: RunSettings, pull: float, approach: float, second_pull: float | None) -> float:
     """Return d* [m] of the present law, inf if nothing pulls, nan if it has none in closed form or d falls for ever.
 
@@ -58,7 +62,7 @@ def resting(settings: RunSettings, pull: float, approach: float, second_pull: fl
     """
     law = settings.law
     d_m, n, v = law.critical_distance, law.order, law.nominal_velocity
-    if law.law not in ("smooth_priority", "intermediate_value"):
+    if law.law not in RESTING:
         return math.nan
     if second_pull is not None:
         # 2 λ v = (1 − λ)(u_L + u_R) is the rest of one arm that is pulled by their mean.
@@ -162,6 +166,18 @@ class PlotBuffer:
         rows[(numbers > self._last_bin) | (numbers <= self._last_bin - POINTS)] = np.nan
         return tuple(rows[:, c] * scale for c in columns)
 
+    def along(self, curve: "Curve") -> Array:
+        """Return another curve at the bins of this one, nan where there is nothing; of the length of its `series`."""
+        numbers = self._numbers()
+        if len(numbers) < 2:
+            return np.full(2, np.nan)
+        found = np.full(len(numbers), np.nan)
+        places = np.searchsorted(curve.numbers, numbers)
+        inside = places < len(curve.numbers)
+        inside[inside] = curve.numbers[places[inside]] == numbers[inside]
+        found[inside] = curve.values[places[inside]]
+        return found
+
     def _rows(self) -> Array:
         return self._bins[self._numbers() % POINTS]
 
@@ -170,3 +186,18 @@ class PlotBuffer:
         newest = self._last_bin
         numbers = np.arange(newest - POINTS + 1, newest + 1)
         return numbers[~np.isnan(self._bins[numbers % POINTS, 0])]
+
+
+class Curve:
+    """A curve over time in the bins of a `PlotBuffer`.
+
+    Args:
+        times: (k,) ascending [s].
+        values: (k,).
+        smallest: whether a bin keeps its smallest value, or its largest.
+    """
+
+    def __init__(self, times: Array, values: Array, smallest: bool) -> None:
+        numbers = (times * (POINTS / WINDOW)).astype(int)
+        self.numbers, starts = np.unique(numbers, return_index=True)
+        self.values: Array = (np.minimum if smallest else np.maximum).reduceat(values, starts)

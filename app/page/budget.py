@@ -10,7 +10,7 @@ from scenes.history import Sample
 from scenes.settings import LawName
 from scenes.simulation import Simulation
 
-MISSED: Final = 0.005
+MISSED: Final = 0.01
 """A distance rate that differs from the law's by more than this is worth a word [m/s]."""
 
 _BLEND: Final = "{lam}{x}{v} − {rest}{x}{u}"
@@ -40,12 +40,12 @@ def live_html(simulation: Simulation, sample: Sample, now: Contact) -> str:
         lines = [
             f"{_in('d', 'ḋ')} = {formula}",
             f"= {numbers} = {_in('d', _fixed(rate, sign=True, digits=3))} m/s",
-            consequence(simulation, sample, now),
-            missed(simulation, now, rate),
+            # In one place, so that the controls below do not jump.
+            missed(simulation, now, rate) or consequence(simulation, sample, now),
         ]
         if simulation.settings.law.law == "smooth_priority" and sample.second is None:
             lines[0] = f"{_law_now(simulation, sample, now)}<hr>{lines[0]}"
-    return f'<div class="duet-live">{"<br>".join(line for line in lines if line)}</div>'
+    return f'<div class="duet-live">{"<br>".join(lines)}</div>'
 
 
 def wanted_rate(simulation: Simulation, sample: Sample, now: Contact) -> float:

@@ -18,14 +18,12 @@ class Frame:
     Attributes:
         x, y: first and last value.
         x_ticks, y_ticks: where there is a line of the grid and a number, with the number as text.
-        x_label: what is along the x axis, as HTML.
     """
 
     x: tuple[float, float]
     y: tuple[float, float]
     x_ticks: tuple[tuple[float, str], ...]
     y_ticks: tuple[tuple[float, str], ...]
-    x_label: str
 
     def across(self, value: float) -> float:
         """Return where an x is, as a share of the width."""
@@ -86,7 +84,7 @@ class Chart:
             f'<div class="duet-chart" style="height:{height}px"><div class="ys">{y_texts}</div>'
             f'<div class="area"><svg viewBox="0 0 {_SIDE} {_SIDE}" preserveAspectRatio="none">'
             f'<path class="grid" d="{grid}"/>{"".join(self._lines)}</svg>{"".join(self._marks)}</div>'
-            f'<div class="xs">{x_texts}<em>{frame.x_label}</em></div></div>'
+            f'<div class="xs">{x_texts}</div></div>'
         )
 
 

@@ -6,6 +6,7 @@ from typing import Any, Final
 import viser
 
 from app.page.buttons import ChoiceButtons
+from app.page.compare import ComparePanel
 from app.page.keys import help_html
 from app.page.relevance import matters
 from app.session import SPEEDS, Session
@@ -74,6 +75,7 @@ class Controls:
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Compare":
+                    self._compare = ComparePanel(gui, session)
                     self._note = gui.add_html("")
         with self._tabs.add_tab("Keys", viser.Icon.KEYBOARD):
             gui.add_html(f'<div class="duet">{help_html()}</div>')
@@ -140,6 +142,7 @@ class Controls:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
         self._clock.mark(0 if self._session.paused else -1)
         settings = self._session.settings
+        self._compare.show(matters("ghost", settings))
         if settings is self._settings and len(self._shown) == len(self._handles):
             return
         self._settings = settings

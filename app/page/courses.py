@@ -1,10 +1,10 @@
 """The plots over time: which columns, lines, colours and names each of them has."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
-from app.page.bins import COLUMNS, DRIVEN, JOINTS
+from app.page.bins import COLUMNS, DRIVEN, JOINTS, RESTING
 from app.page.relevance import both_avoid
 from app.page.theme import Palette
 from scenes.settings import RunSettings
@@ -52,6 +52,7 @@ class Course:
         span: of the axis; None: as the data ask, from 0 up if `positive`.
         scale: values of the buffer times this are shown.
         positive: whether the axis begins at 0.
+        symbol: class of CSS of what the ghost does, too.
     """
 
     title: str
@@ -61,6 +62,7 @@ class Course:
     span: tuple[float, float] | None = None
     scale: float = 1.0
     positive: bool = True
+    symbol: str = ""
 
     def columns(self, run: str) -> tuple[int, ...]:
         """Return the columns of the buffer of one run, in the order of the lines."""
@@ -90,8 +92,9 @@ _DISTANCE: Final = Course(
         Line("d*", "resting", 1.6, (2.0, 4.0)),
         *_shadows("d", "distance"),
     ),
-    (("dm", "dash", "d<sub>m</sub>"), ("rest", "dot", "d* rest")),
+    (("dm", "dash", "d<sub>m</sub>"), ("rest", "dot", "d*")),
     (0.0, CEILING),
+    symbol="d",
 )
 
 
@@ -99,13 +102,13 @@ def _squared_error(unit: str, arms: tuple[str, ...]) -> Course:
     second = (Line("e2_b", "pull", 1.8, (2.0, 3.0)),) if len(arms) > 1 else ()
     lines = (Line("e2", "error", 2.2), *second, *_shadows("e2", "error"))
     legend = tuple(zip(("e", "u"), ("", "dot"), arms, strict=True)) if second else ()
-    return Course('squared error <b class="e">e²</b>', unit, lines, legend)
+    return Course('error <b class="e">e²</b>', unit, lines, legend, symbol="e")
 
 
 def _followed(prefix: str, title: str, model: str) -> Course:
     own = tuple(Line(f"{prefix}q{i + 1}", f"joint {i + 1}", 2.0) for i in range(DRIVEN))
     desired = tuple(Line(f"{prefix}qd{i + 1}", f"joint {i + 1}", 1.4, (5.0, 4.0)) for i in range(DRIVEN))
-    names = tuple((f"j{i + 1}", "", f"q<sub>{i + 1}</sub>") for i in range(DRIVEN))
+    names = tuple((f"j{i + 1}", "", str(i + 1)) for i in range(DRIVEN))
     return Course(title, "°", (*own, *desired), (*names, ("", "dash", model)), None, DEGREES, positive=False)
 
 
@@ -118,9 +121,10 @@ _COURSES: Final[dict[str, Course]] = {
     "lambda": Course(
         'activation <b class="lam">λ</b>',
         "",
-        (Line("lambda", "activation", 2.2), *_shadows("lambda", "activation")),
+        (Line("lambda", "activation", 2.2), Line("lambda", "activation", 1.8, _GHOST, "ghost")),
         (),
         (0.0, 1.05),
+        symbol="lam",
     ),
     "joints": Course("joints q", "°", (*_joints("q"), *_joints("q", "ghost")), _JOINT_LEGEND, (-180.0, 180.0), DEGREES, False),
     "rates": Course("joint speeds q̇", "°/s", (*_joints("dq"), *_joints("dq", "ghost")), _JOINT_LEGEND, None, DEGREES, False),
@@ -135,6 +139,7 @@ _COURSES: Final[dict[str, Course]] = {
         ),
         (("u", "", "u pull"), ("v", "dash", "v"), ("w", "dot", "w approach")),
         positive=False,
+        symbol="u",
     ),
 }
 
@@ -151,12 +156,14 @@ def course_of(name: str, run: RunSettings, unit: str, avoiding: str, other: str)
     if name == "error":
         two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
         return _squared_error(unit, (avoiding, other) if two else (avoiding,))
+    if name == "distance" and run.law.law not in RESTING:
+        return replace(_DISTANCE, legend=_DISTANCE.legend[:1])
     if name == "follow":
         if run.scene == "imitation":
-            return _followed("", f"{avoiding} arm", "the person")
-        return _followed("", "slave", "master" if run.following == "identical" else "master, mirrored")
+            return _followed("", f"q, {avoiding} arm", "person")
+        return _followed("", "q, slave", "master" if run.following == "identical" else "master, mirrored")
     if name == "follow_other":
-        return _followed("other_", f"{other} arm", "the person")
+        return _followed("other_", f"q, {other} arm", "person")
     return _COURSES[name]
 
 

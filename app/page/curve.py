@@ -13,18 +13,18 @@ from scenes.simulation import Simulation
 FAR: Final = 0.6
 """End of the axis of distances [m]."""
 
-DISTANCES: Final = tuple((d / 10.0, f"{d / 10.0:g}" if d else "0") for d in range(7))
-"""Its ticks."""
+DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in range(7))
+"""Its ticks, every other one with a number."""
 
 ORDERS: Final = (1.0, 2.0, 10.0)
 """Of the paper's Fig. 2."""
 
-FRAME: Final = Frame((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")), "d [m]")
+FRAME: Final = Frame((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 
 
 def distances(*kinks: float) -> np.ndarray:
     """Return distances (k,) [m] to draw a law at: finer right above every kink, and on either side of it."""
-    parts = [np.linspace(0.0, FAR, 25)]
+    parts = [np.linspace(0.0, FAR, 49)]
     for kink in kinks:
         parts.append(np.array([kink - 1e-6, kink]))
         parts.append(kink + 1e-6 + (FAR - kink) * np.linspace(0.0, 1.0, 25) ** 2)

@@ -51,10 +51,10 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
     span = next((s for s in _SPANS if s >= largest), _SPANS[-1])
     step = span / 2.0
     ticks = tuple((i * step, f"{i * step:+.1f}".replace("-", "−") if i else "0") for i in (-2, -1, 0, 1, 2))
-    chart = Chart(Frame((0.0, FAR), (-span, span), DISTANCES, ticks, "d [m]"))
+    chart = Chart(Frame((0.0, FAR), (-span, span), DISTANCES, ticks))
     chart.level(0.0, "zero", 1.2)
     xs = distances(settings.critical_distance, settings.influence_distance)
-    lines = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}
+    lines: dict[LawName, np.ndarray] = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}
     present = settings.law
     for name, ys in lines.items():
         if name != present:
@@ -68,10 +68,8 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
         chart.level(now.approach, "w", 1.2, "2 4")
         chart.mark(0.0, now.approach, "name w", "w")
     for i, (name, ys) in enumerate(lines.items()):
-        x = 0.045 + 0.07 * i
-        y = float(np.interp(x, xs, ys))
-        if abs(y) < span:
-            chart.mark(x, y, f"digit {_kind(name)}", str(i + 1))
+        x, y = _anchor(name, settings, xs, ys, span)
+        chart.mark(x, y, f"digit {_kind(name)}", str(i + 1))
     if math.isfinite(now.distance):
         chart.mark(now.distance, now.rate, f"dot {_kind(present)}")
     return f'<div class="duet duet-laws">{chart.html(height)}{_legend(present, ghost, now)}</div>'
@@ -79,6 +77,34 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
 
 def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
     return np.array([law.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()])
+
+
+def _anchor(name: LawName, settings: LawSettings, xs: np.ndarray, ys: np.ndarray, span: float) -> tuple[float, float]:
+    """Return where a line gets its number: where it runs apart from most of the others."""
+    d_m = settings.critical_distance
+    at = {
+        "smooth_priority": d_m * 0.72 ** (-1.0 / settings.order),
+        "strict_priority": 0.92 * FAR,
+        "null_space_avoidance": d_m + 0.6 * max(settings.influence_distance - d_m, 0.0),
+        "barrier_qp": max(d_m - 0.25 * span / settings.barrier_gain, 0.03),
+        "intermediate_value": d_m * 0.24 ** (-1.0 / settings.order),
+        "unprotected": 0.35 * d_m,
+    }
+    if name == "strict_switched":
+        # On its jump, nearer to the lower end.
+        i = int(np.searchsorted(xs, d_m + 5e-7))
+        return d_m, 0.35 * float(ys[i - 1]) + 0.65 * float(ys[min(i, len(ys) - 1)])
+    if name == "potential_field":
+        # High on its flank, where the others are not.
+        high = 0.72 * span
+        below = int(np.argmax(ys < high))
+        if below and ys[below - 1] > ys[below]:
+            share = float((ys[below - 1] - high) / (ys[below - 1] - ys[below]))
+            return float(xs[below - 1] + share * (xs[below] - xs[below - 1])), high
+        x = 0.08
+    else:
+        x = at[name]
+    return x, float(np.interp(x, xs, ys))
 
 
 def _kind(name: str) -> str:

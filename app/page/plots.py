@@ -6,7 +6,7 @@ import numpy as np
 import viser
 from viser import uplot
 
-from app.page.bins import POINTS, WINDOW, PlotBuffer
+from app.page.bins import POINTS, WINDOW, Curve, PlotBuffer
 from app.page.buttons import ChoiceButtons
 from app.page.contact import contact
 from app.page.courses import Course, Line, colour_of, course_of
@@ -19,6 +19,7 @@ from app.page.theme import PALETTES, scale
 from app.session import Session
 from app.settings import Details, PageSettings
 from controllers.kinematics import Array
+from scenes.rerun import WhatIf
 from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
@@ -34,8 +35,8 @@ SLOW_PERIOD: Final = 0.2
 """Wall time between two refreshes of anything else [s]; sentences and charts of many lines need longer to be read."""
 
 CHARTS: Final[dict[str, str]] = {
-    "curve": 'Fig. 2: <b class="lam">λ</b> over <b class="d">d</b>',
-    "laws": "what each law makes of it: J<sub>d</sub>q̇ [m/s] over d",
+    "curve": 'Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]',
+    "laws": "what each law makes of it: J<sub>d</sub>q̇ [m/s] over d [m]",
     "pairs": "the closest pair",
     "stability": "section III: does the paper’s condition hold?",
 }
@@ -80,7 +81,9 @@ class Plots:
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, page: PageSettings, height: int) -> None:
         self._gui, self._tab, self._height, self._page = gui, tab, height, page
-        self.buffer, self._ghost_buffer, self._what_if_buffer = PlotBuffer(), PlotBuffer(), PlotBuffer()
+        self.buffer, self._ghost_buffer = PlotBuffer(), PlotBuffer()
+        self._what_if: WhatIf | None = None
+        self._curves: dict[str, Curve] = {}
         self._details: Details = page.details
         with tab:
             self._layout = gui.add_html("", order=0.0)
@@ -106,7 +109,7 @@ class Plots:
         """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
         simulation = session if isinstance(session, Simulation) else session.simulation
         ghost: Simulation | None = getattr(session, "ghost", None)
-        what_if: Simulation | None = getattr(session, "what_if", None)
+        self._take(getattr(session, "what_if", None))
         self._arrange(simulation, ghost)
         due = [name for name in self._cells if now >= self._next.get(name, 0.0)]
         if not due:
@@ -114,9 +117,7 @@ class Plots:
         self.buffer.feed(simulation)
         if ghost is not None:
             self._ghost_buffer.feed(ghost)
-        if what_if is not None:
-            self._what_if_buffer.feed(what_if)
-        state = simulation.history.count, simulation.settings, ghost is not None, what_if
+        state = simulation.history.count, simulation.settings, ghost is not None, self._what_if
         for name in due:
             if self._drawn.get(name) == state:
                 continue
@@ -127,7 +128,7 @@ class Plots:
             else:
                 course, plot = self._courses[name]
                 self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
-                plot.data = self._data(course, ghost is not None, what_if is not None)
+                plot.data = self._data(course, ghost is not None)
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
         """Have exactly those plots on the panel that belong there, with the right lines and names."""
@@ -194,19 +195,32 @@ class Plots:
         self._courses[name] = course, plot
         if course.lines != old.lines:
             plot.series = self._series(course)
-            plot.data = self._data(course, False, False)
+            plot.data = self._data(course, False)
         self._drawn.pop(name, None)
 
-    def _data(self, course: Course, with_ghost: bool, with_what_if: bool) -> tuple[Array, ...]:
+    def _take(self, what_if: WhatIf | None) -> None:
+        if what_if is not self._what_if:
+            self._what_if = what_if
+            self._curves = {}
+            if what_if is not None:
+                self._curves["d"] = Curve(what_if.times, what_if.distance, smallest=True)
+                self._curves["e2"] = Curve(what_if.times, what_if.squared_error, smallest=False)
+
+    def _data(self, course: Course, with_ghost: bool) -> tuple[Array, ...]:
         """Return time and all lines; a line that has nothing to show is an empty array, which costs no bytes."""
-        k = course.scale
+        k, nothing = course.scale, np.empty(0)
         times, *own = self.buffer.series(course.columns("own"), k)
-        ghost, what_if = course.columns("ghost"), course.columns("what_if")
-        empty = np.empty(0)
-        ghosts = self._ghost_buffer.beside(self.buffer, ghost, k) if with_ghost else (empty,) * len(ghost)
-        what_ifs = self._what_if_buffer.beside(self.buffer, what_if, k) if with_what_if else (empty,) * len(what_if)
-        rest = {"own": iter(own), "ghost": iter(ghosts), "what_if": iter(what_ifs)}
-        return (times, *(next(rest[line.run]) for line in course.lines))
+        columns = course.columns("ghost")
+        ghosts = self._ghost_buffer.beside(self.buffer, columns, k) if with_ghost else (nothing,) * len(columns)
+        found = {"own": iter(own), "ghost": iter(ghosts)}
+        data = [times]
+        for line in course.lines:
+            if line.run == "what_if":
+                curve = self._curves.get(line.column)
+                data.append(nothing if curve is None else self.buffer.along(curve))
+            else:
+                data.append(next(found[line.run]))
+        return tuple(data)
 
     def _chart_html(self, name: str, simulation: Simulation, ghost: Simulation | None) -> str:
         sample = simulation.sample()
@@ -251,7 +265,9 @@ class Plots:
         course, _ = self._courses[name]
         legend = course.legend
         if with_ghost and course.columns("ghost"):
-            legend = (*legend, ("", "dash", "ghost"))
+            legend = (*legend, (course.symbol, "dash", "ghost"))
+        if self._what_if is not None and course.columns("what_if"):
+            legend = (*legend, (course.symbol, "dot", "what if"))
         parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{label}</span>' for symbol, kind, label in legend)
         unit = f" [{course.unit}]" if course.unit else ""
         return f'<div class="duet-caption{spare}"><span class="duet-title">{course.title}{unit}</span>{parts}</div>'

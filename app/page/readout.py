@@ -8,7 +8,6 @@ import viser
 from app.page.budget import live_html
 from app.page.contact import contact
 from app.page.equations import equation_html
-from app.page.laws import LAW_NAMES
 from app.page.relevance import both_avoid
 from app.page.swivel import Swivel
 from app.session import Pace, Session
@@ -112,13 +111,13 @@ def _tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
     run, law = simulation.settings, simulation.settings.law
     below = sample.distance < law.critical_distance - 1e-4
     tiles = [
-        Tile("d", f"{sample.distance * 1000.0:.0f}", "d, mm" + (" below d<sub>m</sub>" if below else ""), below),
+        Tile("d", f"{sample.distance * 1000.0:.0f}".replace("-", "−"), "d, mm" + (" &lt; d<sub>m</sub>" if below else ""), below),
         Tile("lam", f"{sample.activation:.2f}", SHARES[law.law]),
         _error_tile(simulation, sample),
     ]
     if both_avoid(run):
         pull = sample.pull + (sample.second.pull if sample.second is not None else 0.0)
-        tiles.append(Tile("u", _speed(pull), "u of both, m/s"))
+        tiles.append(Tile("u", _speed(pull), "u<sub>1</sub>+u<sub>2</sub>, m/s"))
     elif law.law in RETREATING and not law.feed_forward:
         faster = sample.approach > law.nominal_velocity
         tiles.append(Tile("w", _speed(sample.approach), f"w of v {law.nominal_velocity:.2f}", faster))
@@ -148,9 +147,9 @@ def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
     k = run.gain * run.overdrive * run.dt
     return [
         Tile("e", f"{sample.error * 1000.0:.1f}", "|e|, mm"),
-        Tile("lam", f"{free:.1f}", "trace N, free"),
+        Tile("lam", f"{free:.1f}", "free, tr N"),
         Tile("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), "elbow"),
-        Tile("w", f"{k:.3g}", "K dt, ≥ 2 fails" if k >= 2.0 else "K dt, below 2", k >= 2.0),
+        Tile("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt &lt; 2", k >= 2.0),
     ]
 
 
@@ -231,8 +230,6 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     pills += [("alarm", f"out of authority: {reason}") for reason in _reasons(simulation, sample)]
     if law.law == "unprotected":
         pills.append(("halt", "avoidance is off"))
-    elif law.law != "smooth_priority":
-        pills.append(("", LAW_NAMES[law.law]))
     if law.law in RETREATING and not both_avoid(run) and sample.approach > law.nominal_velocity and not law.feed_forward:
         pills.append(("alarm", f"the {'ball' if run.scene == 'ball' else 'hand'} is faster than v"))
     if sample.distance < 0.0:

@@ -107,6 +107,9 @@ def plots_height(canvas_height: float, profile: Profile) -> int:
     return round(min(max(0.2 * canvas_height, 112.0), 176.0) * (1.12 if profile == "projector" else 1.0))
 
 
+NARROW: Final = 1180
+"""On a window narrower than this the squared error makes room for a chart that needs more than a third of the panel [CSS px]."""
+
 PLOTS_FRAME: Final = 96.0
 """Height of the panel of plots without the plots [CSS px]."""
 
@@ -138,7 +141,13 @@ def style_sheet(profile: Profile) -> str:
     )
     # viser's widgets take their size from this one number of the Mantine library.
     root = f":root{{--duet-k:{k:g};--duet-dock:{DOCK_WIDTH * k:g}px;--mantine-scale:{k:g}!important}}"
-    return f"<style>{root}{_rules()}{colours}</style>"
+    panel = "[data-floating-window]:has(.duet-plots)"
+    narrow = (
+        f"@media (max-width:{round(NARROW * k)}px){{"
+        f"{panel} div:has(> div > .uplot-container){{grid-template-columns:var(--duet-narrow)!important}}"
+        f"{panel} div:has(> .duet-spare),{panel} div:has(> .duet-spare)+div{{display:none}}}}"
+    )
+    return f"<style>{root}{_rules()}{colours}{narrow}</style>"
 
 
 @cache
