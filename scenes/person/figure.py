@@ -60,14 +60,11 @@ class Figure:
         toward = way / distance
         reach = min(max(distance, math.sqrt(a * a + b * b + 2.0 * a * b * math.cos(MOST_BENT))), a + b)
         along = (a * a + reach * reach - b * b) / (2.0 * reach)
-        R = arm_rotation(self._angles[_row(side)], side)
-        # A straight elbow would bend with the forearm going to the arm's own x, so the elbow itself goes the other way; its own y is
-        # for a hand that pulls exactly along x.
         out = _across(elbow - shoulder, toward, 1e-3 * a)
         if out is None:
-            out = _across(-R[:, 0], toward, 1e-3)
-        if out is None:
-            out = _across(R[:, 1], toward, 0.0)
+            # A straight elbow bends with the forearm going to the arm's own x, so the elbow itself goes the other way. That x is
+            # square to the upper arm, which lies along `toward` here.
+            out = _across(-arm_rotation(self._angles[_row(side)], side)[:, 0], toward, 0.0)
         assert out is not None
         bent = shoulder + along * toward + math.sqrt(max(a * a - along * along, 0.0)) * out
         self._take(side, bent - shoulder, shoulder + reach * toward - bent)

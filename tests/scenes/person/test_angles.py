@@ -163,6 +163,16 @@ def test_a_straight_elbow_keeps_the_rotation() -> None:
     assert_allclose(previous, np.radians([30.0, 20.0, 40.0, 90.0]), atol=0.01)
 
 
+def test_sideways_all_the_way_round() -> None:
+    """Abduction goes on counting too, past the head and down the other side."""
+    previous = np.radians([5.0, 10.0, 0.0, 80.0])
+    for raised in np.linspace(0.2, 5.5, 800):
+        angles = direction_angles(*arm_directions(np.array([0.09, raised, 0.0, 1.4]), "right"), "right", previous)
+        assert np.abs(angles - previous).max() < 0.1
+        previous = angles
+    assert_allclose(previous, [0.09, 5.5, 0.0, 1.4], atol=1e-3)
+
+
 def test_whole_turns_are_gathered() -> None:
     """A windmill goes on counting; nothing wraps."""
     previous = np.radians([0.0, 10.0, 0.0, 30.0])

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -86,6 +86,28 @@ def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
         if seen and reachable(angles, arm):
             for found, wanted in zip(pointed(q[arm], arm), directions, strict=True):
                 assert_allclose(found, wanted, atol=1e-6)
+
+
+@settings(max_examples=600)
+@given(arms, st.integers(0, 10_000))
+def test_the_nearest_branch(angles: Array, seed: int) -> None:
+    """Among the closed-form solutions inside the limits, none is nearer to the joints before than the one that is taken."""
+    before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS)
+    base = RIGS["torso"].left_base.rotation
+    directions = arm_directions(angles, "left")
+    u, f = (base.T @ d for d in directions)
+    if np.hypot(u[0], u[1]) < 0.06 or np.sin(angles[3]) < 0.06:
+        return
+    nearest = np.inf
+    for sigma in (1.0, -1.0):
+        q1, q2 = np.arctan2(-sigma * u[1], -sigma * u[0]), sigma * np.arccos(u[2])
+        w = (pin.utils.rotate("z", q1) @ pin.utils.rotate("y", -q2)).T @ f
+        for epsilon in (1.0, -1.0):
+            q = np.array([q1, q2, np.arctan2(epsilon * w[1], epsilon * w[0]), epsilon * np.arccos(w[2])])
+            if (np.abs(q) < LIMITS).all():
+                nearest = min(nearest, float(np.linalg.norm(q - before)))
+    if nearest < np.inf:
+        assert np.linalg.norm(arm_joints(*directions, base, before) - before) < nearest + 1e-6
 
 
 @given(bodies(arms))
