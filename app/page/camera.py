@@ -6,20 +6,33 @@ from typing import Final
 import numpy as np
 import viser
 
+from app.page.arms import robot_of
 from scenes.rigs import Camera
+from scenes.settings import RigName, RobotName
 from scenes.simulation import Simulation
 
 BESIDE: Final = -0.22
 """By how much the middle of the view moves towards the figure beside the robots [m]."""
 
+LARGER: Final[dict[tuple[RobotName, RigName], tuple[float, float, float]]] = {
+    ("panda", "torso"): (1.00, 2.15, 1.20),
+    ("panda", "table"): (1.24, 1.85, 1.26),
+    ("ur5", "torso"): (0.97, 1.95, 1.00),
+    ("ur5", "table"): (1.20, 1.80, 1.20),
+}
+"""Two arms that reach farther than the rig's own view was made for: height of its middle, what must be seen across and up [m]."""
+
 
 def view_of(simulation: Simulation) -> Camera:
-    """Return the view of an experiment: its rig's, and wider where a person is shown beside the robots."""
-    camera = simulation.room.rig.camera
-    if simulation.settings.scene != "imitation":
-        return camera
+    """Return the view of an experiment: its rig's, but wider where the arms are longer or a person is shown beside them."""
+    room, camera = simulation.room, simulation.room.rig.camera
     x, y, z = camera.centre
-    return replace(camera, centre=(x, y + BESIDE, z), width=2.4, height=1.0)
+    if simulation.settings.scene == "imitation":
+        return replace(camera, centre=(x, y + BESIDE, z), width=2.4, height=1.0)
+    if len(room.arms) == 2 and (make := (robot_of(simulation), room.rig.name)) in LARGER:
+        z, width, height = LARGER[make]
+        return replace(camera, centre=(x, y, z), width=width, height=height)
+    return camera
 
 
 def place_camera(client: viser.ClientHandle, camera: Camera, covered: float) -> None:
