@@ -31,7 +31,7 @@ def draw(plan: Plan) -> Drawn:
         "w": (
             np.linspace(0, 0.3, 200),
             plan.either((0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3), (0.1, 0.3)),
-            "approach $w$",
+            "approach $w$ [m/s]",
             (0, 0.4),
         ),
     }
@@ -43,7 +43,16 @@ def draw(plan: Plan) -> Drawn:
         line = [closed_form(**(point | {over: float(x)})) for x in grid]
         axes.plot(grid, line, color=COLOURS.resting, linestyle=DASHES[0])
         found = [_measured(**(point | {over: float(x)})) for x in dots]
-        axes.plot(dots, [r.measured for r in found], "o", color=COLOURS.distance, markersize=5, markeredgecolor="white")
+        axes.plot(
+            dots,
+            [r.measured for r in found],
+            "o",
+            color=COLOURS.distance,
+            markersize=5,
+            markeredgecolor="white",
+            clip_on=False,
+            zorder=3,
+        )
         axes.axhline(CRITICAL_DISTANCE, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
         axes.set(xlabel=label, xlim=span, ylim=(0.1, 0.4))
         rows += [[over, float(x), r.closed_form, r.measured] for x, r in zip(dots, found, strict=True)]
