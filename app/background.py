@@ -167,6 +167,7 @@ class Background:
                 self._stop = self._context.RawArray(c_longlong, self.workers)
                 self._pool = ProcessPoolExecutor(self.workers, self._context, _begin, (self._stop,))
             pool = self._pool
+            self._stop[place] = 0  # It may be the very job that was put back here.
             with _for_children():
                 future = pool.submit(_work, job.ticket, place, job.function, job.arguments)
         except BrokenProcessPool:

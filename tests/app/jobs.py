@@ -1,0 +1,60 @@
+"""What the tests of the background have computed: in a module of its own, so that a worker need not load what tests need."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from controllers.errors import BadSetting
+
+
+class Unwanted(Exception):
+    """Nobody wants the result."""
+
+
+def double(number: float, stopped: Callable[[], bool]) -> float:
+    """Twice the number."""
+    assert not stopped()
+    return 2.0 * number
+
+
+def wait_for(path: Path, stopped: Callable[[], bool]) -> str:
+    """Leave a mark, wait for a file unless it is not wanted any more, and return its content."""
+    with (path.parent / "begun").open("a") as out:
+        out.write(f"{path.name}\n")
+    pause = threading.Event()
+    while not path.exists():
+        if stopped():
+            raise Unwanted
+        pause.wait(0.002)
+    return path.read_text()
+
+
+def note(path: Path, word: str, stopped: Callable[[], bool]) -> None:
+    """Add a word to a file."""
+    with path.open("a") as out:
+        out.write(f"{word}\n")
+
+
+def refuse(stopped: Callable[[], bool]) -> None:
+    """Find something that a person can put right."""
+    raise BadSetting("dm = 9 is out of range; give less.")
+
+
+def stumble(stopped: Callable[[], bool]) -> None:
+    """Find a mistake of the program."""
+    raise ZeroDivisionError("somewhere inside")
+
+
+def die(stopped: Callable[[], bool]) -> None:
+    """Be killed, as by a system that runs out of memory."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def who(stopped: Callable[[], bool]) -> tuple[int, int, bool, str]:
+    """Which process this is, how it lets others go first, whether it minds Ctrl+C, and its threads for linear algebra."""
+    ignores = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    return os.getpid(), os.nice(0), ignores, os.environ.get("OPENBLAS_NUM_THREADS", "")
