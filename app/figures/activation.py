@@ -33,7 +33,7 @@ def draw(plan: Plan) -> Drawn:
         "At twice d_m λ is " + ", ".join(f"{x:.3g} (n = {n})" for x, n in zip(at_twice, ORDERS, strict=True)) + ".",
         "λ never reaches 0: at 1 m, ten times d_m, it still is "
         + ", ".join(f"{x:.1g} (n = {n})" for x, n in zip(at_one, ORDERS, strict=True))
-        + ", so that for small n an arm with nothing to avoid is pushed all the same (see the far bias below).",
+        + ", so that for small n an arm with nothing to avoid is pushed all the same (see `bias`).",
         "λ is continuous, its slope is not: at d_m it jumps from 0 to −n/d_m = "
         + ", ".join(f"{-n / CRITICAL_DISTANCE:.0f}" for n in ORDERS)
         + " 1/m.",

@@ -60,7 +60,7 @@ def draw(plan: Plan) -> Drawn:
         f"The closest pair changes {switches(paper)} times while λ > {FELT:g}; the largest step of q̇ from one time step to the next is "
         f"{paper.summary.dq_step_max:.4f} rad/s. With the smooth minimum over all pairs (ours) it is "
         f"{ours.summary.dq_step_max:.4f} rad/s on the same input, with d ≥ {1000 * ours.summary.d_min:.1f} mm and "
-        f"e² ≤ {ours.summary.e2_max:.3f} m². Whether such a step is a jump shows when dt is halved, below.",
+        f"e² ≤ {ours.summary.e2_max:.3f} m². Whether such a step is a jump shows when dt is halved: see `switches`.",
     ]
     columns = ["t", "d", "d_rest", "lambda", "e2", "u", "w", "d_soft", "e2_soft"]
     picked = [paper.table[:, COLUMN[name]] for name in ("lambda", "e2", "u", "w")]
