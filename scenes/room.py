@@ -1,6 +1,6 @@
 """Rig, robots and obstacles → one Pinocchio model of everything that moves, its bodies, and the pairs that can meet."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Final
 
@@ -9,6 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Arm, Array
+from scenes.person.clips import REST
+from scenes.person.retarget import DRIVEN, natural_pose
 from scenes.rigs import ALONE, RIGS, Rig
 from scenes.robots import Capsule, Robot, robot, start_posture
 from scenes.settings import ArmName, ControlPoint, RigName, RobotName, RunSettings
@@ -90,8 +92,7 @@ def room_of(settings: RunSettings) -> Room:
     if settings.scene == "ball":
         return build_ball_room(settings.robot, settings.point)
     if settings.scene == "imitation":
-        # A person's two arms fit the laboratory's torso with LWRs, nothing else.
-        return build_room("torso")
+        return build_imitation_room()
     return build_room(settings.rig, settings.robot)
 
 
@@ -107,6 +108,19 @@ def build_room(rig_name: RigName, robot_name: RobotName = "lwr") -> Room:
     _pair_bodies(geometry, "left ", "right ")
     start = np.concatenate([start_posture(robot_name, rig_name, side) for side in SIDES])
     return Room(rig, (made, made), model, geometry, tuple(arms), start)
+
+
+@cache
+def build_imitation_room() -> Room:
+    """Return the torso with two LWRs that stand as a person does whose elbows rest at the sides, built once.
+
+    A person's two arms fit the laboratory's torso with LWRs, nothing else; and its usual start bends the elbows the other way.
+    """
+    room = build_room("torso")
+    start = room.start.copy()
+    for arm, joints in zip(room.arms, natural_pose(REST), strict=True):
+        start[arm.joints.start : arm.joints.start + DRIVEN] = joints
+    return replace(room, start=start)
 
 
 @cache

@@ -41,7 +41,7 @@ class ImitatedPerson:
 
     def begin(self) -> None:
         """Begin at the room's start posture."""
-        self._retargeter.reset()
+        self._retargeter.reset(self._start[:, :DRIVEN])
         for stage in self._filters:
             stage.reset(self._start[:, :DRIVEN])
         self.desired[:] = self._start
