@@ -89,13 +89,13 @@ class Studies:
             settings, simulation: of the run, now.
             window: gives the newest piece of its inputs of a length [s].
         """
+        if self._what_if is not None:
+            self._answer_what_if(*self._what_if, settings)
         if self._rested is not None:
             self._rested += elapsed
             if self._rested >= REST:
                 self._rested = None
                 self._ask_what_if(settings, simulation, window)
-        if self._what_if is not None:
-            self._answer_what_if(*self._what_if, settings)
         for job, (who, place) in list(self._measuring.items()):
             self._answer_measure(job, who, place)
 
@@ -129,7 +129,7 @@ class Studies:
         if job.state == "done":
             answer: WhatIf = job.result
             self.what_if = answer
-            if answer.stride > 1:
+            if answer.stride > 1 and self._rested is None:
                 self._submit_what_if(recorded, before, settings, None)
 
     def measure_smoothness(self, runs: dict[Who, tuple[Recorded | None, RunSettings]]) -> None:
@@ -155,7 +155,7 @@ class Studies:
                 self._measuring[job] = who, place
 
     def _answer_measure(self, job: Job, who: Who, place: int) -> None:
-        if job.state in ("waiting", "running"):
+        if job not in self._measuring or job.state in ("waiting", "running"):
             return
         del self._measuring[job]
         if job.state == "done" and self.smoothness is not None:

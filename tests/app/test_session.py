@@ -14,11 +14,21 @@ from app import session as session_module
 from app.session import BUDGET, LONGEST_GAP, SPEEDS, Session
 from app.settings import PageSettings, Settings
 from controllers.errors import BadSetting
+from scenes.headless import run
+from scenes.inputs import RecordedPerson
+from scenes.rerun import rerun
+from scenes.room import Room
 from scenes.settings import RunSettings, specs, values
-from scenes.targets import HandTarget
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
 
 DT = RunSettings().dt
 SPECS = specs(Settings)
+
+
+@pytest.fixture(autouse=True)
+def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However busy this machine is, no step takes any time."""
+    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
 
 
 @pytest.fixture
@@ -131,9 +141,9 @@ def test_rate_tells_the_speed(session: Session) -> None:
 def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
     clock, cost = [0.0], [BUDGET / 2]
     monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
-    real: Callable[[HandTarget | None], None] = session.simulation.step
+    real: Callable[[Target | None], None] = session.simulation.step
 
-    def slow(target: HandTarget | None) -> None:
+    def slow(target: Target | None) -> None:
         clock[0] += cost[0]
         real(target)
 
@@ -167,7 +177,7 @@ def test_a_step_longer_than_a_frame_is_saved_up_for(session: Session) -> None:
 # --- settings ------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("key", [key for key in SPECS if key not in ("scene", "rig")])
+@pytest.mark.parametrize("key", [key for key in SPECS if key not in ("scene", "rig", "robot")])
 def test_a_change_moves_nothing_by_itself(session: Session, key: str) -> None:
     for _ in range(30):
         session.advance(0.1)
@@ -208,6 +218,21 @@ def test_another_rig_is_a_fresh_start_there(session: Session) -> None:
         s.reset()
         s.advance(0.1)
     assert bits(session) == bits(fresh)
+
+
+def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(settings: RunSettings) -> Room:
+        raise BadSetting(f"{settings.robot} needs a package that is not installed.")
+
+    session.advance(0.1)
+    session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
+    before, room = session.settings, session.simulation.room
+    monkeypatch.setattr(session_module, "room_of", missing)
+    with pytest.raises(BadSetting, match="panda needs"):
+        session.change("robot", "panda")
+    assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room
+    assert session.held is not None
+    assert session.advance(0.1) == 20
 
 
 BAD: list[tuple[str, Any]] = [
@@ -260,20 +285,216 @@ def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
     assert np.linalg.norm(now - hand) > 0.05
     session.change("autopilot", True)
     target = session.target()
-    assert target is not None and np.linalg.norm(target.position - now) < 2e-3
+    assert isinstance(target, HandTarget) and np.linalg.norm(target.position - now) < 2e-3
+
+
+PEOPLE: dict[str, type] = {
+    "solo": HandTarget,
+    "ball": BallTarget,
+    "hold": HandTarget,
+    "master_slave": HandTarget,
+    "imitation": AnglesTarget,
+}
+
+
+@pytest.mark.parametrize("scene", PEOPLE)
+def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) -> None:
+    session.advance(0.1)
+    session.change("scene", scene)
+    session.change("ball", "cross")
+    assert isinstance(session.target(), PEOPLE[scene])
+    q = session.simulation.positions.copy()
+    for _ in range(10):
+        session.advance(0.1)
+    assert np.abs(session.simulation.positions - q).max() > 0.002
+    # The same person as that of a run without a page, from the first step on.
+    session.reset()
+    for _ in range(5):
+        session.advance(0.1)
+    again = run(session.settings.run, 0.5)
+    assert bits(session) == again.table.tobytes()
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        HandTarget(np.array([0.4, 0.1, 1.0])),
+        JointTarget(np.zeros(7)),
+        BallTarget(np.array([0.4, 0.1, 1.0])),
+        AnglesTarget(np.zeros((2, 4))),
+    ],
+    ids=lambda target: type(target).__name__,
+)
+def test_whatever_is_taken_hold_of_takes_over_at_once(session: Session, target: Target) -> None:
+    session.advance(0.1)
+    session.hold(target)
+    assert not session.settings.page.autopilot and session.target() is target
+    session.advance(0.1)
+    recorded = session.recorded()
+    assert recorded is not None
+    assert [type(t) for t in recorded.targets()][-20:] == [type(target)] * 20
+
+
+CHANGES: list[tuple[str, Any]] = [
+    *(("scene", "solo"), ("rig", "table"), ("guided", "left"), ("path", "circle"), ("point", "arm"), ("ball", "cross")),
+    *(("clip", "wave"), ("seed", 7), ("source", "figure")),
+]
+
+
+@pytest.mark.parametrize(("key", "value"), CHANGES)
+def test_another_person_or_place_begins_anew(session: Session, key: str, value: Any) -> None:
+    session.advance(0.1)
+    first = session.target()
+    session.change("dm", 0.12)
+    session.change("law", "barrier_qp")
+    kept = session.target()
+    assert isinstance(first, HandTarget) and isinstance(kept, HandTarget)
+    assert kept.position.tolist() == first.position.tolist()
+    session.hold(HandTarget(np.zeros(3)))
+    session.change("k", 3.0)
+    assert session.held is not None
+    session.change(key, value)
+    assert session.held is None and session.target() is None
+    session.change("autopilot", True)
+    person = session.simulation.person().target(0.0)
+    mine = session.target()
+    assert type(mine) is type(person)
+    if mine is not None and person is not None:
+        assert all(x is y is None or (x == y).all() for x, y in zip(mine, person, strict=True))
+
+
+class Pointer:
+    """A person who points at one place after the other, and notes when they were asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[float] = []
+
+    def target(self, time: float) -> HandTarget:
+        """Return a place that tells the time."""
+        self.asked.append(time)
+        return HandTarget(np.array([0.4, 0.1, 1.0 + time]))
+
+
+def test_somebody_else_may_be_invited(session: Session) -> None:
+    session.advance(0.1)
+    session.hold(HandTarget(np.zeros(3)))
+    session.advance(0.1)
+    guest = Pointer()
+    session.invite(guest)
+    assert session.held is None and session.settings.page.autopilot
+    session.advance(0.1)
+    assert np.allclose(guest.asked, np.arange(20) * DT)
+    # Whoever takes hold goes first; the guest then begins again from the beginning, like the autopilot.
+    session.hold(HandTarget(np.zeros(3)))
+    session.advance(0.1)
+    assert len(guest.asked) == 20
+    session.hold(None)
+    session.change("autopilot", True)
+    session.advance(2.0 * DT)
+    assert np.allclose(guest.asked[20:], [0.0, DT])
+    session.reset()
+    session.advance(DT)
+    assert guest.asked[-1] == 0.0
+    session.invite(None)
+    assert isinstance(session.simulation.person().target(0.0), HandTarget)
+    session.advance(DT)
+    assert len(guest.asked) == 23
+    session.invite(guest)
+    session.change("source", "camera")
+    session.advance(DT)
+    assert len(guest.asked) == 23
+
+
+def test_a_recorded_run_can_be_played_again(session: Session) -> None:
+    for _ in range(12):
+        session.advance(0.1)
+    recorded = session.recorded()
+    assert recorded is not None and recorded.steps == 240
+    before = bits(session)
+    session.reset()
+    session.change("seed", 9)
+    session.invite(RecordedPerson(recorded))
+    for _ in range(12):
+        session.advance(0.1)
+    assert bits(session) == before
+
+
+def test_what_is_recorded_can_be_made_again_to_the_last_bit(session: Session) -> None:
+    for i in range(40):
+        session.advance(0.08)
+        if i == 10:
+            session.change("dm", 0.2)
+        if i == 20:
+            session.hold(HandTarget(np.array([0.4, 0.1, 1.0]), np.eye(3).T, np.array([0.2, -0.4, 1.0])))
+        if i == 30:
+            session.toggle_pause()
+            session.single_step()
+        if i == 35:
+            session.toggle_pause()
+    for seconds in (1.0, 2.0, 99.0):
+        recorded = session.recorded(seconds)
+        assert recorded is not None
+        table = session.simulation.history.table(recorded.steps)
+        assert rerun(recorded).table.tobytes() == table.tobytes()
+    session.reset()
+    assert session.recorded() is None or session.advance(DT) == 1
+    again = session.recorded()
+    assert again is None or again.steps == 1
 
 
 def test_nudges_add_up_but_do_not_run_away(session: Session) -> None:
     simulation = session.simulation
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     session.nudge(np.array([0.0, 0.0, 0.02]))
-    assert session.held is not None and np.allclose(session.held.position, hand + np.array([0.0, 0.0, 0.02]))
+    assert isinstance(session.held, HandTarget) and np.allclose(session.held.position, hand + np.array([0.0, 0.0, 0.02]))
     assert not session.settings.page.autopilot
     for _ in range(100):
         session.nudge(np.array([0.02, 0.0, 0.02]))
     assert np.allclose(session.held.position, hand + np.array([0.3, 0.0, 0.3]))
     session.advance(0.1)
     assert np.isfinite(simulation.positions).all()
+
+
+@pytest.mark.parametrize("scene", ["solo", "hold", "master_slave"])
+@pytest.mark.parametrize("held", [None, JointTarget(np.zeros(7)), HandTarget(np.array([9.0, 9.0, 9.0]))])
+def test_a_nudge_moves_the_hand(session: Session, scene: str, held: Target | None) -> None:
+    session.change("scene", scene)
+    session.hold(held)
+    simulation = session.simulation
+    hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
+    session.nudge(np.array([0.0, 0.02, 0.0]))
+    expected = hand + (0.3 if isinstance(held, HandTarget) else np.array([0.0, 0.02, 0.0]))
+    assert isinstance(session.held, HandTarget) and np.allclose(session.held.position, expected)
+    for _ in range(20):
+        session.advance(0.1)
+    if not isinstance(held, HandTarget):
+        moved = simulation.kinematics.hand_pose(simulation.guided).translation - hand
+        assert np.linalg.norm(moved - [0.0, 0.02, 0.0]) < 5e-3
+
+
+def test_a_nudge_moves_the_ball(session: Session) -> None:
+    session.change("scene", "ball")
+    columns = session.simulation.room.ball
+    assert columns is not None
+    ball = session.simulation.positions[columns].copy()
+    session.hold(HandTarget(np.zeros(3)))
+    for _ in range(3):
+        session.nudge(np.array([0.0, 0.02, 0.0]))
+    assert isinstance(session.held, BallTarget) and np.allclose(session.held.position, ball + np.array([0.0, 0.06, 0.0]))
+    for _ in range(20):
+        session.advance(0.1)
+    assert np.allclose(session.simulation.positions[columns], session.held.position, atol=2e-3)
+    for _ in range(500):
+        session.nudge(np.array([0.02, 0.0, 0.0]))
+        session.advance(0.1)
+    assert session.held.position[0] == session_module.BALL_ROOM
+    assert abs(session.simulation.positions[columns][0] - session_module.BALL_ROOM) < 0.02
+
+
+def test_a_persons_own_arms_are_not_nudged(session: Session) -> None:
+    session.change("scene", "imitation")
+    session.nudge(np.array([0.0, 0.02, 0.0]))
+    assert session.held is None and session.settings.page.autopilot
 
 
 @pytest.mark.parametrize(

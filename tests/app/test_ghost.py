@@ -1,0 +1,269 @@
+"""The ghost: a second run under the very same hand, which the first one does not notice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app import session as session_module
+from app.session import Session
+from app.settings import Ghost, PageSettings, Settings
+from scenes.history import COLUMN
+from scenes.settings import LawName, RunSettings, SceneName, values
+from scenes.simulation import Simulation
+from scenes.targets import HandTarget
+
+LAWS: tuple[LawName, ...] = get_args(LawName)
+SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
+
+
+@pytest.fixture(autouse=True)
+def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However busy this machine is, no step takes any time."""
+    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+
+
+def at(scene: SceneName = "hold", ghost: Ghost = "off", **run: Any) -> Session:
+    """A session in a scene."""
+    return Session(Settings(RunSettings(scene=scene, **run), PageSettings(ghost=ghost)))
+
+
+def go(session: Session, seconds: float) -> None:
+    """Let so much simulated time go by."""
+    for _ in range(round(seconds / 0.1)):
+        session.advance(0.1 / session.settings.page.speed)
+
+
+def table(simulation: Simulation | None) -> np.ndarray:
+    """Its whole history."""
+    assert simulation is not None
+    return simulation.history.table()
+
+
+def the_ghost(session: Session) -> Simulation:
+    """The ghost, which is there."""
+    assert session.ghost is not None
+    return session.ghost
+
+
+# --- the run itself does not notice --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_run_keeps_its_bits_beside_any_law(law: LawName) -> None:
+    alone, haunted = at(), at()
+    for session in (alone, haunted):
+        go(session, 3.6)
+    haunted.change("ghost", law)
+    for session in (alone, haunted):
+        go(session, 2.0)
+    assert table(alone.simulation).tobytes() == table(haunted.simulation).tobytes()
+    ghost = the_ghost(haunted)
+    assert ghost.settings.law.law == law and ghost.history.count == 400 and ghost.time == haunted.simulation.time
+    if law not in ("smooth_priority", "strict_priority"):
+        assert np.abs(ghost.positions - haunted.simulation.positions).max() > 1e-4
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_run_keeps_its_bits_in_any_scene(scene: SceneName) -> None:
+    alone, haunted = at(scene, ball="cross"), at(scene, "unprotected", ball="cross")
+    for session in (alone, haunted):
+        go(session, 1.5)
+        session.change("dm", 0.2)
+        session.change("avoid", "both")
+        go(session, 0.5)
+    assert table(alone.simulation).tobytes() == table(haunted.simulation).tobytes()
+    assert the_ghost(haunted).history.count == 400
+
+
+HAND = st.lists(st.floats(-0.5, 0.5), min_size=3, max_size=3).map(lambda way: HandTarget(np.array([0.3, 0.0, 1.0]) + way))
+ACTIONS: st.SearchStrategy[Callable[[Session], object]] = st.one_of(
+    st.floats(0.0, 0.1).map(lambda elapsed: lambda s: s.advance(elapsed)),
+    HAND.map(lambda target: lambda s: s.hold(target)),
+    st.just(lambda s: s.hold(None)),
+    st.just(lambda s: s.nudge(np.array([0.0, 0.02, 0.0]))),
+    st.just(lambda s: s.toggle_pause()),
+    st.just(lambda s: s.single_step()),
+    st.just(lambda s: s.reset()),
+    *(
+        st.sampled_from(choices).map(lambda value, key=key: lambda s: s.change(key, value))
+        for key, choices in {
+            "dm": (0.1, 0.2),
+            "k": (1.0, 4.0),
+            "law": ("barrier_qp", "smooth_priority", "strict_switched"),
+            "scene": SCENES,
+            "rig": ("torso", "table"),
+            "guided": ("left", "right"),
+            "avoid": ("paper", "both", "guided"),
+            "coupled": (True, False),
+            "autopilot": (True, False),
+            "dt": (0.004, 0.008),
+            "seed": (1, 2),
+        }.items()
+    ),
+)
+HAUNT: st.SearchStrategy[Callable[[Session], object]] = st.sampled_from(get_args(Ghost)).map(
+    lambda ghost: lambda s: s.change("ghost", ghost)
+)
+
+
+@settings(max_examples=60)
+@given(st.lists(st.tuples(ACTIONS, st.none() | HAUNT), min_size=5, max_size=25))
+def test_whatever_is_done_the_run_does_not_notice(actions: list[tuple[Any, Any]]) -> None:
+    alone, haunted = at(), at()
+    for action, haunt in actions:
+        if haunt is not None:
+            haunt(haunted)
+        for session in (alone, haunted):
+            action(session)
+            session.advance(0.06)
+        ghost = haunted.ghost
+        if ghost is not None:
+            assert (ghost.steps, ghost.time) == (haunted.simulation.steps, haunted.simulation.time)
+            assert ghost.room is haunted.simulation.room and np.isfinite(ghost.positions).all()
+    assert table(alone.simulation).tobytes() == table(haunted.simulation).tobytes()
+    assert replace(haunted.settings, page=alone.settings.page) == alone.settings
+
+
+# --- what it does --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_ghost_with_the_same_settings_is_the_run(scene: SceneName) -> None:
+    session = at(scene, ball="cross")
+    go(session, 1.0)
+    session.change("ghost", "frozen")
+    go(session, 1.0)
+    session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
+    go(session, 0.5)
+    ghost = table(session.ghost)
+    assert len(ghost) == 300
+    assert ghost.tobytes() == table(session.simulation)[-300:].tobytes()
+
+
+def test_the_frozen_ghost_keeps_law_and_gain_and_nothing_else() -> None:
+    session = at()
+    session.change("dm", 0.12)
+    session.change("k", 3.0)
+    session.change("ghost", "frozen")
+    frozen = session.settings.run
+    for key, value in (("dm", 0.25), ("law", "barrier_qp"), ("pairs", "single"), ("k", 1.0), ("wmax", 0.4), ("dt", 0.004)):
+        session.change(key, value)
+    ghost = the_ghost(session).settings
+    assert (ghost.law, ghost.gain) == (frozen.law, 3.0)
+    assert replace(ghost, law=session.settings.run.law, gain=1.0) == session.settings.run
+    go(session, 1.0)
+    assert the_ghost(session).law.activation(0.13) < 1.0 == the_ghost(session).law.activation(0.12)
+    # Choosing it again is another moment.
+    session.change("ghost", "off")
+    assert session.ghost is None
+    session.change("ghost", "frozen")
+    assert the_ghost(session).settings == session.settings.run
+
+
+def test_a_ghost_with_another_law_has_all_other_settings() -> None:
+    session = at(ghost="barrier_qp")
+    for key, value in (("dm", 0.25), ("law", "unprotected"), ("k", 1.0), ("gamma", 7.0), ("wmax", 0.4)):
+        session.change(key, value)
+        present = session.settings.run
+        assert the_ghost(session).settings == replace(present, law=replace(present.law, law="barrier_qp"))
+    session.change("ghost", "potential_field")
+    assert the_ghost(session).settings.law.law == "potential_field"
+
+
+def test_a_ghost_begins_where_the_run_is() -> None:
+    session = at(ghost="unprotected")
+    go(session, 6.0)
+    simulation = session.simulation
+    assert np.abs(the_ghost(session).positions - simulation.positions).max() > 0.01
+    session.change("ghost", "barrier_qp")
+    ghost = the_ghost(session)
+    assert ghost.positions.tobytes() == simulation.positions.tobytes()
+    assert (ghost.time, ghost.steps, ghost.history.count) == (simulation.time, simulation.steps, 0)
+    go(session, 0.1)
+    rows = table(ghost)
+    assert rows[:, COLUMN["t"]].tobytes() == table(simulation)[-len(rows) :, COLUMN["t"]].tobytes()
+
+
+def test_both_are_under_the_same_hand() -> None:
+    session = at(ghost="unprotected")
+    go(session, 6.0)
+    joints = session.simulation.guided.joints
+    assert the_ghost(session).positions[joints].tobytes() == session.simulation.positions[joints].tobytes()
+    other = session.simulation.avoiding.joints
+    assert np.abs(the_ghost(session).positions[other] - session.simulation.positions[other]).max() > 0.01
+
+
+def test_reset_resets_both() -> None:
+    session = at(ghost="unprotected")
+    go(session, 5.0)
+    session.change("ghost", "frozen")
+    session.change("dm", 0.25)
+    go(session, 1.0)
+    session.reset()
+    ghost = the_ghost(session)
+    assert (ghost.time, ghost.steps, ghost.history.count) == (0.0, 0, 0)
+    assert ghost.positions.tobytes() == session.simulation.positions.tobytes()
+    assert ghost.settings.law.critical_distance == 0.15
+    go(session, 1.0)
+    fresh = Simulation(ghost.settings)
+    person = Simulation(session.settings.run).person()
+    for _ in range(200):
+        fresh.step(person.target(fresh.time))
+    assert table(ghost).tobytes() == fresh.history.table().tobytes()
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("scene", "master_slave"), ("rig", "table"), ("guided", "left"), ("scene", "ball"), ("scene", "solo")]
+)
+def test_in_another_room_or_role_the_ghost_is_made_anew(key: str, value: str) -> None:
+    session = at(ghost="unprotected")
+    go(session, 6.0)
+    old = the_ghost(session)
+    session.change(key, value)
+    ghost, simulation = the_ghost(session), session.simulation
+    assert ghost is not old and ghost.room is simulation.room and ghost.settings.law.law == "unprotected"
+    assert ghost.positions.tobytes() == simulation.positions.tobytes() and ghost.time == simulation.time
+    assert ghost.guided == simulation.guided
+    go(session, 0.5)
+    assert ghost.history.count == 100
+
+
+def test_a_link_may_bring_a_ghost() -> None:
+    session = at(ghost="frozen")
+    assert the_ghost(session).settings == session.settings.run
+    go(session, 0.5)
+    assert table(session.ghost).tobytes() == table(session.simulation).tobytes()
+
+
+def test_a_pause_and_a_single_step_are_for_both() -> None:
+    session = at(ghost="barrier_qp")
+    go(session, 0.5)
+    session.single_step()
+    session.single_step()
+    assert session.advance(0.1) == 2
+    assert the_ghost(session).steps == session.simulation.steps == 102
+
+
+def test_a_machine_that_cannot_keep_up_slows_both(monkeypatch: pytest.MonkeyPatch) -> None:
+    session = at(ghost="barrier_qp")
+    clock = [0.0]
+    monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
+    ghost = the_ghost(session)
+    real = ghost.step
+
+    def slow(target: Any) -> None:
+        clock[0] += session_module.BUDGET / 2.0
+        real(target)
+
+    monkeypatch.setattr(ghost, "step", slow)
+    made = [session.advance(0.08) for _ in range(20)]
+    assert all(0 < count < 16 for count in made) and session.pace.slowed
+    assert ghost.steps == session.simulation.steps == sum(made)
+    assert np.allclose(np.diff(table(session.ghost)[:, 0]), values(session.settings)["dt"])

@@ -1,0 +1,375 @@
+"""What a session has computed beside its run: asked when a slider rests, answered once, dropped when it is about another run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app import session as session_module
+from app.background import Background, Job
+from app.session import Session
+from app.settings import PageSettings, Settings
+from app.studies import REST, SMOOTHNESS_WINDOW
+from controllers.errors import BadSetting
+from scenes import rerun as rerun_module
+from scenes.headless import summarise
+from scenes.history import COLUMN
+from scenes.inputs import CHAPTER
+from scenes.rerun import rerun
+from scenes.settings import RunSettings
+from scenes.smoothness import SUBSTEPS
+from tests.app.test_background import TIMEOUT, until
+
+
+@pytest.fixture(autouse=True)
+def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However busy this machine is, no step takes any time."""
+    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+    monkeypatch.setattr(rerun_module, "perf_counter", lambda: 0.0)
+
+
+class Desk(Background):
+    """A background whose work is done when the test says so, in this process."""
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.jobs: list[Job] = []
+
+    def submit(
+        self,
+        owner: object,
+        kind: str,
+        function: Callable[..., Any],
+        *arguments: Any,
+        urgent: bool = False,
+        wake: Callable[[], None] = lambda: None,
+    ) -> Job:
+        """Put it on the desk."""
+        self.cancel(owner, kind)
+        job = Job(len(self.jobs), owner, kind, function, arguments, urgent)
+        job.wake = wake
+        self.jobs.append(job)
+        return job
+
+    def cancel(self, owner: object, kind: str | None = None) -> None:
+        """Take it off."""
+        for job in self.waiting():
+            if job.owner is owner and kind in (None, job.kind):
+                job.state = "dropped"
+
+    def waiting(self, kind: str = "") -> list[Job]:
+        """What is to be done of a kind."""
+        return [job for job in self.jobs if job.state == "waiting" and job.kind.startswith(kind)]
+
+    def work(self, kind: str = "") -> int:
+        """Do all of it; return how much it was."""
+        jobs = self.waiting(kind)
+        for job in jobs:
+            job.result = job.function(*job.arguments, lambda: False)
+            job.state = "done"
+            job.wake()
+        return len(jobs)
+
+
+@pytest.fixture
+def desk() -> Desk:
+    """A background without processes."""
+    return Desk()
+
+
+def running(desk: Desk, seconds: float = 5.0, **page: Any) -> Session:
+    """A session that has run for a while, with "what if" on."""
+    session = Session(Settings(RunSettings(), PageSettings(what_if=True, **page)), background=desk)
+    for _ in range(round(seconds / 0.1)):
+        session.advance(0.1)
+    desk.work("warm")
+    return session
+
+
+# --- what if -------------------------------------------------------------------------------------------------------------------
+
+
+def test_the_answer_comes_when_the_slider_rests(desk: Desk) -> None:
+    session = running(desk)
+    session.toggle_pause()
+    for d_m in (0.14, 0.13, 0.12):
+        session.change("dm", d_m)
+        session.advance(REST * 0.6)
+        assert session.computing and not desk.waiting("what if")
+    session.advance(REST * 0.6)
+    (job,) = desk.waiting("what if")
+    assert job.urgent and session.computing and session.what_if is None
+    assert desk.work("what if") == 1
+    session.advance(0.0)
+    answer = session.what_if
+    assert answer is not None and not session.computing and answer.stride == 1
+    assert answer.settings == session.settings.run and answer.settings.law.critical_distance == 0.12
+    # The curves are of the run's own clock, and what they are compared with is the run itself.
+    table = session.simulation.history.table()
+    recorded = session.recorded(30.0)
+    assert recorded is not None and recorded.steps == len(table) == 1000
+    assert answer.times.tobytes() == table[:, COLUMN["t"]].tobytes()
+    again = rerun(recorded, {"dm": 0.12})
+    assert answer.distance.tobytes() == again.table[:, COLUMN["d"]].tobytes()
+    assert answer.squared_error.tobytes() == again.table[:, COLUMN["e2"]].tobytes()
+    assert replace(answer.before, step_us_median=0.0) == replace(summarise(session.simulation, table), step_us_median=0.0)
+    assert answer.summary.d_min < answer.before.d_min - 0.01
+
+
+def test_a_slow_answer_is_a_draft_first(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = [0.0]
+
+    def tick() -> float:
+        clock[0] += 1.0
+        return clock[0]
+
+    monkeypatch.setattr(rerun_module, "perf_counter", tick)
+    session = running(desk, 3.0)
+    session.change("v", 0.6)
+    session.advance(REST)
+    session.advance(0.0)
+    desk.work("what if")
+    session.advance(0.0)
+    draft = session.what_if
+    assert draft is not None and draft.stride == 4 and session.computing
+    (job,) = desk.waiting("what if")
+    assert not job.urgent
+    desk.work("what if")
+    session.advance(0.0)
+    exact = session.what_if
+    assert exact is not None and exact.stride == 1 and not session.computing
+    assert exact.before == draft.before and len(exact.times) > 3 * len(draft.times)
+    assert exact.times[0] == draft.times[0]
+
+
+def test_moving_on_replaces_the_question(desk: Desk) -> None:
+    session = running(desk, 2.0)
+    session.change("k", 3.0)
+    session.advance(REST)
+    session.advance(0.0)
+    (old,) = desk.waiting("what if")
+    session.change("k", 4.0)
+    session.advance(REST)
+    session.advance(0.0)
+    (new,) = desk.waiting("what if")
+    assert old.state == "dropped" and new is not old
+    desk.work("what if")
+    session.advance(0.0)
+    assert session.what_if is not None and session.what_if.settings.gain == 4.0
+
+
+def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    session = running(desk, 0.1)
+    monkeypatch.setattr(session.simulation.history, "_capacity", 700)
+    session.reset()
+    for _ in range(50):
+        session.advance(0.1)
+    session.change("dm", 0.1)
+    session.toggle_pause()
+    session.advance(REST)
+    desk.work("what if")
+    session.advance(0.0)
+    answer = session.what_if
+    assert answer is not None and 700 - 2.0 * CHAPTER / 0.005 < len(answer.times) <= 700
+    assert answer.times[-1] == session.simulation.history.last().time
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("wmax", 0.5), ("theme", "dark"), ("seed", 3), ("autopilot", False), ("ghost", "frozen")]
+)
+def test_only_the_law_and_k_are_asked_about(desk: Desk, key: str, value: Any) -> None:
+    session = running(desk, 1.0)
+    session.change(key, value)
+    for _ in range(5):
+        session.advance(REST)
+    assert not session.computing and not desk.waiting("what if")
+
+
+def test_nobody_is_asked_while_it_is_off(desk: Desk) -> None:
+    session = Session(Settings(), background=desk)
+    session.advance(0.1)
+    session.change("dm", 0.1)
+    session.advance(1.0)
+    assert not desk.jobs and not session.computing
+    # Switching it on makes a process ready, and asks nothing yet.
+    session.change("whatif", True)
+    session.advance(1.0)
+    assert [job.kind for job in desk.jobs] == ["warm"]
+
+
+@pytest.mark.parametrize("end", ["off", "reset", "scene", "guided", "close"])
+def test_an_answer_about_another_run_is_dropped(desk: Desk, end: str) -> None:
+    def finish(session: Session) -> None:
+        match end:
+            case "off":
+                session.change("whatif", False)
+            case "reset":
+                session.reset()
+            case "scene":
+                session.change("scene", "solo")
+            case "guided":
+                session.change("guided", "left")
+            case _:
+                session.close()
+
+    for stage in ("asked", "computing", "answered"):
+        session = running(desk, 1.5)
+        session.change("dm", 0.12)
+        if stage != "asked":
+            session.advance(REST)
+            session.advance(0.0)
+            assert len(desk.waiting("what if")) == 1
+        if stage == "answered":
+            desk.work("what if")
+            session.advance(0.0)
+            assert session.what_if is not None
+        finish(session)
+        assert session.what_if is None and not session.computing and not desk.waiting("what if")
+        session.advance(1.0)
+        assert session.what_if is None and not desk.waiting("what if")
+
+
+def test_what_fails_is_told_and_can_be_asked_again(desk: Desk) -> None:
+    session = running(desk, 1.5)
+    session.change("dm", 0.12)
+    session.advance(REST)
+    session.advance(0.0)
+    (job,) = desk.waiting("what if")
+    job.state, job.message = "failed", "The computation was ended from outside; ask for it again."
+    session.advance(0.0)
+    assert session.study_message == job.message and session.what_if is None and not session.computing
+    session.change("dm", 0.13)
+    session.advance(REST)
+    session.advance(0.0)
+    desk.work("what if")
+    session.advance(0.0)
+    assert session.study_message == "" and session.what_if is not None
+
+
+def test_the_run_does_not_notice(desk: Desk) -> None:
+    alone, asking = Session(Settings()), running(desk, 0.0)
+    for i in range(30):
+        for session in (alone, asking):
+            session.change("dm", 0.1 + 0.001 * i)
+            session.advance(0.11)
+        desk.work()
+    assert asking.what_if is not None
+    assert asking.simulation.history.table().tobytes() == alone.simulation.history.table().tobytes()
+
+
+# --- smoothness ----------------------------------------------------------------------------------------------------------------
+
+
+def test_smoothness_of_the_law_and_of_the_ghost(desk: Desk) -> None:
+    session = running(desk, 4.5, ghost="strict_switched")
+    for _ in range(10):
+        session.advance(0.1)
+    session.measure_smoothness()
+    assert session.computing and session.smoothness is not None and not session.smoothness.finished
+    assert len(desk.waiting("smoothness")) == 2 * len(SUBSTEPS)
+    # The answers come one by one, in any order.
+    for job in reversed(desk.waiting("smoothness")[:-2]):
+        job.arguments = (job.arguments[0], job.arguments[1], 1)  # the coarsest is soon done
+        job.result, job.state = 0.5, "done"
+    session.advance(0.0)
+    law, ghost = session.smoothness.law, session.smoothness.ghost
+    assert ghost is not None and law.largest == (0.5, 0.5, 0.5, None) == ghost.largest
+    assert law.verdict == "measuring" and law.settings == session.settings.run
+    assert ghost.settings.law.law == "strict_switched"
+    assert law.seconds <= SMOOTHNESS_WINDOW + CHAPTER and law.dts == (0.005, 0.0025, 0.00125, 0.000625)
+    desk.work("smoothness")
+    session.advance(0.0)
+    assert session.smoothness.finished and not session.computing
+    ghost = session.smoothness.ghost
+    # The smooth law's true step at dt/8 is far below 0.5; the hard switch of the ghost jumps.
+    assert session.smoothness.law.largest[3] is not None and session.smoothness.law.largest[3] < 0.01
+    assert ghost is not None and ghost.largest[3] is not None and ghost.largest[3] > 0.1 and ghost.verdict == "jump"
+
+
+def test_smoothness_needs_something_to_measure(desk: Desk) -> None:
+    session = running(desk, 0.1)
+    session.measure_smoothness()
+    assert session.smoothness is None and "few seconds" in session.study_message and not desk.waiting("smoothness")
+
+
+def test_measuring_again_begins_anew_and_reset_forgets(desk: Desk) -> None:
+    session = running(desk, 1.0)
+    session.measure_smoothness()
+    first = desk.waiting("smoothness")
+    session.measure_smoothness()
+    assert all(job.state == "dropped" for job in first) and len(desk.waiting("smoothness")) == len(SUBSTEPS)
+    (job, *_) = desk.waiting("smoothness")
+    job.state, job.message = "failed", "The computation failed."
+    session.advance(0.0)
+    assert session.smoothness is None and session.study_message == "The computation failed." and not desk.waiting("smoothness")
+    session.measure_smoothness()
+    assert session.study_message == ""
+    session.reset()
+    assert session.smoothness is None and not session.computing and not desk.waiting("smoothness")
+
+
+def test_without_a_background_nothing_is_computed() -> None:
+    session = Session(Settings(page=PageSettings(what_if=True)))
+    session.advance(0.1)
+    session.change("dm", 0.1)
+    session.measure_smoothness()
+    session.advance(1.0)
+    session.close()
+    assert session.what_if is None and session.smoothness is None and not session.computing and session.study_message == ""
+
+
+# --- with real processes -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def background() -> Iterator[Background]:
+    """One real worker."""
+    background = Background(1)
+    yield background
+    background.close()
+
+
+def test_many_visitors_are_all_answered_by_one_process(background: Background) -> None:
+    sessions = [Session(Settings(page=PageSettings(what_if=True)), background=background) for _ in range(12)]
+    for i, session in enumerate(sessions):
+        for _ in range(12):
+            session.advance(0.1)
+        session.change("dm", 0.1 + 0.01 * i)
+        session.advance(REST)
+        session.advance(0.0)
+    leaving = sessions.pop(5)
+    leaving.close()
+
+    def answered() -> bool:
+        for session in sessions:
+            session.advance(0.0)
+        return all(session.what_if is not None and not session.computing for session in sessions)
+
+    until(answered, TIMEOUT)
+    for session in sessions:
+        answer = session.what_if
+        assert answer is not None and answer.stride == 1
+        assert answer.settings.law.critical_distance == session.settings.run.law.critical_distance
+        recorded = session.recorded()
+        assert recorded is not None
+        keys = {"dm": answer.settings.law.critical_distance}
+        exact = rerun(recorded, keys).table[: len(answer.times), COLUMN["d"]]
+        assert answer.distance.tobytes() == exact.tobytes()
+    assert leaving.what_if is None and background.load == (0, 0)
+
+
+def test_positive_control_a_wrong_override_would_be_told(background: Background) -> None:
+    session = Session(Settings(), background=background)
+    session.advance(0.1)
+    recorded = session.recorded()
+    assert recorded is not None
+    job = background.submit("me", "a", rerun, recorded, {"dm": 9.0}, 1, 1)
+    until(lambda: job.state in ("done", "failed"), TIMEOUT)
+    with pytest.raises(BadSetting) as caught:
+        rerun(recorded, {"dm": 9.0})
+    assert (job.state, job.message) == ("failed", str(caught.value))
+    assert np.isfinite(session.simulation.positions).all()
