@@ -1,0 +1,255 @@
+"""`lwr-duet lessons --check`: every path through every lesson, walked without a page. The right one has to pass, wrong ones have to
+fail for the reason that the lesson declares."""
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Final, Literal
+
+from app.lessons import FOLDER
+from app.lessons.lesson import Lesson, LessonBook, Step, Trial
+from app.lessons.loading import load_lessons
+from app.lessons.own_law import examine, stand_in
+from app.lessons.trials import measured, simulated, wanted
+from app.lessons.walkthrough import Phase, Walkthrough
+from controllers.errors import BadSetting
+
+WRONG_PATHS: Final = 3
+"""Wrong paths that a lesson has to have, at least."""
+
+Kind = Literal["reference", "answer", "attempt", "lesson"]
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One path through a lesson.
+
+    Attributes:
+        lesson, step: where.
+        kind: the reference, a wrong answer, a declared attempt, or what holds for the lesson as a whole.
+        name: of the path.
+        wrong: whether it is meant to fail.
+        ok: whether it went as declared.
+        text: what happened.
+        seconds: wall time.
+    """
+
+    lesson: str
+    step: str
+    kind: Kind
+    name: str
+    wrong: bool
+    ok: bool
+    text: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Lessons:
+    """List the lessons, or with --check walk every path through them: right ones must pass, wrong ones fail for the right reason."""
+
+    check: bool = False
+    """Walk every path; exit code 1 if one goes otherwise than declared."""
+    only: tuple[str, ...] = ()
+    """Names or numbers of lessons; all of them without it."""
+    folder: Path = FOLDER
+    """Where the lesson files are."""
+    out: Path | None = None
+    """Save the result of the check to this JSON file."""
+
+
+def lessons(command: Lessons) -> int:
+    """List or check; return the exit code.
+
+    Raises:
+        BadSetting: there is no such lesson, or the JSON file cannot be written.
+    """
+    book = load_lessons(command.folder)
+    chosen = _chosen(book, command.only)
+    for problem in book.problems:
+        print(f"left out: {problem}")
+    if not command.check:
+        for lesson in chosen:
+            print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
+        return 1 if book.problems else 0
+    if command.out is not None and not command.out.resolve().parent.is_dir():
+        raise BadSetting(f"out = {command.out}: there is no folder {command.out.resolve().parent}; make it first.")
+    walks = [walk for lesson in chosen for walk in check_lesson(book, lesson)]
+    print(table_text(walks))
+    if command.out is not None:
+        data = {"problems": [str(p) for p in book.problems], "walks": [asdict(walk) for walk in walks]}
+        try:
+            command.out.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise BadSetting(f"out = {command.out}: cannot be written ({error.strerror}).") from None
+    return 0 if walks and not book.problems and all(walk.ok for walk in walks) else 1
+
+
+def _chosen(book: LessonBook, only: tuple[str, ...]) -> tuple[Lesson, ...]:
+    for name in only:
+        if not any(name in (lesson.id, str(lesson.number)) for lesson in book.lessons):
+            book.index(name)
+    return tuple(le for le in book.lessons if not only or le.id in only or str(le.number) in only)
+
+
+def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
+    """Return every path through a lesson."""
+    walks = [*_timed(lesson, lesson.steps[0], "reference", "the right answers", False, lambda: _reference(book, lesson))]
+    for number, step in enumerate(lesson.steps):
+        question = step.question
+        for i in range(len(question.choices)) if question is not None else ():
+            if question is not None and i != question.right:
+                name = f"answer {i + 1}"
+                walks += _timed(lesson, step, "answer", name, True, lambda n=number, i=i: _wrong_answer(book, lesson, n, i))
+        for trial in step.trials:
+            walks += _timed(
+                lesson, step, "attempt", trial.name, bool(trial.fails), lambda n=number, t=trial: _attempt(book, lesson, n, t)
+            )
+    wrong = sum(walk.wrong and walk.ok for walk in walks)
+    text = f"{wrong} wrong paths fail as declared; at least {WRONG_PATHS} are asked for"
+    walks.append(Walk(lesson.id, "", "lesson", "wrong paths", False, wrong >= WRONG_PATHS, text, 0.0))
+    untried = [s.id for s in lesson.steps if s.challenge is not None and not any(not t.fails for t in s.trials)]
+    if untried:
+        text = f"no declared attempt passes the challenge of {', '.join(untried)}"
+        walks.append(Walk(lesson.id, untried[0], "lesson", "challenges", False, False, text, 0.0))
+    return tuple(walks)
+
+
+class Astray(Exception):
+    """A path went otherwise than declared; the message says how."""
+
+
+def _timed(lesson: Lesson, step: Step, kind: Kind, name: str, wrong: bool, walk: Callable[[], str]) -> Iterator[Walk]:
+    begin = perf_counter()
+    try:
+        ok, text = True, walk()
+    except Astray as error:
+        ok, text = False, str(error)
+    yield Walk(lesson.id, step.id, kind, name, wrong, ok, text, round(perf_counter() - begin, 3))
+
+
+def _ensure(condition: bool, text: str) -> None:
+    if not condition:
+        raise Astray(text)
+
+
+def _reference(book: LessonBook, lesson: Lesson) -> str:
+    """Walk a lesson with the right answers and the first attempt that passes; return what was measured."""
+    walk = Walkthrough(book)
+    walk.go(lesson.id)
+    found: list[str] = []
+    for number, step in enumerate(lesson.steps):
+        where = f"step {number + 1}, {step.id}"
+        _ensure(walk.step is step, f"{where}: the way leads to {walk.step.id} instead")
+        if step.question is not None:
+            _ensure(walk.locked and not walk.next(), f"{where}: Run is not locked before an answer is chosen")
+            walk.choose(step.question.right)
+        _ensure(walk.phase is Phase.DO, f"{where}: after the answer comes {walk.phase}")
+        outcome = walk.observe(simulated(walk.setup))
+        if walk.phase is Phase.DO:
+            walk.next()
+        for m, values in outcome.known(step).items():
+            _ensure(all(v is not None for v in values), f"{where}: the run does not tell {m}")
+        if step.question is not None:
+            supported = step.question.supported(outcome.answer(step.question))
+            expected = supported in (None, step.question.right) if not step.question.expects else supported == step.question.right
+            _ensure(expected, f"{where}: measured {outcome.answer(step.question)}, which does not speak for the right answer")
+            _ensure(walk.verdict is not None and walk.verdict.right, f"{where}: the right answer is not called right")
+        found += [m.text(values[0]) for m, values in zip(step.measurements, outcome.values, strict=True)]
+        while walk.phase is not walk.phases[-1]:
+            walk.next()
+        if step.challenge is not None:
+            trial = next((t for t in step.trials if not t.fails), None)
+            _ensure(trial is not None, f"{where}: no attempt is declared that passes")
+            if trial is not None:
+                _ensure(_tried(walk, step, trial) == (), f"{where}: {walk.view().attempt}")
+                _ensure(walk.done.passed, f"{where}: the challenge was passed, but is not noted")
+        _ensure("{measured" not in str(walk.view().texts), f"{where}: a number is left open in the text")
+        walk.next()
+    return ", ".join(found)
+
+
+def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) -> str:
+    """Give a wrong answer; return what was said to it."""
+    walk = Walkthrough(book)
+    walk.go(lesson.id, number)
+    question = walk.step.question
+    _ensure(walk.choose(answer) and question is not None, "the answer was not taken")
+    outcome = walk.observe(simulated(walk.setup))
+    if walk.phase is Phase.DO:
+        walk.next()
+    verdict = walk.verdict
+    _ensure(verdict is not None and not verdict.right, "the wrong answer is called right")
+    assert verdict is not None and question is not None
+    decides = outcome.answer(question)
+    _ensure(question.supported(decides) != answer, f"measured {decides}, which speaks for the wrong answer")
+    m = walk.step.measurements[0]
+    text = m.text(outcome.values[0][0])
+    if walk.show_why():
+        why = walk.observe(simulated(walk.setup))
+        decides = why.answer(question)
+        _ensure(walk.done.why is not None and decides is not None, "the run that shows why does not tell")
+        speaks = question.supported(decides) == answer
+        if question.choices[answer].otherwise:
+            _ensure(speaks, f"the run in which the answer would be right gives {decides}: it does not speak for it")
+        else:
+            _ensure(not speaks, f"the run that shows why gives {decides}: it speaks for the wrong answer")
+        text += f", and {m.text(why.values[0][0])} in the run that shows why"
+    return text
+
+
+def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str:
+    """Try a challenge in a declared way; return what was said to it."""
+    walk = Walkthrough(book)
+    walk.go(lesson.id, number)
+    step = walk.step
+    if step.question is not None:
+        walk.choose(step.question.right)
+    while walk.phase is not Phase.CHALLENGE and walk.next():
+        pass
+    failed = _tried(walk, step, trial)
+    attempt = walk.done.last
+    assert attempt is not None
+    _ensure(
+        set(failed) == set(trial.fails), f"fails by {failed or 'nothing'} instead of {trial.fails or 'nothing'}: {attempt.text}"
+    )
+    _ensure(walk.done.passed == (not trial.fails), "the attempt is noted otherwise than it went")
+    return attempt.text
+
+
+def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
+    """Return by which inequalities a trial fails."""
+    if trial.law:
+        attempt = walk.attempt_own_law(examine(stand_in(trial.law)).judgements)
+    else:
+        attempt = walk.attempt(simulated(trial.setup), _said(step, trial))
+    _ensure(attempt is not None, "the challenge took no attempt")
+    assert attempt is not None
+    return attempt.failed
+
+
+def _said(step: Step, trial: Trial) -> tuple[float | None, ...]:
+    """Return the forecasts of a trial; one that names a measurement is what that gives under the forecast's settings."""
+    assert step.challenge is not None
+    said: list[float | None] = []
+    for forecast, given in zip(step.challenge.forecasts, trial.forecasts, strict=True):
+        if isinstance(given, str):
+            m = next(m for m in step.measurements if m.id == given)
+            said.append(measured(step.challenge.setup.with_changes(forecast.changes), wanted((m,)))[0])
+        else:
+            said.append(given)
+    return tuple(said)
+
+
+def table_text(walks: list[Walk]) -> str:
+    """Return the walks as a table, a line each, with a line that sums them up."""
+    lines = [
+        f"{'ok  ' if walk.ok else 'FAIL'} {walk.lesson:20.20s} {walk.step:20.20s} {walk.kind:9s} {walk.name:24.24s} {walk.text:.200s}"
+        for walk in walks
+    ]
+    failed, wrong = sum(not walk.ok for walk in walks), sum(walk.wrong for walk in walks)
+    seconds = sum(walk.seconds for walk in walks)
+    lines.append(f"{len(walks)} paths, {wrong} of them wrong ones; {failed} went otherwise than declared; {seconds:.1f} s.")
+    return "\n".join(lines)

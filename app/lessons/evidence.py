@@ -1,0 +1,132 @@
+"""A run, finished or still going on, as it can be measured. Nothing here touches the simulation's own kinematics."""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from controllers.kinematics import Arm, Array, Kinematics
+from controllers.proximity import Proximity, ProximityDetector
+from scenes.history import COLUMN
+from scenes.room import Room
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+
+SAMPLES: Final = 600
+"""Rows of a run at which a place that has to be computed from the joints is looked at, at most."""
+
+
+class Evidence:
+    """What a run has left behind.
+
+    Args:
+        simulation: whose run it is.
+        until: rows from this time on do not count [s].
+        newest: only so many rows, the newest; None for all.
+
+    Attributes:
+        settings: with which the run ended.
+        table: its rows (rows, columns of `scenes.history`), oldest first; the history may have forgotten the first of them.
+        arm: the arm whose task is shown.
+    """
+
+    def __init__(self, simulation: Simulation, until: float = float("inf"), newest: int | None = None) -> None:
+        self._simulation = simulation
+        self.settings: RunSettings = simulation.settings
+        table = simulation.history.table(newest)
+        self.table: Array = table[table[:, COLUMN["t"]] < until - 1e-9]
+        self.arm: Arm = simulation.avoiding
+
+    @property
+    def rows(self) -> int:
+        """How many steps there are."""
+        return len(self.table)
+
+    @property
+    def whole(self) -> bool:
+        """Return whether the run is here from its first step on."""
+        return self.rows > 0 and float(self.table[0, COLUMN["t"]]) == 0.0
+
+    def column(self, name: str) -> Array:
+        """Return one column (rows,), see `scenes.history.SCALARS`."""
+        return self.table[:, COLUMN[name]]
+
+    @property
+    def times(self) -> Array:
+        """Time of every row (rows,) [s]."""
+        return self.column("t")
+
+    @property
+    def positions(self) -> Array:
+        """q of everything that moves (rows, nv) [rad, m]."""
+        return self._simulation.history.positions(self.table)
+
+    @property
+    def velocities(self) -> Array:
+        """q̇ of the arm (rows, n) [rad/s]."""
+        return self._simulation.history.velocities(self.table)[:, self.arm.joints]
+
+    @property
+    def desired(self) -> Array:
+        """q_d of the arm (rows, n) [rad], nan where it follows nothing."""
+        return self._simulation.history.desired(self.table)[:, self.arm.joints]
+
+    @property
+    def room(self) -> Room:
+        """Where."""
+        return self._simulation.room
+
+    @property
+    def speed_limits(self) -> Array:
+        """Top speeds of the arm's joints (n,) [rad/s]."""
+        return self.room.model.velocityLimit[self.arm.joints]
+
+    def row_at(self, time: float) -> int | None:
+        """Return the row nearest to a time [s]; None if the run does not reach it, or has forgotten it."""
+        times, half = self.times, self.settings.dt * 0.75
+        if not len(times):
+            return None
+        row = int(np.abs(times - time).argmin())
+        return row if abs(float(times[row]) - time) <= half else None
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """Of its own."""
+        return Kinematics(self.room.model, self.room.arms)
+
+    @cached_property
+    def _detector(self) -> ProximityDetector:
+        return ProximityDetector(self.kinematics, self.room.geometry)
+
+    def stand(self, row: int) -> Kinematics:
+        """Return the kinematics with the arms as they were in a row."""
+        self.kinematics.update(np.ascontiguousarray(self.positions[row]))
+        return self.kinematics
+
+    def near(self, row: int) -> Proximity:
+        """Return what was near in a row, as the law saw it."""
+        self.stand(row)
+        return self._detector.detect(self.settings.law.pairs, self.settings.law.beta)
+
+    def lever(self, row: int) -> Array:
+        """Return J_d (n,) of the arm in a row [m/rad]."""
+        return self.near(row).row[self.arm.joints].copy()
+
+    def hand(self, row: int) -> Array:
+        """Return where the arm's hand was (3,) [m]."""
+        return self.stand(row).hand_pose(self.arm).translation.copy()
+
+    def elbow(self, row: int) -> Array:
+        """Return where the arm's elbow was (3,) [m]."""
+        return self.stand(row).joint_point(self.arm.elbow)
+
+    def looks(self) -> list[int]:
+        """Return the rows at which the whole run is looked at: evenly, at most `SAMPLES`, the last one among them."""
+        if not self.rows:
+            return []
+        return sorted({round(x) for x in np.linspace(0, self.rows - 1, min(self.rows, SAMPLES))})
+
+    def along(self, what: Callable[[int], Array]) -> Array:
+        """Return something at the rows of `looks` (k, …)."""
+        return np.array([what(row) for row in self.looks()])

@@ -1,0 +1,371 @@
+"""What a lesson is, as data: steps, questions, runs, measurements, challenges. `loading` makes it from Markdown files."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, Literal, TypeVar, get_args
+
+from app.lessons.measures import Value, shown_value
+from app.lessons.places import Start
+from app.settings import Details, Settings
+from controllers.errors import BadSetting
+from scenes.settings import RunSettings, Spec, changed, specs
+
+Pairs = tuple[tuple[str, Any], ...]
+"""Key and value, in order: a dictionary that can be compared and hashed."""
+
+Camera = Literal["room", "hand", "elbow", "between", "top"]
+"""From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
+
+InputKind = Literal["autopilot", "nobody", "yours", "script", "file", "kept"]
+"""Who moves what can be moved: the experiment's own seeded person, nobody, the student, a script, a recorded file, or what the student
+did in an earlier step."""
+
+PLOTS: Final[tuple[str, ...]] = ("distance", "error", *(name for name in get_args(Details) if name != "none"))
+"""Plots that a step may show."""
+
+MOST_PLOTS: Final = 2
+MOST_NUMBERS: Final = 3
+HINTS: Final = 3
+
+LONGEST: Final = 60.0
+"""Longest run of a step [s]."""
+
+S = TypeVar("S", RunSettings, Settings)
+
+
+@dataclass(frozen=True)
+class Input:
+    """Who moves what can be moved.
+
+    Attributes:
+        kind: see `InputKind`.
+        name: of a script, of a file beside the lesson, or of what was kept.
+        parameters: of a script.
+        fallback: who moves as long as nothing was kept under that name.
+    """
+
+    kind: InputKind
+    name: str = ""
+    parameters: Pairs = ()
+    fallback: "Input | None" = None
+
+
+AUTOPILOT: Final = Input("autopilot")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One run: everything that decides how it goes.
+
+    Attributes:
+        changes: settings by key that are not as they are at first, of the run and of the page.
+        input: who moves.
+        start: where everything begins; None for the room's start.
+        seconds: after which the outcome is measured [s].
+        folder: where its files are.
+    """
+
+    changes: Pairs
+    input: Input
+    start: Start | None
+    seconds: float
+    folder: Path
+
+    def settings(self, start: Settings) -> Settings:
+        """Return these settings: the run wholly the lesson's, the page as it was but for what the lesson says."""
+        settings = replace(start, run=RunSettings())
+        for key, value in self.changes:
+            settings = changed(settings, key, value)
+        return settings
+
+    @property
+    def run(self) -> RunSettings:
+        """Return the settings of the run."""
+        return self.settings(Settings()).run
+
+    def with_changes(self, changes: Pairs) -> "Setup":
+        """Return the same run with further settings."""
+        return replace(self, changes=merged(self.changes, changes))
+
+
+def merged(first: Pairs, then: Pairs) -> Pairs:
+    """Return both; what is in both is as in the second."""
+    return tuple((dict(first) | dict(then)).items())
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A further run that a measurement is compared with: the settings that differ, and a start of its own if it has one."""
+
+    changes: Pairs
+    start: Start | None = None
+
+    def setup(self, base: Setup) -> Setup:
+        """Return that run."""
+        setup = base.with_changes(self.changes)
+        return setup if self.start is None else replace(setup, start=self.start)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A number that is measured in a run.
+
+    Attributes:
+        id: by which a text names it.
+        name: of the function, see `measures`.
+        parameters: of the function.
+        unit: in which it is shown.
+        digits: after the point.
+        compare: further runs in which the same is measured.
+    """
+
+    id: str
+    name: str
+    parameters: Pairs
+    unit: str
+    digits: int
+    compare: tuple[Compared, ...] = ()
+
+    def text(self, value: Value) -> str:
+        """Return a value as it is read, with its unit."""
+        return shown_value(value, self.name, self.unit, self.digits)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A possible answer.
+
+    Attributes:
+        text: as it is read.
+        reply: what is said to it when the outcome is known.
+        why: a run that shows why it is wrong; None for the right one, and where the step's own run shows it.
+        otherwise: whether that run shows the case in which the answer would be right, rather than that it is wrong here.
+    """
+
+    text: str
+    reply: str
+    why: Setup | None = None
+    otherwise: bool = False
+
+
+Expectation = float | tuple[float, float]
+"""What the first measurement of a step would be if a choice were right: the nearest number wins, or the range that holds it."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is to be predicted.
+
+    Attributes:
+        text: the question.
+        choices: two to six.
+        right: index of the right one.
+        expects: one for each choice, or none: then the outcome does not decide between them by itself.
+        ratio: whether it is about the first measurement over its first comparison.
+    """
+
+    text: str
+    choices: tuple[Choice, ...]
+    right: int
+    expects: tuple[Expectation, ...] = ()
+    ratio: bool = False
+
+    def answer(self, values: tuple[Value, ...]) -> Value:
+        """Return what decides, of the first measurement's value and its comparisons; None if the run does not tell."""
+        if not self.ratio:
+            return values[0] if values else None
+        if len(values) < 2 or values[0] is None or not values[1]:
+            return None
+        return values[0] / values[1]
+
+    def supported(self, value: Value) -> int | None:
+        """Return the index of the choice that a measured value speaks for; None if it speaks for none."""
+        if value is None or value != value or not self.expects:
+            return None
+        ranges = [e for e in self.expects if isinstance(e, tuple)]
+        if ranges:
+            return next((i for i, e in enumerate(self.expects) if isinstance(e, tuple) and e[0] <= value <= e[1]), None)
+        numbers = [float(e) for e in self.expects if not isinstance(e, tuple)]
+        return min(range(len(numbers)), key=lambda i: abs(numbers[i] - value))
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """An inequality that a challenge asks for: low ≤ measured ≤ high, in SI units; None where there is no bound."""
+
+    measurement: Measurement
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """A number that the student says beforehand.
+
+    Attributes:
+        measurement: what is measured then.
+        changes: settings that differ from the challenge's run.
+        within: largest relative error.
+    """
+
+    measurement: Measurement
+    changes: Pairs
+    within: float
+
+
+@dataclass(frozen=True)
+class Challenge:
+    """What the software checks.
+
+    Attributes:
+        text: what is asked for.
+        setup: with what it begins; the student may change the settings.
+        criteria: all must hold.
+        forecasts: all must be near enough.
+        own_law: whether a controller of the student's own is to pass the six tests of `own_law`.
+        keep: name under which the student's motion is kept for a later step; "" if it is not.
+    """
+
+    text: str
+    setup: Setup
+    criteria: tuple[Criterion, ...]
+    forecasts: tuple[Forecast, ...]
+    own_law: bool
+    keep: str
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A way to try a challenge, declared with the lesson so that `check` can walk it.
+
+    Attributes:
+        name: of the way.
+        setup: how the run goes.
+        forecasts: what is said beforehand, in the order of the challenge's; a text names a measurement that gives the number.
+        law: name of the law that stands in for the student's own.
+        fails: identities of the inequalities that are missed, all of them; empty if it passes.
+    """
+
+    name: str
+    setup: Setup
+    forecasts: tuple[float | str, ...]
+    law: str
+    fails: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing to learn.
+
+    Attributes:
+        id: unique in its lesson.
+        title, goal, do, observe, explain: texts in Markdown with LaTeX; observe and explain may be "".
+        setup: the run.
+        question: None if there is nothing to predict.
+        measurements: what is measured in the run; the first one answers the question.
+        challenge: None if there is none.
+        hints: three, or none.
+        trials: declared ways to try the challenge.
+        camera: from where one looks.
+        plots: at most two.
+        numbers: at most three live measurements.
+        marks: angles by which the elbow's place at the start is turned about the line from shoulder to wrist [rad]: marks to touch.
+    """
+
+    id: str
+    title: str
+    goal: str
+    do: str
+    observe: str
+    explain: str
+    setup: Setup
+    question: Question | None
+    measurements: tuple[Measurement, ...]
+    challenge: Challenge | None
+    hints: tuple[str, ...]
+    trials: tuple[Trial, ...]
+    camera: Camera
+    plots: tuple[str, ...]
+    numbers: tuple[Measurement, ...]
+    marks: tuple[float, ...]
+
+    @property
+    def yours(self) -> bool:
+        """Return whether the student moves."""
+        return self.setup.input.kind == "yours"
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """A lesson.
+
+    Attributes:
+        id: name of its file without number and ending, unique in its folder.
+        number: where it stands.
+        file: name of its file.
+        language: of its texts.
+        title, goal: texts.
+        equations: of the paper, as a person reads them, such as "1–6".
+        minutes: how long it takes.
+        steps: at least one.
+    """
+
+    id: str
+    number: int
+    file: str
+    language: str
+    title: str
+    goal: str
+    equations: str
+    minutes: int
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong with a file, and where."""
+
+    file: str
+    line: int
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.file}, line {self.line}: {self.message}"
+
+
+@dataclass(frozen=True)
+class LessonBook:
+    """All lessons of a folder that could be read, in order, and what was wrong with the others."""
+
+    lessons: tuple[Lesson, ...]
+    problems: tuple[Problem, ...]
+
+    def index(self, id: str) -> int:
+        """Return where a lesson stands.
+
+        Raises:
+            BadSetting: there is none of that name.
+        """
+        for i, lesson in enumerate(self.lessons):
+            if lesson.id == id:
+                return i
+        names = ", ".join(lesson.id for lesson in self.lessons) or "none: the folder holds no lesson"
+        raise BadSetting(f"There is no lesson {id[:40]!r}; choose from {names}.")
+
+
+def page_value(key: str, value: object) -> str:
+    """Return a setting's value as a person reads it on the page, with its unit."""
+    spec: Spec = specs(Settings)[key]
+    if spec.choices:
+        return spec.choice_labels[spec.choices.index(str(value))] if spec.choice_labels else str(value)
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, (int, float)):
+        return f"{value * spec.page_scale:.6g} {spec.page_unit}".rstrip()
+    return str(value)
+
+
+def settings_text(changes: Pairs) -> str:
+    """Return settings as a person reads them: "n = 2, dt = 5 ms"."""
+    known = specs(Settings)
+    return ", ".join(f"{known[key].label} = {page_value(key, value)}" for key, value in changes)

@@ -1,0 +1,145 @@
+"""A folder of Markdown files → lessons. A file that cannot be read is named with its line; the others still load."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, Literal
+
+from app.lessons import FOLDER
+from app.lessons.lesson import Lesson, LessonBook, Problem, Step
+from app.lessons.markdown import Fault, Sheet, StepPart, read_items, read_sheet
+from app.lessons.steps import read_lesson, read_step, step_texts
+
+Language = Literal["en", "de", "sl"]
+
+LANGUAGES: Final[tuple[Language, ...]] = ("en", "de", "sl")
+"""English is complete; the others fall back to it."""
+
+MOST_BYTES: Final = 200_000
+"""Largest lesson file."""
+
+_NAME: Final = re.compile(r"^(\d{1,3})-([a-z0-9-]+)(?:\.([a-z]{2}))?\.md$")
+
+
+def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook:
+    """Return the lessons of a folder in their order, and what was wrong with those that could not be read. Never raises.
+
+    A lesson is a file `NN-name.md`; `NN-name.de.md` beside it carries its texts in another language. Files whose name does not begin
+    with a digit are none of ours.
+
+    Args:
+        folder: where the files are.
+        language: of the texts; what is not translated stays English.
+    """
+    try:
+        files = sorted(path for path in folder.iterdir() if path.suffix == ".md" and path.name[0].isdigit())
+    except OSError as error:
+        return LessonBook((), (Problem(str(folder), 1, f"the folder cannot be read ({error.strerror})."),))
+    lessons: list[Lesson] = []
+    problems: list[Problem] = []
+    for path in files:
+        name = _NAME.match(path.name)
+        if name is None:
+            message = "the name of a lesson is like 01-redundancy.md, of a translation like 01-redundancy.de.md."
+            problems.append(Problem(path.name, 1, message))
+        elif name[3] is None:
+            try:
+                lesson = _read(path, int(name[1]), name[2])
+                if any(other.id == lesson.id or other.number == lesson.number for other in lessons):
+                    raise Fault(1, "another lesson has the same number or name; every lesson has its own.")
+                lessons.append(lesson)
+            except Fault as fault:
+                problems.append(Problem(path.name, fault.line, fault.message))
+        elif name[3] not in LANGUAGES[1:]:
+            problems.append(Problem(path.name, 1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}."))
+        elif not (folder / f"{name[1]}-{name[2]}.md").is_file():
+            problems.append(Problem(path.name, 1, f"is a translation of {name[1]}-{name[2]}.md, which is not there."))
+    if language != "en":
+        lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
+    if not lessons and not problems:
+        problems.append(
+            Problem(str(folder), 1, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
+        )
+    return LessonBook(tuple(sorted(lessons, key=lambda lesson: lesson.number)), tuple(problems))
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise Fault(1, f"the file is larger than {MOST_BYTES // 1000} kB; a lesson is a few pages of text.")
+        data = path.read_bytes()
+    except OSError as error:
+        raise Fault(1, f"the file cannot be read ({error.strerror}).") from None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise Fault(line, "the file is no UTF-8 text; save it as UTF-8.") from None
+
+
+def _read(path: Path, number: int, id: str) -> Lesson:
+    sheet = read_sheet(_text(path))
+    common = read_lesson(sheet, path.parent)
+    steps: list[Step] = []
+    for part in sheet.steps:
+        step = read_step(part, common)
+        if any(other.id == step.id for other in steps):
+            raise Fault(part.line, f"two steps are called {step.id}; give one of them another id.")
+        steps.append(step)
+    return Lesson(id, number, path.name, "en", sheet.head.title, sheet.head.text, common.equations, common.minutes, tuple(steps))
+
+
+def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[Problem]) -> Lesson:
+    """Return the lesson with the texts of another language, or as it is if there are none or they do not fit."""
+    path = folder / lesson.file.replace(".md", f".{language}.md")
+    if not path.is_file():
+        return lesson
+    try:
+        sheet = read_sheet(_text(path))
+        _compare(sheet, lesson)
+        steps = tuple(_with_texts(step, part) for step, part in zip(lesson.steps, sheet.steps, strict=True))
+    except Fault as fault:
+        problems.append(Problem(path.name, fault.line, fault.message))
+        return lesson
+    return replace(lesson, language=language, title=sheet.head.title, goal=sheet.head.text, steps=steps)
+
+
+def _compare(sheet: Sheet, lesson: Lesson) -> None:
+    if len(sheet.steps) != len(lesson.steps):
+        line = sheet.steps[-1].line
+        raise Fault(line, f"has {len(sheet.steps)} steps, but {lesson.file} has {len(lesson.steps)}; translate all of them.")
+    for part in (sheet.head, *sheet.steps):
+        if part.blocks:
+            raise Fault(part.blocks[0].line, f"a translation carries texts only; the blocks stay in {lesson.file}.")
+
+
+def _with_texts(step: Step, part: StepPart) -> Step:
+    texts = step_texts(part, step)
+    question = step.question
+    if question is not None:
+        asked, items = read_items(part.sections["Predict"])
+        if len(items) != len(question.choices):
+            line = part.sections["Predict"].line
+            raise Fault(line, f"has {len(items)} answers, but the English step has {len(question.choices)}.")
+        choices = tuple(replace(c, text=i.text, reply=i.quote or c.reply) for c, i in zip(question.choices, items, strict=True))
+        question = replace(question, text=asked, choices=choices)
+    challenge = step.challenge
+    if challenge is not None:
+        challenge = replace(challenge, text=texts["Challenge"])
+    hints = step.hints
+    if hints:
+        _, items = read_items(part.sections["Hints"])
+        if len(items) != len(hints):
+            raise Fault(part.sections["Hints"].line, f"has {len(items)} hints; there must be {len(hints)}.")
+        hints = tuple(item.text for item in items)
+    return replace(
+        step,
+        title=part.title,
+        goal=texts["Goal"],
+        do=texts["Do"],
+        observe=texts["Observe"],
+        explain=texts["Explain"],
+        question=question,
+        challenge=challenge,
+        hints=hints,
+    )

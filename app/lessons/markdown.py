@@ -1,0 +1,178 @@
+"""The text side of a lesson file: headings, blocks, questions and hints, each with its line. Knows nothing of what the blocks mean."""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+SECTIONS: Final = ("Goal", "Predict", "Do", "Observe", "Explain", "Challenge", "Hints")
+"""Headings within a step, in their order."""
+
+_FENCE: Final = re.compile(r"^ {0,3}(`{3,}|~{3,})\s*([\w-]*)\s*$")
+_HEADING: Final = re.compile(r"^(#{1,6})\s+(.*?)\s*#*\s*$")
+_ITEM: Final = re.compile(r"^ {0,3}(\d{1,3})[.)]\s+(\S.*)$")
+_QUOTE: Final = re.compile(r"^\s*>\s?(.*)$")
+
+
+class Fault(Exception):
+    """A file cannot be read.
+
+    Args:
+        line: of the file, from 1.
+        message: what is wrong, and the remedy.
+    """
+
+    def __init__(self, line: int, message: str) -> None:
+        super().__init__(message)
+        self.line, self.message = line, message
+
+
+@dataclass
+class Block:
+    """The lines of a fenced block; `line` is that of the first of them."""
+
+    line: int
+    lines: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Part:
+    """The lines under a heading; `line` is that of the heading."""
+
+    title: str
+    line: int
+    lines: list[str] = field(default_factory=list)
+    blocks: list[Block] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """Return the lines as one text, without empty ones at either end."""
+        return "\n".join(self.lines).strip()
+
+
+@dataclass
+class StepPart(Part):
+    """A step: what stands before its first section, and the sections by name."""
+
+    sections: dict[str, Part] = field(default_factory=dict)
+
+
+@dataclass
+class Sheet:
+    """A whole file: what stands under the title, and the steps."""
+
+    head: Part
+    steps: list[StepPart]
+
+
+@dataclass(frozen=True)
+class Item:
+    """One entry of a numbered list: its text, the quoted lines under it, and its line."""
+
+    text: str
+    quote: str
+    line: int
+
+
+def read_sheet(text: str, marker: str = "duet") -> Sheet:
+    """Return the structure of a lesson's Markdown.
+
+    Raises:
+        Fault: a heading is missing or out of place, or a fence is left open.
+    """
+    head: Part | None = None
+    steps: list[StepPart] = []
+    here: Part | None = None
+    fence, block, opened = "", None, 0
+    for number, line in enumerate(text.splitlines(), 1):
+        found = _FENCE.match(line)
+        if fence:
+            closes = found is not None and not found[2] and found[1][0] == fence[0] and len(found[1]) >= len(fence)
+            if not closes:
+                (block.lines if block is not None else here.lines if here else []).append(line)
+                continue
+            if block is None and here is not None:
+                here.lines.append(line)
+            fence, block = "", None
+            continue
+        if found is not None:
+            if here is None:
+                raise Fault(number, "a block stands before the title; begin the file with a line like “# Title”.")
+            fence, opened = found[1], number
+            if found[2] == marker:
+                block = Block(number + 1)
+                (steps[-1] if steps else here).blocks.append(block)
+            else:
+                here.lines.append(line)
+            continue
+        heading = _HEADING.match(line)
+        if heading is None:
+            if here is not None:
+                here.lines.append(line)
+            elif line.strip():
+                raise Fault(number, "text stands before the title; begin the file with a line like “# Title”.")
+            continue
+        level, title = len(heading[1]), heading[2].strip()
+        if not title:
+            raise Fault(number, "the heading has no text; write a title behind the #.")
+        if level == 1:
+            if head is not None:
+                raise Fault(number, "there is a second title; a file holds one lesson, its steps begin with ##.")
+            here = head = Part(title, number)
+        elif head is None:
+            raise Fault(number, "a step stands before the title; begin the file with a line like “# Title”.")
+        elif level == 2:
+            here = StepPart(title, number)
+            steps.append(here)
+        elif level == 3:
+            here = _section(steps, title, number)
+        elif here is not None:
+            here.lines.append(line)
+    if fence:
+        raise Fault(opened, f"the block that begins here is never closed; end it with a line {fence}.")
+    if head is None:
+        raise Fault(1, "there is no title; begin the file with a line like “# Title”.")
+    if not steps:
+        raise Fault(head.line, "the lesson has no step; begin one with a line like “## First step”.")
+    return Sheet(head, steps)
+
+
+def _section(steps: list[StepPart], title: str, number: int) -> Part:
+    if not steps:
+        raise Fault(number, f"“### {title[:40]}” stands outside any step; begin a step with ##.")
+    step = steps[-1]
+    if title not in SECTIONS:
+        raise Fault(number, f"there is no section “{title[:40]}”; choose from {', '.join(SECTIONS)}.")
+    if title in step.sections:
+        raise Fault(number, f"the section “{title}” is there twice; a step has each once.")
+    if step.sections and SECTIONS.index(title) < max(SECTIONS.index(name) for name in step.sections):
+        raise Fault(number, f"“{title}” comes too late; the order is {', '.join(SECTIONS)}.")
+    step.sections[title] = Part(title, number)
+    return step.sections[title]
+
+
+def read_items(part: Part) -> tuple[str, tuple[Item, ...]]:
+    """Return the text before a numbered list, and its entries.
+
+    An entry may go on in further lines; quoted lines under it (`> …`) are its quote.
+
+    Raises:
+        Fault: the numbers do not run 1, 2, 3 …
+    """
+    before: list[str] = []
+    items: list[tuple[list[str], list[str], int]] = []
+    for number, line in enumerate(part.lines, part.line + 1):
+        entry, quote = _ITEM.match(line), _QUOTE.match(line)
+        if entry is not None:
+            if int(entry[1]) != len(items) + 1:
+                raise Fault(number, f"the list says {entry[1]} where {len(items) + 1} comes next; number it 1, 2, 3 …")
+            items.append(([entry[2].strip()], [], number))
+        elif not items:
+            before.append(line)
+        elif quote is not None:
+            items[-1][1].append(quote[1].strip())
+        elif line.strip():
+            if items[-1][1]:
+                raise Fault(number, "text follows the reply of an answer; write > before it, or put it into the next section.")
+            items[-1][0].append(line.strip())
+    made = tuple(Item(" ".join(text), "\n".join(reply).strip(), line) for text, reply, line in items)
+    return "\n".join(before).strip(), made

@@ -1,0 +1,175 @@
+"""What can be measured in a run: functions by name, with their unit, and how a value is read."""
+
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
+
+from app.lessons.evidence import Evidence
+from controllers.errors import BadSetting
+
+Value = float | None
+"""None: this run does not tell, or not yet."""
+
+UNITS: Final[dict[tuple[str, str], tuple[float, str]]] = {
+    ("", ""): (1.0, ""),
+    ("", "%"): (100.0, "%"),
+    ("m", "m"): (1.0, "m"),
+    ("m", "cm"): (100.0, "cm"),
+    ("m", "mm"): (1000.0, "mm"),
+    ("rad", "rad"): (1.0, "rad"),
+    ("rad", "deg"): (180.0 / math.pi, "°"),
+    ("m/s", "m/s"): (1.0, "m/s"),
+    ("m/s", "mm/s"): (1000.0, "mm/s"),
+    ("rad/s", "rad/s"): (1.0, "rad/s"),
+    ("rad/s", "deg/s"): (180.0 / math.pi, "°/s"),
+    ("s", "s"): (1.0, "s"),
+    ("s", "ms"): (1000.0, "ms"),
+    ("1/s", "1/s"): (1.0, "1/s"),
+    ("m/rad", "m/rad"): (1.0, "m/rad"),
+}
+"""(SI unit, unit shown) → factor, and what stands behind the number."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that can be measured.
+
+    Attributes:
+        name: of the function.
+        label: what a person calls it; its parameters may stand in it in braces.
+        unit: SI.
+        shown: the usual unit for reading.
+        digits: after the point, in that unit.
+        live: whether it looks at the newest step only, so that it can be shown all the time.
+        about: first line of the docstring.
+        function: (evidence, **parameters) → value.
+    """
+
+    name: str
+    label: str
+    unit: str
+    shown: str
+    digits: int
+    live: bool
+    about: str
+    function: Callable[..., Value]
+
+    @property
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        """Return its parameters by name."""
+        return dict(list(inspect.signature(self.function).parameters.items())[1:])
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Return the units in which it can be shown."""
+        return tuple(shown for unit, shown in UNITS if unit == self.unit)
+
+
+QUANTITIES: Final[dict[str, Quantity]] = {}
+"""All, by name. Filled by the modules beside this one."""
+
+
+def quantity(
+    label: str, unit: str, shown: str, digits: int, live: bool = False
+) -> Callable[[Callable[..., Value]], Callable[..., Value]]:
+    """Make a function of `Evidence` known as something that can be measured; see `Quantity` for the arguments."""
+
+    def note(function: Callable[..., Value]) -> Callable[..., Value]:
+        about = (function.__doc__ or "").strip().splitlines()[0].removeprefix("Return ")
+        QUANTITIES[function.__name__] = Quantity(function.__name__, label, unit, shown, digits, live, about, function)
+        return function
+
+    return note
+
+
+def checked_parameters(name: str, given: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+    """Return the parameters of a measurement, checked.
+
+    Raises:
+        BadSetting: there is no such measurement or parameter, one is missing, or a value is not possible.
+    """
+    if name not in QUANTITIES:
+        raise BadSetting(f"There is no measurement {name[:40]!r}; choose from {', '.join(sorted(QUANTITIES))}.")
+    found = QUANTITIES[name]
+    return read_parameters(f"measurement {name}", found.function, found.parameters, given)
+
+
+def read_parameters(
+    what: str, function: Callable[..., Any], wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]
+) -> tuple[tuple[str, Any], ...]:
+    """Return keyword arguments for a function, checked against its signature: numbers, flags and choices.
+
+    Raises:
+        BadSetting: see `checked_parameters`.
+    """
+    for key in given:
+        if key not in wanted:
+            raise BadSetting(f"{what} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}.")
+    hints, found = get_type_hints(function), []
+    for key, parameter in wanted.items():
+        if key not in given:
+            if parameter.default is inspect.Parameter.empty:
+                raise BadSetting(f"{what} needs the parameter {key!r}.")
+            continue
+        found.append((key, _read(f"{what}: {key}", hints.get(key, float), given[key])))
+    return tuple(found)
+
+
+def _read(what: str, kind: Any, value: object) -> Any:
+    if get_origin(kind) is Literal:
+        if value in get_args(kind):
+            return value
+        raise BadSetting(f"{what} = {value!r:.40} is not possible; choose from {', '.join(get_args(kind))}.")
+    if kind is str:
+        if isinstance(value, str):
+            return value
+        raise BadSetting(f"{what} = {value!r:.40} is not a text.")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise BadSetting(f"{what} = {value!r:.40} is not a number.")
+    if abs(value) > 1e6:
+        raise BadSetting(f"{what} = {value:g} is too large; SI units are meant.")
+    return float(value)
+
+
+def measure(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> Value:
+    """Return a measurement of a run; None if the run does not tell."""
+    value = QUANTITIES[name].function(evidence, **dict(parameters))
+    return None if value is None or math.isnan(value) else float(value)
+
+
+def shown_value(value: Value, name: str, unit: str, digits: int) -> str:
+    """Return a value as it is read: "88.2 mm"; "–" if there is none."""
+    if value is None:
+        return "–"
+    factor, sign = UNITS[QUANTITIES[name].unit, unit]
+    number = value * factor
+    if math.isinf(number):
+        text = "∞" if number > 0.0 else "−∞"
+    else:
+        text = f"{number:.{digits}f}"
+        if not text.strip("-0."):
+            text = text.lstrip("-")
+        text = text.replace("-", "−")
+    return text + sign if sign in ("°", "%") else f"{text} {sign}".rstrip()
+
+
+_SHOWN: Final[dict[str, tuple[str, str]]] = {
+    "angle": ("rad", "deg"),
+    "distance": ("m", "mm"),
+    "gap": ("m", "mm"),
+    "time": ("s", "s"),
+    "since": ("s", "s"),
+    "until": ("s", "s"),
+}
+"""Parameter → its SI unit and the one in which it is read."""
+
+
+def shown_parameter(name: str, value: object) -> str:
+    """Return a parameter of a measurement as it is read."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return str(value)
+    factor, sign = UNITS[_SHOWN.get(name, ("", ""))]
+    text = f"{value * factor:.3g}".replace("-", "−")
+    return text + sign if sign == "°" else f"{text} {sign}".rstrip()

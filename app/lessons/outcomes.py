@@ -1,0 +1,238 @@
+"""What came out: measured numbers, verdicts on predictions, judgements on challenges. Pure functions of evidence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from app.lessons.evidence import Evidence
+from app.lessons.labels import label_of
+from app.lessons.lesson import (
+    Challenge,
+    Criterion,
+    Forecast,
+    Measurement,
+    Pairs,
+    Question,
+    Setup,
+    Step,
+    page_value,
+    settings_text,
+)
+from app.lessons.measures import Value, measure
+from app.lessons.texts import Measured
+from app.lessons.trials import comparisons, measured, wanted
+from app.lessons.words import say
+from scenes.settings import RunSettings, specs, values
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of a step came to.
+
+    Attributes:
+        values: of the step's measurements, each followed by its comparisons.
+        complete: whether the run was long enough.
+        reference: whether it is the reference run's, because the student's run did not get that far.
+        unlike: settings of the run, by key, that are not as the question says.
+    """
+
+    values: tuple[tuple[Value, ...], ...]
+    complete: bool
+    reference: bool = False
+    unlike: Pairs = ()
+
+    def answer(self, question: Question) -> Value:
+        """Return what decides on the question; None if the run does not tell."""
+        return question.answer(self.values[0]) if self.values else None
+
+    def known(self, step: Step) -> Measured:
+        """Return the values by the identity of their measurement."""
+        return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
+
+    def lines(self, step: Step, language: str) -> tuple[str, ...]:
+        """Return every number with its name as a person reads it, and what has to be said about the run."""
+        lines: list[str] = []
+        for m, found in zip(step.measurements, self.values, strict=True):
+            parts = [say(language, "measured", label=label_of(m, language), value=m.text(found[0]))]
+            for compared, value in zip(m.compare, found[1:], strict=True):
+                parts.append(say(language, "compared", settings=settings_text(compared.changes), value=m.text(value)))
+            lines.append("; ".join(parts) + ".")
+        if self.reference:
+            lines.append(say(language, "reference"))
+        if self.unlike:
+            lines.append(say(language, "unlike", settings=settings_text(self.unlike)))
+        return tuple(lines)
+
+
+def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> Outcome:
+    """Return what a run of a step came to.
+
+    Args:
+        setup: of the run: the step's own, or one that shows why an answer is wrong.
+        evidence: of the run so far.
+        time: simulated so far [s].
+    """
+    found = tuple((measure(evidence, m.name, m.parameters), *comparisons(setup, m)) for m in step.measurements)
+    complete = time >= setup.seconds - 0.5 * evidence.settings.dt and evidence.rows > 0
+    return Outcome(found, complete, False, unlike(setup.run, evidence.settings))
+
+
+def reference(step: Step, setup: Setup) -> Outcome:
+    """Return what the step's run comes to if it is left to itself."""
+    own = measured(setup, wanted(step.measurements))
+    found = tuple((value, *comparisons(setup, m)) for value, m in zip(own, step.measurements, strict=True))
+    return Outcome(found, True, True)
+
+
+def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
+    """Return the settings, by key, that a run had otherwise than asked."""
+    before, after = values(asked), values(had)
+    return tuple((key, value) for key, value in after.items() if before[key] != value)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is said to a prediction.
+
+    Attributes:
+        right: whether it is the right one.
+        headline: in a word.
+        reply: why, in Markdown, with the numbers of this run.
+        lines: the outcome, measured.
+    """
+
+    right: bool
+    headline: str
+    reply: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One inequality of a challenge.
+
+    Attributes:
+        id: which.
+        passed: whether it holds.
+        text: what was measured, what was asked, and by how much it is missed.
+        value: measured, SI.
+    """
+
+    id: str
+    passed: bool
+    text: str
+    value: Value
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A try at a challenge: every inequality judged; a note if the run cannot count."""
+
+    passed: bool
+    judgements: tuple[Judgement, ...]
+    note: str = ""
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Identities of the inequalities that are missed."""
+        return tuple(j.id for j in self.judgements if not j.passed)
+
+    @property
+    def text(self) -> str:
+        """Return all that is to be said, the misses first."""
+        ordered = sorted(self.judgements, key=lambda j: j.passed)
+        return " ".join((self.note, *(j.text for j in ordered))).strip()
+
+
+def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None], language: str = "en") -> Attempt:
+    """Return how a run stands up to a challenge.
+
+    Args:
+        said: forecasts, in their order; what is missing counts as not given.
+    """
+    judgements = [
+        judged(c, measure(evidence, c.measurement.name, c.measurement.parameters), challenge.setup.seconds, language)
+        for c in challenge.criteria
+    ]
+    for i, forecast in enumerate(challenge.forecasts):
+        number = said[i] if i < len(said) else None
+        judgements.append(_foretold(forecast, number, challenge.setup, language))
+    return Attempt(all(j.passed for j in judgements) and bool(judgements), tuple(judgements))
+
+
+def judged(criterion: Criterion, value: Value, seconds: float, language: str = "en") -> Judgement:
+    """Return whether an inequality holds, and by how much it is missed.
+
+    Args:
+        value: measured, SI.
+        seconds: how long a run has to go on that does not tell yet [s].
+    """
+    m, low, high = criterion.measurement, criterion.low, criterion.high
+    label = label_of(m, language)
+    if value is None:
+        text = say(language, "unmeasured", label=label, seconds=f"{seconds:g} s")
+        return Judgement(m.id, False, text, None)
+    if low is not None and high == low:
+        passed = abs(value - low) <= 1e-9 * max(1.0, abs(low))
+        sentence = "passed_equal" if passed else "not_equal"
+        return Judgement(m.id, passed, say(language, sentence, label=label, value=_text(m, value), bound=_text(m, low)), value)
+    missed = low - value if low is not None and value < low else value - high if high is not None and value > high else 0.0
+    if missed > 0.0:
+        bound = low if low is not None and value < low else high
+        assert bound is not None
+        shown, digits = _apart(m, value, bound)
+        sentence = "too_little" if value < bound else "too_much"
+        missing = _text(m, missed, digits)
+        return Judgement(
+            m.id, False, say(language, sentence, label=label, value=shown, bound=_text(m, bound, digits), missing=missing), value
+        )
+    if low is not None and high is not None:
+        text = say(language, "passed_range", label=label, value=_text(m, value), low=_text(m, low), high=_text(m, high))
+    else:
+        bound = low if low is not None else high
+        assert bound is not None
+        sentence = "passed_low" if low is not None else "passed_high"
+        text = say(language, sentence, label=label, value=_text(m, value), bound=_text(m, bound))
+    return Judgement(m.id, True, text, value)
+
+
+def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
+    if m.name == "setting" and value is not None:
+        return page_value(str(dict(m.parameters)["key"]), setting_value(str(dict(m.parameters)["key"]), value))
+    return Measurement(m.id, m.name, m.parameters, m.unit, m.digits if digits is None else digits).text(value)
+
+
+def setting_value(key: str, value: float) -> object:
+    """Return the value of a setting that the measurement `setting` gave as a number."""
+    spec = specs()[key]
+    if spec.choices:
+        return spec.choices[min(max(int(value), 0), len(spec.choices) - 1)]
+    present = values(RunSettings())[key]
+    return bool(value) if isinstance(present, bool) else value
+
+
+def _apart(m: Measurement, value: float, bound: float) -> tuple[str, int]:
+    """Return a missed value with enough digits to be told from the bound, and how many these are."""
+    for digits in range(m.digits, 10):
+        if _text(m, value, digits) != _text(m, bound, digits):
+            return _text(m, value, digits), digits
+    return _text(m, value, 9), 9
+
+
+def _foretold(forecast: Forecast, said: float | None, setup: Setup, language: str) -> Judgement:
+    m = forecast.measurement
+    settings = settings_text(forecast.changes)
+    (value,) = measured(setup.with_changes(forecast.changes), wanted((m,)))
+    if said is None or value is None:
+        return Judgement(m.id, False, say(language, "forecast_none", settings=settings), value)
+    error = abs(said - value) / abs(value) if value else float("inf")
+    passed = error <= forecast.within
+    text = say(
+        language,
+        "forecast_right" if passed else "forecast_wrong",
+        settings=settings,
+        said=m.text(said),
+        value=m.text(value),
+        error=f"{100.0 * error:.1f}%",
+        within=f"{100.0 * forecast.within:g}%",
+    )
+    return Judgement(m.id, passed, text, value)

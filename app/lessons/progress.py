@@ -1,0 +1,190 @@
+"""What a student has done, as plain data that survives a reload: to JSON and back, whatever the JSON turns out to be."""
+
+import json
+import math
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from app.lessons.lesson import Pairs
+from app.lessons.measures import Value
+from app.lessons.outcomes import Attempt, Judgement, Outcome
+from app.settings import Settings
+from scenes.settings import specs
+
+VERSION: Final = 1
+MOST_WORDS: Final = 4000
+"""Characters of a student's own words in a step."""
+
+
+@dataclass
+class StepProgress:
+    """What a student has done in one step.
+
+    Attributes:
+        choice: index of the answer; None before the first.
+        outcome: of the step's run.
+        why: of the run that shows why the answer is wrong.
+        hints: how many are open.
+        attempts: how often the challenge was tried.
+        passed: whether it was ever passed.
+        last: the newest attempt.
+        words: what the student wrote.
+    """
+
+    choice: int | None = None
+    outcome: Outcome | None = None
+    why: Outcome | None = None
+    hints: int = 0
+    attempts: int = 0
+    passed: bool = False
+    last: Attempt | None = None
+    words: str = ""
+
+    @property
+    def untouched(self) -> bool:
+        """Return whether nothing was done here."""
+        return self == StepProgress()
+
+
+@dataclass
+class Progress:
+    """What a student has done, and where they are.
+
+    Attributes:
+        lesson, step, phase: where, by name.
+        steps: (lesson, step) → what was done there.
+    """
+
+    lesson: str = ""
+    step: str = ""
+    phase: str = ""
+    steps: dict[tuple[str, str], StepProgress] = field(default_factory=dict)
+
+    def at(self, lesson: str, step: str) -> StepProgress:
+        """Return what was done in a step; made if there is nothing."""
+        return self.steps.setdefault((lesson, step), StepProgress())
+
+
+def to_json(progress: Progress) -> str:
+    """Return everything as text."""
+    return json.dumps(
+        {
+            "version": VERSION,
+            "lesson": progress.lesson,
+            "step": progress.step,
+            "phase": progress.phase,
+            "steps": [
+                {
+                    "lesson": lesson,
+                    "step": step,
+                    "choice": p.choice,
+                    "outcome": _outcome_data(p.outcome),
+                    "why": _outcome_data(p.why),
+                    "hints": p.hints,
+                    "attempts": p.attempts,
+                    "passed": p.passed,
+                    "last": _attempt_data(p.last),
+                    "words": p.words,
+                }
+                for (lesson, step), p in progress.steps.items()
+                if not p.untouched
+            ],
+        },
+        allow_nan=False,
+    )
+
+
+def from_json(text: str) -> Progress:
+    """Return what a text says; a part that cannot be read is left out, and nothing is raised."""
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        return Progress()
+    if not isinstance(data, dict) or data.get("version") != VERSION:
+        return Progress()
+    progress = Progress(_word(data.get("lesson")), _word(data.get("step")), _word(data.get("phase")))
+    steps = data.get("steps")
+    for entry in steps if isinstance(steps, list) else []:
+        if isinstance(entry, dict) and _word(entry.get("lesson")) and _word(entry.get("step")):
+            progress.steps[_word(entry["lesson"]), _word(entry["step"])] = StepProgress(
+                _count(entry.get("choice"), 99),
+                _outcome(entry.get("outcome")),
+                _outcome(entry.get("why")),
+                _count(entry.get("hints"), 99) or 0,
+                _count(entry.get("attempts"), 10**9) or 0,
+                entry.get("passed") is True,
+                _attempt(entry.get("last")),
+                str(entry.get("words") or "")[:MOST_WORDS],
+            )
+    return progress
+
+
+def _word(value: object) -> str:
+    return value[:80] if isinstance(value, str) else ""
+
+
+def _count(value: object, most: int) -> int | None:
+    return value if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most else None
+
+
+def _outcome_data(outcome: Outcome | None) -> dict[str, Any] | None:
+    if outcome is None:
+        return None
+    # JSON knows no infinity, which is a distance where nothing can be met.
+    values = [[str(v) if v is not None and math.isinf(v) else v for v in row] for row in outcome.values]
+    unlike = [list(pair) for pair in outcome.unlike]
+    return {"values": values, "complete": outcome.complete, "reference": outcome.reference, "unlike": unlike}
+
+
+def _outcome(data: object) -> Outcome | None:
+    if not isinstance(data, dict) or not isinstance(data.get("values"), list):
+        return None
+    rows = [row for row in data["values"] if isinstance(row, list)]
+    values = tuple(tuple(_value(v) for v in row) for row in rows)
+    return Outcome(values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")))
+
+
+def _value(value: object) -> Value:
+    if value in ("inf", "-inf"):
+        return float(str(value))
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _pairs(data: object) -> Pairs:
+    known = specs(Settings)
+    return tuple(
+        (str(pair[0]), pair[1])
+        for pair in (data if isinstance(data, list) else [])
+        if isinstance(pair, list)
+        and len(pair) == 2
+        and pair[0] in known
+        and isinstance(pair[1], (str, int, float))
+        and (not known[pair[0]].choices or pair[1] in known[pair[0]].choices)
+    )
+
+
+def _attempt_data(attempt: Attempt | None) -> dict[str, Any] | None:
+    if attempt is None:
+        return None
+    judgements = [
+        {"id": j.id, "passed": j.passed, "text": j.text, "value": j.value if j.value is None or math.isfinite(j.value) else None}
+        for j in attempt.judgements
+    ]
+    return {"passed": attempt.passed, "note": attempt.note, "judgements": judgements}
+
+
+def _attempt(data: object) -> Attempt | None:
+    if not isinstance(data, dict) or not isinstance(data.get("judgements"), list):
+        return None
+    judgements = tuple(
+        Judgement(_word(j.get("id")), j.get("passed") is True, str(j.get("text") or "")[:1000], _value(j.get("value")))
+        for j in data["judgements"]
+        if isinstance(j, dict)
+    )
+    return Attempt(data.get("passed") is True, judgements, str(data.get("note") or "")[:1000])

@@ -1,0 +1,283 @@
+"""People who do the same thing every time: one a script, named in a lesson, a pure function of the room and its parameters."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal, Protocol
+
+import numpy as np
+import pinocchio as pin
+
+from app.lessons.measures import read_parameters
+from app.lessons.places import Place, ball_centre
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+from scenes.autopilot import quintic
+from scenes.cast import Person
+from scenes.room import BALL_RADIUS, POINT_RADIUS
+from scenes.simulation import Simulation
+from scenes.targets import BallTarget, HandTarget, Target
+
+HAND_SCENES: Final = ("hold", "master_slave")
+BALL_SCENES: Final = ("ball",)
+SOLO_SCENES: Final = ("solo",)
+
+
+class Script(Protocol):
+    """What a script is: a frozen dataclass of its parameters."""
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who does it, in a simulation that has just begun."""
+        ...
+
+
+@dataclass(frozen=True)
+class Doer:
+    """A person whose wish is a function of the time."""
+
+    wish: Callable[[float], Target | None]
+
+    def target(self, time: float) -> Target | None:
+        """Return what they want at a time [s]."""
+        return self.wish(time)
+
+
+def _hand(simulation: Simulation) -> Array:
+    simulation.kinematics.update(simulation.positions)
+    return simulation.kinematics.hand_pose(simulation.guided).translation.copy()
+
+
+@dataclass(frozen=True)
+class Push:
+    """Your hand goes straight for the other arm's hand, wrist or elbow at a constant speed, and on past it.
+
+    Parameters: speed [m/s]; at; after, how long it waits first [s]; seconds, how long it pushes before it stays where it is.
+    """
+
+    speed: float
+    at: Literal["hand", "wrist", "elbow"] = "hand"
+    after: float = 1.0
+    seconds: float = 60.0
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who pushes."""
+        begin, kinematics, other = _hand(simulation), simulation.kinematics, simulation.avoiding
+        goal = {
+            "hand": kinematics.hand_pose(other).translation.copy(),
+            "wrist": kinematics.joint_point(other.wrist),
+            "elbow": kinematics.joint_point(other.elbow),
+        }[self.at]
+        way = (goal - begin) / max(float(np.linalg.norm(goal - begin)), 1e-9) * self.speed
+        return Doer(lambda time: HandTarget(begin + way * min(max(time - self.after, 0.0), self.seconds)))
+
+
+@dataclass(frozen=True)
+class PushAndBack:
+    """Your hand goes for the other arm's hand by a share of the way, softly, waits, and comes back; again and again.
+
+    Parameters: share of the way; seconds for the way there [s]; rest, how long it waits at either end [s].
+    """
+
+    share: float = 0.7
+    seconds: float = 3.0
+    rest: float = 1.0
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who pushes and draws back."""
+        begin = _hand(simulation)
+        way = (simulation.kinematics.hand_pose(simulation.avoiding).translation.copy() - begin) * self.share
+        return Doer(lambda time: HandTarget(begin + way * to_and_fro(time, self.seconds, self.rest)))
+
+
+def to_and_fro(time: float, seconds: float, rest: float) -> float:
+    """Return the share in [0, 1] of a way that is gone softly, to and fro, with a rest before each: 0 at time 0."""
+    leg, t = divmod(max(time, 0.0), seconds + rest)
+    share, _ = quintic(min(max((t - rest) / max(seconds, 1e-9), 0.0), 1.0))
+    return 1.0 - share if int(leg) % 2 else share
+
+
+@dataclass(frozen=True)
+class HandTo:
+    """Your hand, or the one that keeps its place in a room of one arm, goes by a way at a constant speed, and stays there.
+
+    Parameters: x, y, z of the way [m]; speed [m/s].
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    speed: float = 0.1
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who leads the hand."""
+        begin, way = _hand(simulation), np.array([self.x, self.y, self.z])
+        length = float(np.linalg.norm(way))
+        return Doer(lambda time: HandTarget(begin + way * (min(self.speed * time, length) / length if length else 0.0)))
+
+
+@dataclass(frozen=True)
+class HandCircle:
+    """Your hand draws an upright circle about its place at the start. Parameters: radius [m]; period, of a round [s]."""
+
+    radius: float = 0.1
+    period: float = 6.0
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who draws."""
+        begin = _hand(simulation)
+
+        def wish(time: float) -> Target:
+            phase = 2.0 * np.pi * time / max(self.period, 1e-3)
+            return HandTarget(begin + self.radius * np.array([0.0, np.sin(phase), 1.0 - np.cos(phase)]))
+
+        return Doer(wish)
+
+
+@dataclass(frozen=True)
+class ElbowTo:
+    """The elbow swings to one side, then to the other, and on like this, while the hand is held where it is.
+
+    Parameters: angle to either side about the line from shoulder to wrist [rad]; period, there, across and back [s].
+    """
+
+    angle: float = 0.4
+    period: float = 8.0
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who pulls at the elbow."""
+        kinematics, arm = simulation.kinematics, simulation.avoiding
+        kinematics.update(simulation.positions)
+        pose = kinematics.hand_pose(arm)
+        hand, rotation = pose.translation.copy(), pose.rotation.copy()
+        shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
+        axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
+
+        def wish(time: float) -> Target:
+            turn = pin.exp3(axis * (self.angle * np.sin(2.0 * np.pi * time / max(self.period, 1e-3))))
+            return HandTarget(hand, rotation, shoulder + turn @ (elbow - shoulder))
+
+        return Doer(wish)
+
+
+@dataclass(frozen=True)
+class BallTo:
+    """The ball goes straight to a place at a constant speed, and stays there.
+
+    Parameters: place; speed [m/s]; after, how long it waits first [s].
+    """
+
+    place: Place
+    speed: float = 0.2
+    after: float = 0.0
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who carries the ball."""
+        begin = _ball(simulation)
+        way = ball_centre(simulation.room, self.place) - begin
+        length = float(np.linalg.norm(way))
+
+        def wish(time: float) -> Target:
+            gone = min(self.speed * max(time - self.after, 0.0), length)
+            return BallTarget(begin + way * (gone / length if length else 0.0))
+
+        return Doer(wish)
+
+
+@dataclass(frozen=True)
+class BallPush:
+    """The ball goes straight for the hand, as it stands at the start, at a constant speed, and on past it.
+
+    Parameters: speed [m/s]; after, how long it waits first [s]; gap, where it stops [m], negative for beyond the hand.
+    """
+
+    speed: float
+    after: float = 0.5
+    gap: float = -1.0
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who pushes the ball."""
+        begin = _ball(simulation)
+        goal = _hand(simulation)
+        way = goal - begin
+        distance = max(float(np.linalg.norm(way)), 1e-9)
+        longest = max(distance - self.gap - BALL_RADIUS - POINT_RADIUS, 0.0)
+
+        def wish(time: float) -> Target:
+            return BallTarget(begin + way * (min(self.speed * max(time - self.after, 0.0), longest) / distance))
+
+        return Doer(wish)
+
+
+@dataclass(frozen=True)
+class BallCircle:
+    """The ball goes round in an upright circle that begins where it lies. Parameters: radius [m]; period, of a round [s]."""
+
+    radius: float = 0.15
+    period: float = 6.0
+
+    def person(self, simulation: Simulation) -> Person:
+        """Return who carries the ball."""
+        begin = _ball(simulation)
+
+        def wish(time: float) -> Target:
+            phase = 2.0 * np.pi * time / max(self.period, 1e-3)
+            return BallTarget(begin + self.radius * np.array([np.sin(phase), 0.0, 1.0 - np.cos(phase)]))
+
+        return Doer(wish)
+
+
+def _ball(simulation: Simulation) -> Array:
+    columns = simulation.room.ball
+    assert columns is not None
+    return simulation.positions[columns].copy()
+
+
+@dataclass(frozen=True)
+class Known:
+    """A script and where it has something to move."""
+
+    make: type
+    scenes: tuple[str, ...]
+
+
+SCRIPTS: Final[dict[str, Known]] = {
+    "push": Known(Push, HAND_SCENES),
+    "push_and_back": Known(PushAndBack, HAND_SCENES),
+    "hand_to": Known(HandTo, HAND_SCENES + SOLO_SCENES),
+    "hand_circle": Known(HandCircle, HAND_SCENES + SOLO_SCENES),
+    "elbow_to": Known(ElbowTo, SOLO_SCENES),
+    "ball_to": Known(BallTo, BALL_SCENES),
+    "ball_push": Known(BallPush, BALL_SCENES),
+    "ball_circle": Known(BallCircle, BALL_SCENES),
+}
+"""All, by name."""
+
+
+def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tuple[str, Any], ...]:
+    """Return the parameters of a script, checked; a `Place` among them has been made before.
+
+    Raises:
+        BadSetting: there is no such script or parameter, a value is not possible, or it has nothing to move in the scene.
+    """
+    if name not in SCRIPTS:
+        raise BadSetting(f"There is no script {name[:40]!r}; choose from {', '.join(SCRIPTS)}.")
+    known = SCRIPTS[name]
+    if scene not in known.scenes:
+        fitting = ", ".join(other for other, one in SCRIPTS.items() if scene in one.scenes) or "none: nothing can be moved there"
+        raise BadSetting(f"The script {name} has nothing to move in the scene {scene}; choose from {fitting}.")
+    places = {key: value for key, value in given.items() if isinstance(value, Place)}
+    wanted = dict(inspect.signature(known.make).parameters)
+    for key in places:
+        if key not in wanted or wanted[key].annotation is not Place:
+            raise BadSetting(f"script {name}: {key} is no place; choose from {', '.join(wanted)}.")
+    plain = {key: parameter for key, parameter in wanted.items() if parameter.annotation is not Place}
+    numbers = read_parameters(f"script {name}", known.make, plain, {k: v for k, v in given.items() if k not in places})
+    missing = [key for key, parameter in wanted.items() if parameter.annotation is Place and key not in places]
+    if missing:
+        raise BadSetting(f"script {name} needs the place {missing[0]!r}.")
+    return (*numbers, *places.items())
+
+
+def script(name: str, parameters: tuple[tuple[str, Any], ...]) -> Script:
+    """Return a script with checked parameters."""
+    return SCRIPTS[name].make(**dict(parameters))

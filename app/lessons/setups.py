@@ -1,0 +1,157 @@
+"""Who moves, from where, with which settings and for how long: the part of a block that describes a run."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, cast, get_args
+
+from app.lessons.blocks import NEEDED, Table, is_number, shown
+from app.lessons.lesson import LONGEST, Input, Pairs, Setup, merged
+from app.lessons.markdown import Fault
+from app.lessons.places import Anchor, Place, Start, ball_centre, start_positions
+from app.lessons.scripts import checked_script
+from app.settings import Settings
+from controllers.errors import BadInputFile, BadSetting
+from scenes.recording import read_inputs
+from scenes.room import room_of
+from scenes.settings import changed
+
+SHORTEST: Final = 0.1
+"""Shortest run [s]."""
+
+USUAL: Final = 8.0
+"""Length of a run that says nothing about it [s]."""
+
+PLAIN: Final = ("autopilot", "nobody", "yours")
+
+
+def read_changes(table: Table, key: str = "settings") -> Pairs:
+    """Return checked settings by key; with an empty key, those that are left in the table itself.
+
+    Raises:
+        Fault: an unknown key, or a value that is not possible.
+    """
+    if key:
+        given = table.table(key)
+        if given is None:
+            return ()
+    else:
+        given = table
+    found, settings = [], Settings()
+    for name, value in given.rest().items():
+        if not isinstance(value, (str, bool)) and not is_number(value):
+            raise given.fault(name, f"{name} = {shown(value)} is no value of a setting.")
+        settings = given.checked(name, partial(changed, settings, name, value))
+        found.append((name, value))
+    return tuple(found)
+
+
+def read_setup(table: Table, folder: Path, changes: Pairs, base: Setup | None = None) -> Setup:
+    """Return the run that `settings`, `start`, `input` and `seconds` describe.
+
+    Args:
+        table: of the step, a wrong answer, the challenge or an attempt.
+        folder: of the lesson.
+        changes: settings to begin with.
+        base: a run that gives what the table does not say.
+
+    Raises:
+        Fault: something is not possible.
+    """
+    line = "settings" if table.has("settings") else "seconds"
+    changes = merged(changes, read_changes(table))
+    seconds = table.number("seconds", base.seconds if base else USUAL, SHORTEST, LONGEST)
+    setup = Setup(changes, Input("autopilot"), None, seconds, folder)
+    table.checked(line, lambda: room_of(setup.run))
+    start = read_start(table) if table.has("start") else base.start if base else None
+    given = read_input(table, setup) if table.has("input") else base.input if base else Input("autopilot")
+    setup = Setup(changes, given, start, seconds, folder)
+    table.checked("start" if start else line, lambda: start_positions(room_of(setup.run), start))
+    if given.kind == "script":
+        table.checked("input", lambda: checked_script(given.name, dict(given.parameters), setup.run.scene))
+    return setup
+
+
+def read_start(table: Table) -> Start | None:
+    """Return how the run begins."""
+    given = table.table("start")
+    if given is None:
+        return None
+    ball = given.table("ball")
+    place = _place(ball) if ball is not None else None
+    posture = given.numbers("posture") if given.has("posture") else None
+    given.close()
+    return Start(place, posture)
+
+
+def _place(table: Table) -> Place:
+    origin = cast(Anchor, table.choice("from", get_args(Anchor), "goal"))
+    gap, tilt = table.number("gap", NEEDED, -0.5, 3.0), table.number("tilt", 0.0, -3.2, 3.2)
+    toward: Any = table.any("toward")
+    if toward == "upper_arm":
+        direction: Any = toward
+    elif isinstance(toward, list) and len(toward) == 3 and all(is_number(x) and abs(x) < 1e6 for x in toward):
+        direction = (float(toward[0]), float(toward[1]), float(toward[2]))
+    else:
+        raise table.fault("toward", f'toward = {shown(toward)} is no direction; write [0.0, 1.0, 0.0], or "upper_arm".')
+    table.close()
+    return Place(origin, direction, gap, tilt)
+
+
+def read_input(table: Table, setup: Setup) -> Input:
+    """Return who moves: a word, or a table with `script`, `file` or `kept`."""
+    value = table.any("input")
+    if isinstance(value, str):
+        if value in PLAIN:
+            return Input(cast(Any, value))
+        raise table.fault(
+            "input", f"input = {shown(value)} is not possible; choose from {', '.join(PLAIN)}, or {{ script = … }}."
+        )
+    if not isinstance(value, dict):
+        raise table.fault(
+            "input", f'input = {shown(value)} is not possible; write "yours" or {{ script = "push", speed = 0.2 }}.'
+        )
+    return _read_input(table, dict(value), setup)
+
+
+def _read_input(table: Table, value: dict[str, Any], setup: Setup) -> Input:
+    kinds = [kind for kind in ("script", "file", "kept") if kind in value]
+    if len(kinds) != 1 or not isinstance(value[kinds[0]], str):
+        raise table.fault("input", f"input = {shown(value)} must name one of script, file and kept.")
+    kind, name = kinds[0], str(value.pop(kinds[0]))
+    if kind == "script":
+        return Input("script", name, table.checked("input", lambda: _script(name, value, setup)))
+    if kind == "kept":
+        otherwise = value.pop("otherwise", None)
+        if not isinstance(otherwise, dict) or value or "kept" in otherwise:
+            raise table.fault("input", "kept needs otherwise = { script = … }: who moves as long as nothing was kept.")
+        return Input("kept", name, (), _read_input(table, dict(otherwise), setup))
+    if value:
+        raise table.fault("input", f"a file has no parameters; leave out {', '.join(value)}.")
+    table.checked("input", lambda: _file(setup.folder, name))
+    return Input("file", name)
+
+
+def _script(name: str, given: dict[str, Any], setup: Setup) -> Pairs:
+    found: dict[str, Any] = {}
+    for key, value in given.items():
+        found[key] = value
+        if isinstance(value, dict):
+            try:
+                found[key] = _place(Table(value, [], 1, key))
+            except Fault as fault:
+                raise BadSetting(f"script {name[:40]}: {fault.message}") from None
+    checked = checked_script(name, found, setup.run.scene)
+    for _, value in checked:
+        if isinstance(value, Place):
+            ball_centre(room_of(setup.run), value)
+    return checked
+
+
+def _file(folder: Path, name: str) -> None:
+    path = (folder / name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise BadSetting(f"file = {name[:60]!r} is outside the folder of the lesson; put it beside the lesson.")
+    try:
+        read_inputs(path)
+    except BadInputFile as error:
+        raise BadSetting(str(error)) from None

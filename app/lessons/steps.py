@@ -1,0 +1,362 @@
+"""One step of a lesson file → `Step`: its texts, and everything that its block declares, checked."""
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, cast, get_args
+
+from app.lessons.blocks import NEEDED, Table, read_block, shown
+from app.lessons.lesson import (
+    HINTS,
+    MOST_NUMBERS,
+    MOST_PLOTS,
+    PLOTS,
+    Camera,
+    Challenge,
+    Choice,
+    Compared,
+    Criterion,
+    Expectation,
+    Forecast,
+    Measurement,
+    Pairs,
+    Question,
+    Setup,
+    Step,
+    Trial,
+)
+from app.lessons.markdown import Fault, Part, Sheet, StepPart, read_items
+from app.lessons.measures import QUANTITIES, checked_parameters
+from app.lessons.own_law import TESTS
+from app.lessons.places import start_positions
+from app.lessons.setups import read_changes, read_setup, read_start
+from app.lessons.texts import placeholder_problems
+from controllers.errors import BadSetting
+from scenes.room import room_of
+from scenes.settings import LawName, specs
+
+MOST_CHOICES: Final = 6
+MOST_COMPARED: Final = 4
+MOST_MINUTES: Final = 90
+
+IDENTITY: Final = re.compile(r"^[a-z][a-z0-9_]{0,39}$")
+"""How the identity of a step, a measurement or an inequality is written."""
+
+
+@dataclass(frozen=True)
+class Common:
+    """What all steps of a lesson begin with."""
+
+    folder: Path
+    changes: Pairs
+    equations: str
+    minutes: int
+
+
+def read_lesson(sheet: Sheet, folder: Path) -> Common:
+    """Return what the block under the title says.
+
+    Raises:
+        Fault: it is no such block, there are several, or the lesson has no goal.
+    """
+    if not sheet.head.text:
+        raise Fault(sheet.head.line, "the lesson has no goal; write it under the title.")
+    if len(sheet.head.blocks) > 1:
+        raise Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one.")
+    if not sheet.head.blocks:
+        return Common(folder, (), "", 10)
+    table = read_block(sheet.head.blocks[0])
+    common = Common(folder, read_changes(table), table.text("equations", ""), table.whole("minutes", 10, 1, MOST_MINUTES))
+    table.close()
+    return common
+
+
+def step_id(title: str) -> str:
+    """Return a title as an identity: small letters and underscores."""
+    return re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_")[:40].lstrip("0123456789_") or "step"
+
+
+def read_step(part: StepPart, common: Common) -> Step:
+    """Return a step.
+
+    Raises:
+        Fault: something is missing or not possible.
+    """
+    if len(part.blocks) != 1:
+        line = part.blocks[1].line if part.blocks else part.line
+        raise Fault(line, f"the step has {len(part.blocks)} blocks; give it one that begins with ```duet.")
+    table = read_block(part.blocks[0])
+    id = _identity(table, "id", step_id(part.title))
+    setup = read_setup(table, common.folder, common.changes)
+    measurements = tuple(_measurement(entry, setup) for entry in table.tables("measure"))
+    _no_doubles(table, "measure", [m.id for m in measurements])
+    question = _question(part, table, setup, measurements)
+    challenge = _challenge(table, setup)
+    texts = _checked_texts(part, question, challenge)
+    hints = _hints(part, challenge)
+    trials = _trials(table, setup, challenge, measurements)
+    numbers = tuple(_number(name) for name in table.words("numbers", _live(), MOST_NUMBERS))
+    step = Step(
+        id,
+        part.title,
+        texts["Goal"],
+        texts["Do"],
+        texts["Observe"],
+        texts["Explain"],
+        setup,
+        question,
+        measurements,
+        replace(challenge, text=texts["Challenge"]) if challenge is not None else None,
+        hints,
+        trials,
+        cast(Camera, table.choice("camera", get_args(Camera), "room")),
+        table.words("plots", PLOTS, MOST_PLOTS),
+        numbers,
+        _marks(table, setup),
+    )
+    table.close()
+    _check_placeholders(part, step)
+    return step
+
+
+def _live() -> tuple[str, ...]:
+    return tuple(name for name, q in QUANTITIES.items() if q.live and not q.parameters)
+
+
+def _number(name: str) -> Measurement:
+    found = QUANTITIES[name]
+    return Measurement(name, name, (), found.shown, found.digits)
+
+
+def _marks(table: Table, setup: Setup) -> tuple[float, ...]:
+    marks = table.numbers("marks")
+    if marks and setup.run.scene != "solo":
+        raise table.fault("marks", "marks for the elbow need the scene solo.")
+    return marks
+
+
+def _identity(table: Table, key: str, default: str) -> str:
+    found = table.text(key, default, 40)
+    if not IDENTITY.match(found):
+        raise table.fault(key, f"{key} = {shown(found)} is not possible; use small letters, digits and _, a letter first.")
+    return found
+
+
+def _no_doubles(table: Table, key: str, ids: list[str]) -> None:
+    for id in ids:
+        if ids.count(id) > 1:
+            raise table.fault(key, f"{key}: two are called {id}; give one of them another id.")
+
+
+def _measurement(table: Table, setup: Setup) -> Measurement:
+    """Return a measurement that a table describes by `name`, `id`, its parameters, `unit`, `digits` and `compare`."""
+    name = table.choice("name", sorted(QUANTITIES))
+    found = QUANTITIES[name]
+    id = _identity(table, "id", name)
+    unit = table.choice("unit", found.units, found.shown)
+    digits = table.whole("digits", found.digits, 0, 6)
+    compare = [_compared(entry, setup) for entry in table.tables("compare")]
+    if len(compare) > MOST_COMPARED:
+        raise table.fault("compare", f"compare names {len(compare)} further runs; take at most {MOST_COMPARED}.")
+    given = {key: table.any(key) for key in found.parameters if table.has(key)}
+    parameters = table.checked("name", lambda: _parameters(name, given))
+    table.close()
+    return Measurement(id, name, parameters, unit, digits, tuple(compare))
+
+
+def _compared(table: Table, setup: Setup) -> Compared:
+    """Return a further run: `start` if it has one of its own; everything else in the table is a setting."""
+    start = read_start(table) if table.has("start") else None
+    compared = Compared(read_changes(table, ""), start)
+    if not compared.changes and start is None:
+        raise table.fault("compare", "a comparison needs settings that differ, as in compare = [{ dt = 0.01 }].")
+    other = compared.setup(setup)
+    table.checked("start" if start else "compare", lambda: start_positions(room_of(other.run), other.start))
+    return compared
+
+
+def _parameters(name: str, given: dict[str, Any]) -> Pairs:
+    found = checked_parameters(name, given)
+    if name == "setting":
+        key = str(dict(found)["key"])
+        if key not in specs():
+            raise BadSetting(f"There is no setting {key[:40]!r}; choose from {', '.join(specs())}.")
+    return found
+
+
+def _question(part: StepPart, table: Table, setup: Setup, measurements: tuple[Measurement, ...]) -> Question | None:
+    section = part.sections.get("Predict")
+    if section is None:
+        for key in ("right", "expects", "ratio", "why"):
+            if table.has(key):
+                raise table.fault(key, f"{key} is about a question, but the step has no section “### Predict”.")
+        return None
+    text, items = read_items(section)
+    if not text:
+        raise Fault(section.line, "the question is missing; write it above the numbered answers.")
+    if not 2 <= len(items) <= MOST_CHOICES:
+        raise Fault(section.line, f"the question has {len(items)} answers; give 2 to {MOST_CHOICES}, numbered 1, 2, 3 …")
+    for item in items:
+        if not item.quote:
+            raise Fault(item.line, "the answer has no reply; write what is said to it in lines below that begin with >.")
+    right = table.whole("right", NEEDED, 1, len(items)) - 1
+    if not measurements:
+        raise Fault(section.line, "a prediction needs an outcome; add [[measure]] to the block.")
+    expects, ratio = _expects(table, len(items)), table.flag("ratio")
+    if ratio and not measurements[0].compare:
+        raise table.fault("ratio", "a ratio needs a run to compare with; add compare = [{ … }] to the first measurement.")
+    whys: dict[int, tuple[Setup, bool]] = {}
+    for entry in table.tables("why"):
+        number = entry.whole("choice", NEEDED, 1, len(items)) - 1
+        if number == right or number in whys:
+            raise entry.fault("choice", "each wrong answer has at most one run of its own, the right one has none.")
+        whys[number] = read_setup(entry, setup.folder, setup.changes, setup), entry.flag("otherwise")
+        entry.close()
+    choices = tuple(Choice(item.text, item.quote, *whys.get(i, (None, False))) for i, item in enumerate(items))
+    return Question(text, choices, right, expects, ratio)
+
+
+def _expects(table: Table, count: int) -> tuple[Expectation, ...]:
+    values = table.any("expects", [])
+    if not values:
+        return ()
+    message = "expects must hold a number for each answer, or a range [low, high] for each"
+    if not isinstance(values, list) or len(values) != count:
+        raise table.fault("expects", f"{message}; the step has {count} answers.")
+    if all(isinstance(x, list) and len(x) == 2 for x in values):
+        ranges = [_range(table, x) for x in values]
+        return tuple(ranges)
+    if any(isinstance(x, (list, bool, str, dict)) or not isinstance(x, (int, float)) or x != x for x in values):
+        raise table.fault("expects", f"{message}, all of one kind.")
+    return tuple(float(x) for x in values)
+
+
+def _range(table: Table, values: list[Any]) -> tuple[float, float]:
+    if any(isinstance(x, bool) or not isinstance(x, (int, float)) or x != x for x in values) or not values[0] < values[1]:
+        raise table.fault("expects", f"{shown(values)} is no range; write [low, high] with low < high, inf is possible.")
+    return float(values[0]), float(values[1])
+
+
+def _challenge(table: Table, setup: Setup) -> Challenge | None:
+    given = table.table("challenge")
+    if given is None:
+        return None
+    run = read_setup(given, setup.folder, setup.changes, setup)
+    criteria = tuple(_criterion(entry, run) for entry in given.tables("criterion"))
+    forecasts: list[Forecast] = []
+    for entry in given.tables("forecast"):
+        changes = read_changes(entry)
+        within = entry.number("within", 0.05, 1e-6, 1.0)
+        forecasts.append(Forecast(_measurement(entry, run), changes, within))
+    own_law, keep = given.flag("own_law"), given.text("keep", "", 40)
+    if not criteria and not forecasts and not own_law:
+        raise given.fault("criterion", "the challenge asks for nothing; add [[challenge.criterion]] or [[challenge.forecast]].")
+    _no_doubles(given, "criterion", [c.measurement.id for c in criteria] + [f.measurement.id for f in forecasts])
+    given.close()
+    return Challenge("", run, criteria, tuple(forecasts), own_law, keep)
+
+
+def _criterion(table: Table, setup: Setup) -> Criterion:
+    equals = table.any("equals")
+    low = table.number("at_least") if table.has("at_least") else None
+    high = table.number("at_most") if table.has("at_most") else None
+    measurement = _measurement(table, setup)
+    if equals is not None:
+        if measurement.name != "setting" or low is not None or high is not None:
+            raise table.fault("equals", "equals is for a setting alone: name = “setting”, key = …, equals = …")
+        key = str(dict(measurement.parameters)["key"])
+        spec = specs()[key]
+        if spec.choices and equals in spec.choices:
+            low = high = float(spec.choices.index(str(equals)))
+        elif isinstance(equals, (int, float)) and not spec.choices:
+            low = high = float(equals)
+        else:
+            raise table.fault("equals", f"equals = {shown(equals)} is not possible; choose from {', '.join(spec.choices)}.")
+    if low is None and high is None:
+        raise table.fault("name", "the inequality has no bound; add at_least = … or at_most = … in SI units.")
+    if low is not None and high is not None and low > high:
+        raise table.fault("at_least", f"at_least = {low:g} is above at_most = {high:g}; nothing can pass.")
+    return Criterion(measurement, low, high)
+
+
+def _trials(table: Table, setup: Setup, challenge: Challenge | None, measurements: tuple[Measurement, ...]) -> tuple[Trial, ...]:
+    entries = table.tables("attempt")
+    if challenge is None:
+        if entries:
+            raise table.fault("attempt", "an attempt needs a challenge; add [challenge].")
+        return ()
+    known = [c.measurement.id for c in challenge.criteria] + [f.measurement.id for f in challenge.forecasts]
+    if challenge.own_law:
+        known += list(TESTS)
+    trials: list[Trial] = []
+    for number, entry in enumerate(entries, 1):
+        name = entry.text("name", f"attempt {number}", 60)
+        run = read_setup(entry, setup.folder, challenge.setup.changes, challenge.setup)
+        said = tuple(_said(entry, x, measurements) for x in entry.any("forecasts", []))
+        law = entry.choice("law", get_args(LawName), "") if entry.has("law") else ""
+        fails = entry.words("fails", known, len(known))
+        if len(said) != len(challenge.forecasts):
+            raise entry.fault(
+                "forecasts", f"forecasts has {len(said)} numbers; the challenge asks for {len(challenge.forecasts)}."
+            )
+        if bool(law) != challenge.own_law:
+            raise entry.fault("law", "law stands in for the student's own; it belongs to a challenge with own_law.")
+        entry.close()
+        trials.append(Trial(name, run, said, law, fails))
+    return tuple(trials)
+
+
+def _said(table: Table, value: object, measurements: tuple[Measurement, ...]) -> float | str:
+    if isinstance(value, str) and value in [m.id for m in measurements]:
+        return value
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and value == value:
+        return float(value)
+    ids = ", ".join(m.id for m in measurements) or "none"
+    raise table.fault("forecasts", f"forecasts: {shown(value)} is neither a number nor a measurement of the step ({ids}).")
+
+
+def step_texts(part: StepPart, step: Step) -> dict[str, str]:
+    """Return the texts of a step in another language, checked to be complete.
+
+    Raises:
+        Fault: a section is missing.
+    """
+    texts = _checked_texts(part, step.question, step.challenge)
+    if step.hints and "Hints" not in part.sections:
+        raise Fault(part.line, "the step has no section “### Hints”.")
+    if step.question is not None and "Predict" not in part.sections:
+        raise Fault(part.line, "the step has no section “### Predict”.")
+    _check_placeholders(part, step)
+    return texts
+
+
+def _checked_texts(part: StepPart, question: Question | None, challenge: Challenge | None) -> dict[str, str]:
+    texts = {name: part.sections[name].text if name in part.sections else "" for name in ("Goal", "Do", "Observe", "Explain")}
+    texts["Challenge"] = part.sections["Challenge"].text if "Challenge" in part.sections else ""
+    needed = ["Goal", "Do", *(["Explain"] if question is not None else []), *(["Challenge"] if challenge is not None else [])]
+    for name in needed:
+        if not texts[name]:
+            raise Fault(part.line, f"the step has no text under “### {name}”; add it.")
+    if challenge is None and texts["Challenge"]:
+        raise Fault(part.sections["Challenge"].line, "the challenge is not declared; add [challenge] to the block.")
+    return texts
+
+
+def _hints(part: StepPart, challenge: Challenge | None) -> tuple[str, ...]:
+    section = part.sections.get("Hints")
+    if section is None:
+        if challenge is not None:
+            raise Fault(part.line, f"a challenge has {HINTS} hints; add “### Hints” with a numbered list.")
+        return ()
+    _, items = read_items(section)
+    if len(items) != HINTS:
+        raise Fault(section.line, f"there are {len(items)} hints; give {HINTS}, from a nudge to the way itself.")
+    return tuple(item.text for item in items)
+
+
+def _check_placeholders(part: StepPart, step: Step) -> None:
+    sections: list[Part] = list(part.sections.values())
+    for section in sections:
+        for number, line in enumerate(section.lines, section.line + 1):
+            for problem in placeholder_problems(line, step):
+                raise Fault(number, problem)

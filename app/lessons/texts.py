@@ -1,0 +1,54 @@
+"""Numbers inside the texts, filled in when they are shown: `{measured:drift}`, `{measured:drift:1}` (its first comparison),
+`{measured:drift:ratio}` and `{setting:dm}`."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from app.lessons.lesson import Measurement, Setup, Step, page_value
+from app.lessons.measures import Value
+from app.settings import Settings
+from scenes.settings import specs, values
+
+_HOLE: Final = re.compile(r"\{(measured|setting):([^{}]*)\}")
+
+Measured = Mapping[str, tuple[Value, ...]]
+"""Identity of a measurement → its value, then those of its comparisons."""
+
+
+def placeholder_problems(line: str, step: Step) -> Iterator[str]:
+    """Yield what is wrong with the placeholders of a line of a step's text."""
+    by_id = {m.id: m for m in step.measurements}
+    for kind, name in _HOLE.findall(line):
+        if kind == "setting":
+            if name not in specs(Settings):
+                yield f"{{setting:{name}}}: there is no such setting; choose from {', '.join(specs(Settings))}."
+            continue
+        id, _, number = name.partition(":")
+        if id not in by_id:
+            yield f"{{measured:{name}}}: the step measures no {id!r}; choose from {', '.join(by_id) or 'none: add [[measure]]'}."
+        elif number == "ratio" and by_id[id].compare:
+            continue
+        elif number and not (number.isdecimal() and 1 <= int(number) <= len(by_id[id].compare)):
+            yield f"{{measured:{name}}}: {id} has {len(by_id[id].compare)} comparisons; number them from 1."
+
+
+def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured, setup: Setup) -> str:
+    """Return a text with its numbers in it; what is not known yet is a dash."""
+    by_id = {m.id: m for m in measurements}
+
+    def fill(hole: re.Match[str]) -> str:
+        kind, name = hole[1], hole[2]
+        if kind == "setting":
+            found = values(setup.settings(Settings()))
+            return page_value(name, found[name]) if name in found else "–"
+        id, _, number = name.partition(":")
+        known = measured.get(id, ())
+        if number == "ratio":
+            own, other = (*known, None, None)[:2]
+            return f"{own / other:.2f}" if own is not None and other else "–"
+        index = int(number) if number else 0
+        value = known[index] if index < len(known) else None
+        return by_id[id].text(value) if id in by_id else "–"
+
+    return _HOLE.sub(fill, text)

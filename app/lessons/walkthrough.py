@@ -1,0 +1,531 @@
+"""One student on the way through the lessons: goal → predict → do → observe → explain → challenge. Knows nothing of a page.
+
+The page shows `view`, calls what the student does (`choose`, `next`, `back`, `reset`, `hint`, `attempt` …), runs a simulation with
+`settings`, `start` and `target_source` whenever `turn` has changed, tells `watch` about it, and hands it to `observe` at its end.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Final
+
+from app.lessons.evidence import Evidence
+from app.lessons.lesson import Lesson, LessonBook, Measurement, Setup, Step, settings_text
+from app.lessons.measures import measure
+from app.lessons.outcomes import Attempt, Judgement, Outcome, Verdict, judge, observed, reference
+from app.lessons.places import mark_places, start_positions
+from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
+from app.lessons.texts import filled
+from app.lessons.trials import person_of
+from app.lessons.words import say
+from app.settings import Settings
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+from scenes.cast import Person
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+
+
+class Phase(StrEnum):
+    """Where in a step the student is."""
+
+    PREDICT = "predict"
+    """The question is asked; nothing runs until an answer is chosen."""
+    DO = "do"
+    """The run."""
+    OBSERVE = "observe"
+    """What was measured, beside the answer."""
+    EXPLAIN = "explain"
+    """Why, with the equation."""
+    CHALLENGE = "challenge"
+    """Now the student."""
+
+
+@dataclass(frozen=True)
+class View:
+    """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in.
+
+    Attributes:
+        lesson, step: which.
+        index, count: of the step, from 0, and how many the lesson has.
+        phase, phases: where, and which the step has.
+        texts: (phase or "goal", text), those that may be seen by now, in order.
+        choices: the answers; empty where nothing is asked.
+        chosen: index of the answer given.
+        locked: whether Run is locked, because no answer is chosen yet.
+        verdict: what is said to the answer, once the outcome is known.
+        outcome: lines with what was measured.
+        why_outcome: lines with what was measured in the run that shows why the answer is wrong.
+        why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
+        challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
+        forecasts: what the student has to say beforehand, one line each.
+        hints: those that are open; `more_hints` if there are others.
+        yours: whether the student moves.
+        can_next, can_back: whether there is something in that direction.
+    """
+
+    lesson: Lesson
+    step: Step
+    index: int
+    count: int
+    phase: Phase
+    phases: tuple[Phase, ...]
+    texts: tuple[tuple[str, str], ...]
+    choices: tuple[str, ...]
+    chosen: int | None
+    locked: bool
+    verdict: Verdict | None
+    outcome: tuple[str, ...]
+    why_outcome: tuple[str, ...]
+    why: bool
+    showing: bool
+    challenge: bool
+    attempts: int
+    passed: bool
+    attempt: Attempt | None
+    forecasts: tuple[str, ...]
+    hints: tuple[str, ...]
+    more_hints: bool
+    yours: bool
+    can_next: bool
+    can_back: bool
+
+
+LIVE_ROWS: Final = 2
+"""Newest rows that a live number looks at."""
+
+
+class Walkthrough:
+    """A student's way through a book of lessons.
+
+    Args:
+        book: with at least one lesson.
+        progress: to go on from; None for a fresh start. What does not fit the book is left out.
+
+    Attributes:
+        turn: goes up whenever a fresh run has to begin.
+
+    Raises:
+        BadSetting: the book holds no lesson.
+    """
+
+    def __init__(self, book: LessonBook, progress: Progress | None = None) -> None:
+        if not book.lessons:
+            raise BadSetting("There is no lesson to walk through; the folder holds none that can be read.")
+        self.book = book
+        self.turn = 0
+        self._progress = progress or Progress()
+        self._lesson = self._step = 0
+        self._phase = Phase.DO
+        self._showing = False
+        self._kept: dict[str, Person] = {}
+        self._seen: tuple[int, RunSettings] | None = None
+        self._running: tuple[int, int, Setup] | None = None
+        self._mixed = False
+        self._resume()
+
+    # ---- where -------------------------------------------------------------------------------------------------------------
+
+    @property
+    def lesson(self) -> Lesson:
+        """Return the present lesson."""
+        return self.book.lessons[self._lesson]
+
+    @property
+    def step(self) -> Step:
+        """Return the present step."""
+        return self.lesson.steps[self._step]
+
+    @property
+    def phase(self) -> Phase:
+        """Return where in the step."""
+        return self._phase
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """Return which phases the present step has."""
+        return phases_of(self.step)
+
+    @property
+    def done(self) -> StepProgress:
+        """Return what was done in the present step."""
+        return self._progress.at(self.lesson.id, self.step.id)
+
+    def done_in(self, lesson: str, step: str) -> StepProgress:
+        """Return what was done in any step: for a report, or the class's histogram."""
+        return self._progress.steps.get((lesson, step), StepProgress())
+
+    @property
+    def locked(self) -> bool:
+        """Return whether Run is locked: a question waits for its answer."""
+        return self._phase is Phase.PREDICT
+
+    def go(self, lesson: str | int, step: int = 0) -> None:
+        """Go to a step: by a link, or because the teacher does. What was done there is still there.
+
+        Raises:
+            BadSetting: there is no such lesson or step.
+        """
+        index = self.book.index(lesson) if isinstance(lesson, str) else lesson
+        if not 0 <= index < len(self.book.lessons):
+            raise BadSetting(f"There is no lesson {index + 1}; give a number from 1 to {len(self.book.lessons)}.")
+        steps = self.book.lessons[index].steps
+        if not 0 <= step < len(steps):
+            raise BadSetting(f"There is no step {step + 1} in {self.book.lessons[index].id}; give 1 to {len(steps)}.")
+        self._lesson, self._step = index, step
+        self._enter(_furthest(self.step, self.done))
+
+    # ---- what the student does ---------------------------------------------------------------------------------------------
+
+    def choose(self, answer: int) -> bool:
+        """Choose an answer, from 0; it may be changed until the outcome is known. Returns whether it was taken."""
+        question = self.step.question
+        if question is None or not 0 <= answer < len(question.choices) or self._phase not in (Phase.PREDICT, Phase.DO):
+            return False
+        if self.done.outcome is not None:
+            return False
+        self.done.choice = answer
+        if self._phase is Phase.PREDICT:
+            self._enter(Phase.DO)
+        return True
+
+    def next(self) -> bool:
+        """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered first."""
+        if self._showing:
+            self._end_why()
+            return True
+        phases, place = self.phases, self.phases.index(self._phase)
+        if self.locked:
+            return False
+        if self._phase is Phase.DO and self.done.outcome is None and self.step.measurements:
+            # Whoever does not want to wait sees the reference run's outcome: nobody is stuck.
+            self.done.outcome = reference(self.step, self.step.setup)
+        if place + 1 < len(phases):
+            self._enter(phases[place + 1])
+            return True
+        if self._step + 1 < len(self.lesson.steps):
+            self._step += 1
+        elif self._lesson + 1 < len(self.book.lessons):
+            self._lesson, self._step = self._lesson + 1, 0
+        else:
+            return False
+        self._enter(_first(self.step, self.done))
+        return True
+
+    def back(self) -> bool:
+        """Go back: to the phase before, or the end of the step before. Returns whether there was something. Nothing is forgotten."""
+        if self._showing:
+            self._end_why()
+            return True
+        place = self.phases.index(self._phase)
+        if place > 0 and not (self.phases[place - 1] is Phase.PREDICT and self.done.outcome is not None):
+            self._enter(self.phases[place - 1])
+            return True
+        if self._step > 0:
+            self._step -= 1
+        elif self._lesson > 0:
+            self._lesson -= 1
+            self._step = len(self.lesson.steps) - 1
+        else:
+            return False
+        self._enter(_furthest(self.step, self.done))
+        return True
+
+    def reset(self) -> None:
+        """Begin the present step anew: as if it had never been seen."""
+        self._progress.steps.pop((self.lesson.id, self.step.id), None)
+        self._enter(self.phases[0])
+
+    def reset_all(self) -> None:
+        """Begin everything anew."""
+        self._progress = Progress()
+        self._kept.clear()
+        self._lesson = self._step = 0
+        self._enter(self.phases[0])
+
+    def run_again(self) -> None:
+        """Begin the present run anew; nothing else changes."""
+        self._begin()
+
+    def show_why(self) -> bool:
+        """Begin the run that shows why the answer is wrong. Returns whether there is one."""
+        if self._showing or self._why() is None or self._phase not in (Phase.OBSERVE, Phase.EXPLAIN):
+            return False
+        self._showing = True
+        self._begin()
+        return True
+
+    def hint(self) -> str | None:
+        """Open the next hint and return it; None if all are open."""
+        hints, done = self.step.hints, self.done
+        if done.hints >= len(hints):
+            return None
+        done.hints += 1
+        return hints[done.hints - 1]
+
+    def write(self, words: str) -> None:
+        """Keep what the student writes about the step."""
+        self.done.words = words[:MOST_WORDS]
+
+    # ---- the run -----------------------------------------------------------------------------------------------------------
+
+    @property
+    def setup(self) -> Setup:
+        """Return the present run."""
+        why = self._why()
+        if self._showing and why is not None:
+            return why
+        if self._phase is Phase.CHALLENGE and self.step.challenge is not None:
+            return self.step.challenge.setup
+        return self.step.setup
+
+    @property
+    def yours(self) -> bool:
+        """Return whether the student moves in the present run."""
+        return self.setup.input.kind == "yours"
+
+    def settings(self, start: Settings | None = None) -> Settings:
+        """Return the settings with which the present run begins.
+
+        Args:
+            start: as they are now: the page's look is kept where the lesson does not say otherwise.
+        """
+        return self.setup.settings(start or Settings())
+
+    def start(self, simulation: Simulation) -> Array | None:
+        """Return q (nv,) from which the present run begins, for `Simulation.reset`; None for the room's start."""
+        return start_positions(simulation.room, self.setup.start)
+
+    def target_source(self, simulation: Simulation) -> Person:
+        """Return who moves in a simulation that has just begun with `settings` and `start`; nobody where the student does."""
+        return person_of(simulation, self.setup, self._kept)
+
+    def marks(self, simulation: Simulation) -> Array:
+        """Return the places that the elbow is to touch (k, 3) [m]."""
+        return mark_places(simulation.room, self.step.marks).reshape(-1, 3)
+
+    def live(self, simulation: Simulation) -> tuple[tuple[Measurement, float | None], ...]:
+        """Return the numbers in view and their values in the newest step."""
+        evidence = Evidence(simulation, newest=LIVE_ROWS)
+        return tuple((m, measure(evidence, m.name, m.parameters)) for m in self.step.numbers)
+
+    def prepare(self) -> None:
+        """Make the further runs that the present step compares with; perhaps in another thread, so that `observe` need not wait."""
+        if self.step.measurements:
+            reference(self.step, self.step.setup)
+
+    def watch(self, simulation: Simulation) -> None:
+        """Take note of the run, once a frame: settings that change in the middle of it spoil it for a challenge."""
+        steps, settings = simulation.steps, simulation.settings
+        if self._seen is None or steps < self._seen[0] or self._seen[0] == 0:
+            self._mixed = False
+        elif settings != self._seen[1]:
+            self._mixed = True
+        self._seen = (steps, settings)
+
+    def finished(self, simulation: Simulation) -> bool:
+        """Return whether the run is as long as the step asks for."""
+        return simulation.time >= self.setup.seconds - 0.5 * simulation.settings.dt
+
+    def observe(self, simulation: Simulation) -> Outcome:
+        """Measure the present run. At its end the outcome is kept, and a run that is not the student's own goes on to OBSERVE."""
+        setup = self.setup if self._phase is not Phase.CHALLENGE else self.step.setup
+        until = float("inf") if self.yours else setup.seconds
+        outcome = observed(self.step, setup, Evidence(simulation, until), simulation.time)
+        if outcome.complete and self._showing:
+            self.done.why = outcome
+        elif outcome.complete and self._phase is Phase.DO:
+            self.done.outcome = outcome
+            if not self.yours:
+                self.next()
+        return outcome
+
+    def attempt(self, simulation: Simulation, said: Sequence[float | None] = (), person: Person | None = None) -> Attempt | None:
+        """Judge the present run by the challenge; None where there is none to be tried.
+
+        Args:
+            said: the student's forecasts, where the challenge asks for any.
+            person: what the student did in this run, as someone who does it again; kept for a later step that asks for it.
+        """
+        challenge = self.step.challenge
+        if challenge is None or self._phase is not Phase.CHALLENGE or challenge.own_law:
+            return None
+        attempt = judge(challenge, Evidence(simulation), said, self.lesson.language)
+        if self._mixed and challenge.criteria:
+            attempt = replace(attempt, passed=False, note=say(self.lesson.language, "mixed"))
+        if attempt.passed and challenge.keep and person is not None:
+            self._kept[challenge.keep] = person
+        self._note(attempt)
+        return attempt
+
+    def attempt_own_law(self, judgements: Sequence[Judgement]) -> Attempt | None:
+        """Take note of how a controller of the student's own did in the tests of `own_law`."""
+        challenge = self.step.challenge
+        if challenge is None or self._phase is not Phase.CHALLENGE or not challenge.own_law:
+            return None
+        attempt = Attempt(bool(judgements) and all(j.passed for j in judgements), tuple(judgements))
+        self._note(attempt)
+        return attempt
+
+    # ---- what is shown -----------------------------------------------------------------------------------------------------
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Return what is said to the prediction; None before the outcome is known."""
+        question, done = self.step.question, self.done
+        if question is None or done.choice is None or done.outcome is None or self._phase in (Phase.PREDICT, Phase.DO):
+            return None
+        right = done.choice == question.right
+        language = self.lesson.language
+        reply = self._filled(
+            question.choices[done.choice].reply, done.why if done.why is not None and not right else done.outcome
+        )
+        lines = done.outcome.lines(self.step, language)
+        return Verdict(right, say(language, "right" if right else "wrong"), reply, lines)
+
+    def view(self) -> View:
+        """Return everything that a page shows now."""
+        step, done, phases = self.step, self.done, self.phases
+        question, challenge = step.question, step.challenge
+        place = phases.index(self._phase)
+        texts: list[tuple[str, str]] = [("goal", step.goal)]
+        by_phase = {
+            Phase.PREDICT: question.text if question else "",
+            Phase.DO: step.do,
+            Phase.OBSERVE: step.observe,
+            Phase.EXPLAIN: step.explain,
+            Phase.CHALLENGE: challenge.text if challenge else "",
+        }
+        texts += [(phase.value, by_phase[phase]) for phase in phases[: place + 1] if by_phase[phase]]
+        outcome = done.outcome if self._phase not in (Phase.PREDICT, Phase.DO) else None
+        last_step = self._step + 1 == len(self.lesson.steps) and self._lesson + 1 == len(self.book.lessons)
+        return View(
+            self.lesson,
+            step,
+            self._step,
+            len(self.lesson.steps),
+            self._phase,
+            phases,
+            tuple((name, self._filled(text, outcome)) for name, text in texts),
+            tuple(choice.text for choice in question.choices) if question else (),
+            done.choice,
+            self.locked,
+            self.verdict,
+            outcome.lines(step, self.lesson.language) if outcome else (),
+            done.why.lines(step, self.lesson.language) if outcome and done.why else (),
+            self._why() is not None and self._phase in (Phase.OBSERVE, Phase.EXPLAIN),
+            self._showing,
+            challenge is not None,
+            done.attempts,
+            done.passed,
+            done.last,
+            self._forecasts(),
+            step.hints[: done.hints],
+            done.hints < len(step.hints),
+            self.yours,
+            not self.locked and (self._showing or place + 1 < len(phases) or not last_step),
+            self._showing or place > 0 or self._step > 0 or self._lesson > 0,
+        )
+
+    def to_json(self) -> str:
+        """Return everything that survives a reload."""
+        progress = self._progress
+        progress.lesson, progress.step, progress.phase = self.lesson.id, self.step.id, self._phase.value
+        return to_json(progress)
+
+    @classmethod
+    def from_json(cls, book: LessonBook, text: str) -> "Walkthrough":
+        """Return a walkthrough that goes on from `to_json`, with a book that may be another one, or in another language."""
+        return cls(book, from_json(text))
+
+    # ---- inside ------------------------------------------------------------------------------------------------------------
+
+    def _resume(self) -> None:
+        """Take up the progress where it fits the book, and begin."""
+        progress, kept = self._progress, dict[tuple[str, str], StepProgress]()
+        for i, lesson in enumerate(self.book.lessons):
+            for j, step in enumerate(lesson.steps):
+                if (lesson.id, step.id) in progress.steps:
+                    kept[lesson.id, step.id] = _fitting(step, progress.steps[lesson.id, step.id])
+                if (lesson.id, step.id) == (progress.lesson, progress.step):
+                    self._lesson, self._step = i, j
+        progress.steps = kept
+        allowed = self.phases[: self.phases.index(_furthest(self.step, self.done)) + 1]
+        self._enter(next((phase for phase in allowed if phase.value == progress.phase), _first(self.step, self.done)))
+
+    def _enter(self, phase: Phase) -> None:
+        """Be in a phase of the present step; a run begins where it is another than before."""
+        self._phase, self._showing = phase, False
+        # Looking back from EXPLAIN to OBSERVE leaves the run alone; where something is to be done, it begins anew.
+        if phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (self._lesson, self._step, self.setup):
+            self._begin()
+
+    def _begin(self) -> None:
+        self.turn += 1
+        self._running = self._lesson, self._step, self.setup
+        self._seen, self._mixed = None, False
+
+    def _end_why(self) -> None:
+        self._showing = False
+        self._begin()
+
+    def _why(self) -> Setup | None:
+        question, done = self.step.question, self.done
+        if question is None or done.choice is None or done.choice == question.right:
+            return None
+        return question.choices[done.choice].why
+
+    def _note(self, attempt: Attempt) -> None:
+        done = self.done
+        done.attempts += 1
+        done.last = attempt
+        done.passed = done.passed or attempt.passed
+
+    def _filled(self, text: str, outcome: Outcome | None) -> str:
+        step = self.step
+        return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup)
+
+    def _forecasts(self) -> tuple[str, ...]:
+        challenge = self.step.challenge
+        return tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else ()
+
+
+def phases_of(step: Step) -> tuple[Phase, ...]:
+    """Return the phases of a step, in their order."""
+    return (
+        *((Phase.PREDICT,) if step.question is not None else ()),
+        Phase.DO,
+        *((Phase.OBSERVE,) if step.measurements or step.observe else ()),
+        *((Phase.EXPLAIN,) if step.explain else ()),
+        *((Phase.CHALLENGE,) if step.challenge is not None else ()),
+    )
+
+
+def _first(step: Step, done: StepProgress) -> Phase:
+    """Return where a student who comes from the step before begins."""
+    phases = phases_of(step)
+    return Phase.DO if phases[0] is Phase.PREDICT and done.choice is not None else phases[0]
+
+
+def _furthest(step: Step, done: StepProgress) -> Phase:
+    """Return the last phase that a student has reached."""
+    phases = phases_of(step)
+    if done.outcome is not None or (not step.measurements and not done.untouched):
+        return phases[-1]
+    return _first(step, done)
+
+
+def _fitting(step: Step, done: StepProgress) -> StepProgress:
+    """Return progress that fits a step which may have changed since."""
+    question, fitting = step.question, replace(done)
+    if question is None or (done.choice is not None and done.choice >= len(question.choices)):
+        fitting.choice = None
+    widths = [1 + len(m.compare) for m in step.measurements]
+    for name in ("outcome", "why"):
+        outcome: Outcome | None = getattr(done, name)
+        if outcome is not None and [len(row) for row in outcome.values] != widths:
+            setattr(fitting, name, None)
+    if question is not None and fitting.choice is None:
+        fitting.outcome = fitting.why = None
+    fitting.hints = min(done.hints, len(step.hints))
+    return fitting
