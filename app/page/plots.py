@@ -107,9 +107,12 @@ class Plots:
 
     def show(self, session: Session | Simulation, now: float) -> None:
         """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
-        simulation = session if isinstance(session, Simulation) else session.simulation
-        ghost: Simulation | None = getattr(session, "ghost", None)
-        self._take(getattr(session, "what_if", None))
+        ghost: Simulation | None = None
+        if isinstance(session, Simulation):
+            simulation = session
+        else:
+            simulation, ghost = session.simulation, session.ghost
+            self._take(session.what_if)
         self._arrange(simulation, ghost)
         due = [name for name in self._cells if now >= self._next.get(name, 0.0)]
         if not due:

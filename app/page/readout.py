@@ -73,12 +73,11 @@ class Readout:
             return
         self._next = now + PERIOD
         simulation, run = session.simulation, session.settings.run
-        ghost: Simulation | None = getattr(session, "ghost", None)
         self._write("tip", f'<div class="duet duet-tip">{tip_html(session)}</div>')
         self._write(
             "status", f'<div class="duet duet-status" role="status">{status_html(session.pace, simulation, sample)}</div>'
         )
-        self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample, ghost)}</div>')
+        self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample, session.ghost)}</div>')
         self._write("equation", f'<div class="duet">{equation_html(run, session.settings.page.theme)}</div>')
         self._write("live", f'<div class="duet">{live_html(simulation, sample, contact(simulation, sample))}</div>')
 

@@ -1,0 +1,206 @@
+"""Controls: what matters is in view, what is hidden has no effect, and the picker changes the experiment."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any, get_args
+
+import pytest
+
+from app.page.compare import smoothness_html, what_if_html
+from app.page.controls import PICKER, TABS
+from app.page.relevance import WHEN, both_avoid, matters
+from app.settings import Settings
+from app.studies import Smoothness
+from scenes.headless import summarise
+from scenes.rerun import WhatIf
+from scenes.settings import LawName, RunSettings, SceneName, changed, specs, values
+from scenes.simulation import Simulation
+from scenes.smoothness import Measured
+from tests.app.conftest import Arrive, Guest, OpenHouse
+
+SPECS = specs(Settings)
+SCENES: tuple[SceneName, ...] = get_args(SceneName)
+LAWS: tuple[LawName, ...] = get_args(LawName)
+
+
+def everything(scene: SceneName, law: LawName, **others: Any) -> Settings:
+    """Settings of an experiment under a law."""
+    settings = Settings()
+    for key, value in {"scene": scene, "law": law, **others}.items():
+        settings = changed(settings, key, value)
+    return settings
+
+
+def another(key: str, present: Any) -> Any:
+    """A possible value other than the present one."""
+    spec = SPECS[key]
+    if spec.choices:
+        return next(choice for choice in spec.choices if choice != present)
+    if isinstance(present, bool):
+        return not present
+    return spec.low if present != spec.low else spec.high
+
+
+# --- what matters ------------------------------------------------------------------------------------------------------------------
+
+
+def test_every_setting_has_one_place() -> None:
+    on_page = [*PICKER, *(key for _, _, keys in TABS for key in keys)]
+    assert sorted(on_page) == sorted(set(SPECS) - {"speed", "plot"})
+    assert set(WHEN) <= set(SPECS)
+    for key in on_page:
+        assert len(SPECS[key].label) <= 11, key
+
+
+def moves(settings: RunSettings, steps: int = 120) -> bytes:
+    """Every joint at every step."""
+    simulation = Simulation(settings)
+    person = simulation.person()
+    for _ in range(steps):
+        simulation.step(person.target(simulation.time))
+    return simulation.history.positions(simulation.history.table()).tobytes()
+
+
+@pytest.mark.parametrize(
+    ("scene", "law"),
+    [*((scene, "smooth_priority") for scene in SCENES), *(("master_slave", law) for law in LAWS if law != "smooth_priority")],
+)
+def test_what_is_hidden_has_no_effect(scene: SceneName, law: LawName) -> None:
+    """To the last bit."""
+    settings = everything(scene, law, dm=0.28, d0=0.5)
+    plain = moves(settings.run)
+    hidden = [key for key in specs(RunSettings) if not matters(key, settings)]
+    assert hidden
+    for key in hidden:
+        assert moves(changed(settings.run, key, another(key, values(settings)[key]))) == plain, key
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_what_a_law_shows_has_an_effect(law: LawName) -> None:
+    """The numbers of the law: every one that is shown changes what the arm does near the other one."""
+    settings = everything("hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0)
+    # A quadratic programme does nothing before it must.
+    steps = 1000 if law == "barrier_qp" else 700
+    plain = moves(settings.run, steps)
+    for key in ("dm", "n", "v", "d0", "eta", "gamma", "pairs", "beta", "ff"):
+        if matters(key, settings):
+            assert moves(changed(settings.run, key, another(key, values(settings)[key])), steps) != plain, key
+
+
+def test_only_two_arms_can_both_avoid() -> None:
+    for scene in SCENES:
+        run = replace(RunSettings(), scene=scene)
+        assert both_avoid(run) == (len(Simulation(run).cast.avoiders(run.avoid)) > 1)
+        for avoid in ("free", "guided", "both"):
+            chosen = replace(run, avoid=avoid)
+            assert both_avoid(chosen) == (len(Simulation(chosen).cast.avoiders(avoid)) > 1)
+
+
+def test_what_the_issue_names() -> None:
+    shown = lambda scene, law, **others: {key for key in SPECS if matters(key, everything(scene, law, **others))}  # noqa: E731
+    for law in LAWS:
+        keys = shown("hold", law)
+        assert ("d0" in keys) == (law in ("potential_field", "null_space_avoidance"))
+        assert ("eta" in keys) == (law == "potential_field") and ("gamma" in keys) == (law == "barrier_qp")
+        assert ("n" in keys) == (law in ("smooth_priority", "intermediate_value"))
+        assert {"law", "k", "dt", "ghost", "theme"} <= keys
+    by_scene = {scene: shown(scene, "smooth_priority") for scene in SCENES}
+    for key, scenes in {
+        "path": {"solo"},
+        "kx": {"solo"},
+        "point": {"ball"},
+        "ball": {"ball"},
+        "following": {"master_slave"},
+        "clip": {"imitation"},
+        "source": {"imitation"},
+        "avoid": {"hold", "master_slave", "imitation"},
+        "coupled": {"master_slave", "imitation"},
+        "law": {"ball", "hold", "master_slave", "imitation"},
+    }.items():
+        assert {scene for scene in SCENES if key in by_scene[scene]} == scenes, key
+    assert "coupled" in shown("hold", "smooth_priority", avoid="both")
+    assert "beta" not in shown("hold", "smooth_priority", pairs="single")
+    assert "clip" not in shown("imitation", "smooth_priority", source="figure")
+
+
+# --- on the page -------------------------------------------------------------------------------------------------------------------
+
+
+def visible(guest: Guest) -> set[str]:
+    """The settings whose controls can be seen, by key."""
+    found = set[str]()
+    for key in (*PICKER, *(key for _, _, keys in TABS for key in keys)):
+        spec = SPECS[key]
+        control = guest.visitor.mirror.labelled(f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label)
+        if control["visible"]:
+            found.add(key)
+    return found
+
+
+def test_the_picker_and_what_is_in_view(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "autopilot=0")
+    on_page = {*PICKER, *(key for _, _, keys in TABS for key in keys)}
+    for label, value in (
+        ("scene", "Master and slave (Fig. 6)"),
+        ("law", "Potential field"),
+        ("scene", "One arm alone (eqs 1–8)"),
+        ("robot", "UR5"),
+        ("scene", "A ball in the way (Fig. 1)"),
+        ("law", "Barrier QP, all pairs"),
+        ("scene", "Imitation (Figs 7, 8)"),
+        ("person", "A BVH file"),
+        ("scene", "Hold (Fig. 5)"),
+    ):
+        one.visitor.set_value(label, value)
+        key = next(key for key, spec in SPECS.items() if spec.label == label)
+        chosen = SPECS[key].choices[SPECS[key].choice_labels.index(value)]
+        one.wait(lambda s, key=key, chosen=chosen: values(s.settings)[key] == chosen)
+        expected = {key for key in on_page if matters(key, one.session.settings)}
+        one.visitor.wait_for(lambda _, expected=expected: visible(one) == expected, 10.0)
+        one.run_on(0.05)
+    # Nothing was made anew: a hidden control keeps its place and its value.
+    assert one.visitor.mirror.labelled("η [m² rad²/s]" if SPECS["eta"].page_unit else "η")["visible"] is False
+
+
+def test_the_picker_stands_above_the_numbers(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house())
+    elements = list(one.visitor.mirror.gui.values())
+    orders = [one.visitor.mirror.labelled(SPECS[key].label)["order"] for key in PICKER]
+    assert orders == sorted(orders)
+    assert all(element["order"] > orders[-1] for element in elements if "duet-t" in str(element.get("content", "")))
+
+
+# --- what was computed beside the run ------------------------------------------------------------------------------------------------
+
+
+def text(html: str) -> str:
+    """What a person reads."""
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", html))
+
+
+def test_smoothness_in_a_table() -> None:
+    run = RunSettings()
+    dts = (0.005, 0.0025, 0.00125, 0.000625)
+    smooth = Measured(run, 10.0, dts, (0.08, 0.04, 0.02, 0.01))
+    half = Measured(run, 10.0, dts, (0.5, None, 0.51, None))
+    html = text(smoothness_html(Smoothness(smooth, half)))
+    assert "5 ms 0.0800 0.5000" in html and "2.5 ms 0.0400 …" in html and "0.625 ms 0.0100 …" in html
+    assert f"Law: {smooth.words}" in html and f"Ghost: {half.words}" in html
+    assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
+
+
+@pytest.mark.parametrize("scene", ["hold", "master_slave"])
+def test_what_if_in_a_table(scene: SceneName) -> None:
+    simulation = Simulation(RunSettings(scene=scene))
+    for _ in range(40):
+        simulation.step(None)
+    table = simulation.history.table()
+    before = summarise(simulation, table)
+    after = replace(before, d_min=0.1234, share_below=0.25, e2_max=0.01, dq_step_max=0.5)
+    answer = WhatIf(table[:, 0], table[:, 1], table[:, 3], simulation.settings, after, before, 1)
+    html = text(what_if_html(answer))
+    assert f"{1000.0 * before.d_min:.0f} mm 123 mm" in html and "25 %" in html and "0.500 rad/s" in html
+    assert ("5.7°" in html) == (scene == "master_slave") and ("100 mm" in html) == (scene == "hold")
+    assert "draft" not in html and "draft" in text(what_if_html(replace(answer, stride=2)))

@@ -1,0 +1,354 @@
+"""Numbers and words: what they say is what the simulation does, in every experiment and under every law."""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from functools import cache
+from typing import get_args
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.page.budget import MISSED, budget_lines, live_html, wanted_rate
+from app.page.contact import contact
+from app.page.equations import EQUATIONS, equation_html, equation_of
+from app.page.readout import status_html, tiles_html, tip_html
+from app.page.relevance import both_avoid
+from app.page.section import section_html, task_error
+from app.page.swivel import Swivel
+from app.session import Pace, Session
+from app.settings import Settings, from_query
+from controllers.laws.situation import AUTHORITY
+from controllers.limits import Authority
+from controllers.stability import analyse
+from scenes.rigs import MIRROR
+from scenes.room import build_alone
+from scenes.settings import LawName, SceneName
+from scenes.simulation import Simulation
+
+LAWS: tuple[LawName, ...] = get_args(LawName)
+SCENES: tuple[SceneName, ...] = get_args(SceneName)
+RUNNING = Pace(False, 1.0, False)
+
+
+def settings(query: str) -> Settings:
+    """The settings of a link, every part of which is possible."""
+    made, problems = from_query(dict(part.split("=") for part in query.split("&")), Settings())
+    assert not problems
+    return made
+
+
+@cache
+def played(query: str, seconds: float = 1.0) -> Simulation:
+    """An experiment that its own person has moved for a while; not to be moved on."""
+    simulation = Simulation(settings(query).run)
+    person = simulation.person()
+    while simulation.time < seconds:
+        simulation.step(person.target(simulation.time))
+    return simulation
+
+
+def text(html: str) -> str:
+    """What a person reads."""
+    return re.sub(r"<[^>]+>", "", html).replace("&lt;", "<").replace("&gt;", ">")
+
+
+def value(formula: str) -> float:
+    """The value of a formula with numbers."""
+    plain = text(formula).replace("−", "-").replace("·", "*").replace("Σ", "")
+    assert re.fullmatch(r"[-+*(),. \dmax]+", plain), plain
+    return float(eval(plain, {"__builtins__": {}, "max": max}))
+
+
+VARIANTS = ("", "&avoid=both", "&avoid=both&coupled=1", "&avoid=guided", "&ff=1", "&pairs=single")
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("scene", ["ball", "hold", "master_slave", "imitation"])
+def test_the_budget_is_what_happens(scene: str, law: str) -> None:
+    """ḋ by the law's own line is ḋ by J_d and q̇, and the numbers on the page come to the same."""
+    for variant in VARIANTS:
+        simulation = played(f"scene={scene}&law={law}&dm=0.2&n=2&d0=0.5&v=0.2{variant}")
+        sample = simulation.sample()
+        now = contact(simulation, sample)
+        rate = wanted_rate(simulation, sample, now)
+        formula, numbers = budget_lines(simulation, sample, now)
+        # Rounded to two digits: a hundredth for every term, and what multiplies it.
+        assert value(numbers) == pytest.approx(rate, abs=0.03)
+        assert "nan" not in numbers and not re.search(r"\d\.\d", text(formula))
+        levers = [now.square] if sample.second is None else [now.square, now.second_square]
+        if min(levers) < AUTHORITY**2 or simulation.bound_bites or law in ("null_space_avoidance", "barrier_qp"):
+            continue
+        assert now.change == pytest.approx(rate, abs=1e-9), variant
+        if sample.second is None:
+            assert now.rate == pytest.approx(simulation.law.line_rate(now.distance, now.pull, now.approach, now.square), abs=1e-9)
+
+
+def test_the_budget_of_two_arms() -> None:
+    simulation = played("scene=hold&avoid=both&dm=0.28&n=2&v=0.25", 3.0)
+    sample = simulation.sample()
+    assert sample.second is not None
+    lam, both = sample.activation, sample.pull + sample.second.pull
+    rate = wanted_rate(simulation, sample, contact(simulation, sample))
+    assert rate == pytest.approx(2.0 * lam * 0.25 - (1.0 - lam) * both, abs=1e-12)
+    formula, _ = budget_lines(simulation, sample, contact(simulation, sample))
+    assert text(formula) == "2λv − (1−λ)(u1+u2)"
+
+
+def test_a_law_that_gets_less_than_it_asks_for_says_so() -> None:
+    simulation = played("scene=hold&law=null_space_avoidance&dm=0.3&d0=0.6")
+    sample = simulation.sample()
+    now = contact(simulation, sample)
+    assert abs(now.change - wanted_rate(simulation, sample, now)) > MISSED
+    words = text(live_html(simulation, sample, now))
+    assert "the hand comes first" in words
+    assert value(words.partition("really ")[2].partition(":")[0]) == pytest.approx(now.change, abs=6e-4)
+    # In place of another line, so that nothing below moves.
+    rich = played("scene=hold&dm=0.05")
+    calm = live_html(rich, rich.sample(), contact(rich, rich.sample()))
+    assert live_html(simulation, sample, now).count("<br>") == calm.count("<br>") == 2
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ("k=0", "nothing brings e back"),
+        ("k=2", "shrinks by 1.0 % a step"),
+        ("k=20&kx=10&dt=0.005", "changes its sign"),
+        ("k=20&kx=10&dt=0.02", "grows at every step"),
+    ],
+)
+def test_the_arm_alone_says_what_k_dt_does(query: str, words: str) -> None:
+    simulation = played(f"scene=solo&path=circle&{query}", 0.1)
+    sample = simulation.sample()
+    assert words in text(live_html(simulation, sample, contact(simulation, sample)))
+    unstable = simulation.settings.gain * simulation.settings.overdrive * simulation.settings.dt >= 2.0
+    assert ("unstable" in status_html(RUNNING, simulation, sample)) == unstable
+    assert ("class=bad" in tiles_html(simulation, sample)) == unstable
+
+
+# --- tiles -----------------------------------------------------------------------------------------------------------------------
+
+
+def tile_values(html: str) -> list[str]:
+    """The large numbers."""
+    return [text(part).replace("−", "-") for part in re.findall(r"<b class=\"\w+\">(.*?)</b>", html)]
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_four_tiles_of_every_experiment(scene: str) -> None:
+    simulation = played(f"scene={scene}")
+    sample = simulation.sample()
+    tiles = tile_values(tiles_html(simulation, sample))
+    assert len(tiles) == 4
+    if scene == "solo":
+        assert float(tiles[0]) == pytest.approx(1000.0 * sample.error, abs=0.06) and float(tiles[1]) == 4.0
+        return
+    assert float(tiles[0]) == pytest.approx(1000.0 * sample.distance, abs=0.51)
+    assert float(tiles[1]) == pytest.approx(sample.activation, abs=0.006)
+    errors = [sample.error] if sample.second is None else [sample.error, math.sqrt(sample.second.squared_error)]
+    shown = [float(part) for part in tiles[2].split()]
+    scale = 180.0 / math.pi if simulation.error_unit == "rad²" else 1000.0
+    if scene == "imitation":
+        assert sorted(shown) == pytest.approx(sorted(scale * e for e in errors), abs=0.51)
+    else:
+        assert shown == pytest.approx([scale * errors[0]], abs=0.51)
+    fourth = sample.approach if sample.second is None else sample.pull + sample.second.pull
+    assert float(tiles[3]) == pytest.approx(fourth, abs=0.0051)
+
+
+@pytest.mark.parametrize(
+    ("robot", "task", "free"),
+    [("lwr", "position", 4.0), ("lwr", "pose", 1.0), ("ur5", "position", 3.0), ("ur5", "pose", 0.0), ("panda", "position", 4.0)],
+)
+def test_the_trace_of_n_counts_what_the_hand_leaves_free(robot: str, task: str, free: float) -> None:
+    simulation = played(f"scene=solo&robot={robot}&task={task}", 0.3)
+    assert float(tile_values(tiles_html(simulation, simulation.sample()))[1]) == free
+
+
+def test_the_ghost_has_a_second_number_in_every_tile() -> None:
+    session = Session(settings("ghost=unprotected&v=0.1"))
+    person = session.simulation.person()
+    for simulation in (session.simulation, session.ghost):
+        assert simulation is not None
+        for _ in range(900):
+            simulation.step(person.target(simulation.time))
+    assert session.ghost is not None
+    html = tiles_html(session.simulation, session.simulation.sample(), session.ghost)
+    ghosts = [float(text(part).removeprefix("ghost ").replace("−", "-")) for part in re.findall(r"<small>(.*?)</small>", html)]
+    own = [float(part) for part in tile_values(html)]
+    assert len(ghosts) == len(own) == 4
+    assert ghosts[0] == round(1000.0 * session.ghost.sample().distance) < own[0] - 8.0 and ghosts[1] == 0.0
+    assert "<small>" not in tiles_html(session.simulation, session.simulation.sample())
+
+
+def test_below_the_critical_distance_a_tile_turns_red() -> None:
+    simulation = played("scene=hold&law=unprotected&dm=0.3", 5.0)
+    sample = simulation.sample()
+    assert sample.distance < 0.29
+    assert tiles_html(simulation, sample).count("class=bad") == 1 and "&lt; d<sub>m</sub>" in tiles_html(simulation, sample)
+
+
+# --- words -----------------------------------------------------------------------------------------------------------------------
+
+
+def test_every_reason_for_missing_authority_of_either_arm_is_named() -> None:
+    simulation = played("scene=master_slave")
+    sample = simulation.sample()
+    assert sample.second is not None
+    first = replace(sample, authority=int(Authority.STOP), joint=3)
+    assert text(status_html(RUNNING, simulation, first)).count("near its limit") == 1
+    both = replace(first, second=replace(sample.second, authority=int(Authority.SPEED), joint=2))
+    words = text(status_html(RUNNING, simulation, both))
+    assert "near its limit" in words and "at its top speed" in words
+    assert simulation.joint_label(3) in words and simulation.joint_label(2, second=True) in words
+    lever = replace(sample, authority=int(Authority.LEVERAGE), joint=-1)
+    assert "no joint can move this point away" in status_html(RUNNING, simulation, lever)
+
+
+def test_who_is_faster_than_v() -> None:
+    for query, words in (("scene=hold", "the hand is faster than v"), ("scene=ball", "the ball is faster than v")):
+        simulation = played(query)
+        fast = replace(simulation.sample(), approach=0.31)
+        assert words in status_html(RUNNING, simulation, fast)
+        for other in (f"{query}&ff=1", f"{query}&law=barrier_qp", f"{query}&law=unprotected"):
+            assert "faster" not in status_html(RUNNING, played(other), fast)
+    # Where both keep clear the bound holds for any v > 0.
+    assert "faster" not in status_html(
+        RUNNING, played("scene=master_slave"), replace(played("scene=master_slave").sample(), approach=0.31)
+    )
+
+
+TOLD = (
+    *("", "&path=circle", "&ball=cross", "&point=arm", "&following=identical"),
+    *("&avoid=both", "&avoid=guided", "&avoid=free", "&autopilot=0"),
+)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_tip_for_everything_that_can_be_chosen(scene: str) -> None:
+    seen = set[str]()
+    for variant in (
+        "",
+        "&path=circle",
+        "&ball=cross",
+        "&point=arm",
+        "&following=identical",
+        "&avoid=both",
+        "&avoid=guided",
+        "&avoid=free",
+        "&autopilot=0",
+    ):
+        session = Session(settings(f"scene={scene}{variant}"))
+        tip = tip_html(session)
+        assert 40 < len(text(tip)) < 170 and tip.endswith(".")
+        seen.add(tip)
+    assert len(seen) > 1
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_an_equation_and_a_source_of_every_law(law: LawName) -> None:
+    run = settings(f"law={law}").run
+    light, dark = equation_html(run, "light"), equation_html(run, "dark")
+    assert EQUATIONS[law].source.replace("&", "&") in text(light)
+    drawings = re.findall(r"<svg .*?</svg>", light, re.DOTALL)
+    assert len(drawings) == len(EQUATIONS[law].lines)
+    for drawing in drawings:
+        root = ET.fromstring(drawing)
+        assert float(root.attrib["width"]) < 300.0
+        assert sum(element.tag.endswith("path") for element in root.iter()) >= 3
+    assert (light == dark) == (law == "unprotected")
+    assert equation_of(settings(f"law={law}&scene=solo").run).source == "(4)–(8)"
+
+
+# --- section III -----------------------------------------------------------------------------------------------------------------
+
+
+def test_section_three_speaks_of_its_own_law_only() -> None:
+    for law in LAWS:
+        simulation = played(f"scene=hold&law={law}")
+        sample = simulation.sample()
+        words = text(section_html(simulation, sample, contact(simulation, sample)))
+        assert ("sym(M)" in words) == (law in ("smooth_priority", "unprotected"))
+    for query, shown in (("scene=master_slave", True), ("scene=master_slave&coupled=1", False), ("scene=ball", True)):
+        simulation = played(query)
+        words = text(section_html(simulation, simulation.sample(), contact(simulation, simulation.sample())))
+        assert ("sym(M)" in words) == shown and ("W" in words and shown) == (shown and "master" in query)
+
+
+@pytest.mark.parametrize("query", ["scene=hold", "scene=hold&task=pose", "scene=master_slave", "scene=ball&point=elbow"])
+def test_section_three_is_about_this_moment(query: str) -> None:
+    simulation = played(query, 4.0)
+    sample = simulation.sample()
+    now = contact(simulation, sample)
+    error, J = task_error(simulation, sample)
+    position = error if J is None else error[:3]
+    assert float(position.dot(position)) == pytest.approx(sample.squared_error, rel=1e-9, abs=1e-12)
+    # As the law saw it: u = −J_d q̇_n.
+    run = simulation.settings
+    analysis = analyse(now.row, J, sample.activation, run.gain, run.gain, damped=True)
+    least = f"{analysis.smallest_eigenvalue:+.2f}".replace("-", "−")
+    assert least in text(section_html(simulation, sample, now)) or abs(analysis.smallest_eigenvalue) < 0.005
+    assert both_avoid(run) == (run.scene == "master_slave")
+
+
+def test_the_numbers_leave_the_run_alone() -> None:
+    """Looking at it changes no bit of it."""
+    query = "scene=hold&dm=0.25&pairs=soft"
+    watched, alone = Simulation(settings(query).run), Simulation(settings(query).run)
+    person = watched.person()
+    for step in range(400):
+        target = person.target(watched.time)
+        for simulation in (watched, alone):
+            simulation.step(target)
+        if step % 7 == 0:
+            sample = watched.sample()
+            now = contact(watched, sample)
+            live_html(watched, sample, now)
+            section_html(watched, sample, now)
+            tiles_html(watched, sample)
+    assert watched.history.table().tobytes() == alone.history.table().tobytes()
+
+
+# --- the elbow's angle -------------------------------------------------------------------------------------------------------------
+
+ANGLES = st.lists(st.floats(-1.2, 1.2), min_size=7, max_size=7)
+
+
+@given(ANGLES, st.floats(-1.0, 1.0))
+def test_the_elbow_angle_knows_no_turn_of_the_base_and_changes_sign_in_a_mirror(angles: list[float], turn: float) -> None:
+    room = build_alone()
+    q = np.array(angles)
+    q[3] = 0.4 + abs(q[3])
+    base = room.rig.left_base
+    angle = Swivel(room, room.arms[0]).angle(q)
+    if angle != angle:
+        return
+    assert abs(angle) <= math.pi
+    if abs(base.rotation[2, 2] - 1.0) < 1e-12:
+        turned = q.copy()
+        turned[0] += turn
+        assert math.remainder(Swivel(room, room.arms[0]).angle(turned) - angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
+        mirrored = Swivel(room, room.arms[0]).angle(MIRROR * q)
+        assert math.remainder(mirrored + angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_elbow_angle_does_not_jump_by_a_turn() -> None:
+    room = build_alone()
+    swivel, before = Swivel(room, room.arms[0]), None
+    # Twice round about the upper arm.
+    for turn in np.linspace(0.0, 4.0 * math.pi, 400):
+        q = np.array([0.0, 0.9, turn, 1.2, 0.0, 0.0, 0.0])
+        angle = swivel.angle(q)
+        assert before is None or abs(angle - before) < 0.6
+        before = angle
+
+
+def test_a_straight_arm_has_no_elbow_angle() -> None:
+    room = build_alone()
+    assert math.isnan(Swivel(room, room.arms[0]).angle(np.zeros(7)))
