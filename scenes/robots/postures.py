@@ -1,4 +1,8 @@
-"""How each robot starts on each rig: clear of the other arm, elbow bent, hand in front where it can be led to the other one."""
+"""How each robot starts on each rig: clear of the other arm, elbow bent, hand in front where it can be led to the other one.
+
+Forearm and hand stand well away from the arm's own base. A person who reaches for them would otherwise come close to that base,
+and there no law can help: a base cannot give way.
+"""
 
 from typing import Final
 
@@ -12,16 +16,16 @@ from scenes.settings import ArmName, RigName, RobotName
 # about that), the UR5, whose arm runs beside its foot, turns its base half round and folds the other way.
 _POSTURES: Final[dict[tuple[RobotName, RigName], dict[ArmName, tuple[float, ...]]]] = {
     ("panda", "torso"): {
-        "left": (-38.0, 43.0, -94.0, -133.0, -117.0, 142.0, 100.0),
-        "right": (38.0, 43.0, 94.0, -133.0, 117.0, 142.0, -10.0),
+        "left": (-44.0, -72.0, -85.0, -63.0, 25.0, 121.0, 48.0),
+        "right": (44.0, -72.0, 85.0, -63.0, -25.0, 121.0, 42.0),
     },
     ("panda", "table"): {
-        "left": (0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0),
-        "right": (0.0, -45.0, 0.0, -135.0, 0.0, 90.0, 45.0),
+        "left": (0.0, -28.0, 0.0, -90.0, 0.0, 62.0, 45.0),
+        "right": (0.0, -28.0, 0.0, -90.0, 0.0, 62.0, 45.0),
     },
     ("ur5", "torso"): {
-        "left": (-148.0, -49.0, 106.0, 123.0, -87.0, 0.0),
-        "right": (-32.0, -131.0, -106.0, 57.0, 87.0, 0.0),
+        "left": (-162.0, -54.0, 74.0, -23.0, 56.0, 0.0),
+        "right": (-18.0, -126.0, -74.0, -157.0, -56.0, 0.0),
     },
     ("ur5", "table"): {
         "left": (-30.0, -115.0, 105.0, -80.0, -90.0, 0.0),

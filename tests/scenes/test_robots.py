@@ -25,6 +25,7 @@ from controllers.errors import BadSetting
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.limits import VelocityBox
 from scenes.guide import Guide, HandTarget
+from scenes.headless import run
 from scenes.rigs import RIGS
 from scenes.robots import Robot, RobotName, drawing, lwr, robot, start_posture
 from scenes.robots.drawing import joint_frames, link_meshes, robot_glbs
@@ -32,7 +33,7 @@ from scenes.robots.enclosing import GRID, SHORTEST, enclosing_capsule
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import build_example
 from scenes.settings import ArmName, RigName
-from tests.scenes.helpers import RIG_NAMES
+from tests.scenes.helpers import RIG_NAMES, column, hold_settings
 
 NAMES: tuple[RobotName, ...] = get_args(RobotName)
 OTHERS: tuple[RobotName, ...] = ("panda", "ur5")
@@ -379,6 +380,16 @@ def test_a_hand_can_be_dragged_towards_the_other_arm(name: RobotName, rig: RigNa
     assert np.linalg.norm(kinematics.hand_pose(arm).translation - goal) < 1e-3
     assert 0.5 * top_speed < fastest <= 1.005 * top_speed
     assert 0 < duo.distance(q) < duo.distance(duo.start) + 0.01
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_paper_s_law_keeps_other_robots_clear(name: RobotName, rig: RigName) -> None:
+    """The autopilot's hand comes as near as with the LWR, and never nearer than d_m; the start postures are chosen for that."""
+    for guided in get_args(ArmName):
+        chosen = replace(hold_settings(rig, seed=2), robot=name, guided=guided)
+        distances = column(run(chosen, 46.0).table, "d")
+        assert chosen.law.critical_distance <= distances.min() < 1.2 * chosen.law.critical_distance
 
 
 # ---- what they look like ------------------------------------------------------------------------------------------------------------
