@@ -11,8 +11,8 @@ from scenes.rigs import Camera
 from scenes.settings import RigName, RobotName
 from scenes.simulation import Simulation
 
-BESIDE: Final = -0.22
-"""By how much the middle of the view moves towards the figure beside the robots [m]."""
+IMITATION: Final = Camera((0.30, -0.24, 1.09), (2.45, -0.45, 0.69), 2.56, 1.34, float(np.radians(32.0)))
+"""Shows the robots with their arms up, and the person beside them with arms stretched out."""
 
 LARGER: Final[dict[tuple[RobotName, RigName], tuple[float, float, float]]] = {
     ("panda", "torso"): (1.00, 2.15, 1.20),
@@ -26,11 +26,11 @@ LARGER: Final[dict[tuple[RobotName, RigName], tuple[float, float, float]]] = {
 def view_of(simulation: Simulation) -> Camera:
     """Return the view of an experiment: its rig's, but wider where the arms are longer or a person is shown beside them."""
     room, camera = simulation.room, simulation.room.rig.camera
-    x, y, z = camera.centre
     if simulation.settings.scene == "imitation":
-        return replace(camera, centre=(x, y + BESIDE, z), width=2.4, height=1.0)
+        return IMITATION
     if len(room.arms) == 2 and (make := (robot_of(simulation), room.rig.name)) in LARGER:
         z, width, height = LARGER[make]
+        x, y, _ = camera.centre
         return replace(camera, centre=(x, y, z), width=width, height=height)
     return camera
 

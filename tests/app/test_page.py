@@ -648,6 +648,14 @@ def test_every_hotkey_does_what_the_table_says(house: OpenHouse, arrive: Arrive)
     assert session.paused
     hit("pause")
     one.run_on(0.1)
+    hit("ghost")
+    assert session.settings.page.ghost == "frozen" and session.ghost is not None
+    hit("ghost")
+    assert session.settings.page.ghost == "off" and session.ghost is None
+    for scene in SPECS["scene"].choices:
+        hit(scene)
+        assert session.simulation.settings.scene == scene
+        one.run_on(0.05)
     assert done == {hotkey.action for hotkey in HOTKEYS}
 
 
