@@ -19,7 +19,7 @@ REST: Final = 0.1
 WINDOW: Final = 30.0
 """How much of the run "what if" makes again [s]."""
 
-DRAFT: Final = 0.2
+DRAFT: Final = 0.25
 """Wall time that a first answer may take [s]; if the exact one takes longer, it comes afterwards."""
 
 SMOOTHNESS_WINDOW: Final = 10.0

@@ -27,7 +27,7 @@ WHAT_IF_KEYS: Final = (*specs(LawSettings), "k", "kx")
 LOOK: Final = 64
 """Steps between two looks at whether the result is still wanted."""
 
-TRIAL: Final = 150
+TRIAL: Final = 60
 """Steps from which the time of a whole rerun is told beforehand."""
 
 COARSEST: Final = 0.020
