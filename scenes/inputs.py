@@ -7,11 +7,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from controllers.kinematics import Array
 from scenes.cast import Cast
+from scenes.packing import WIDTHS, PackedTargets, decoded, encoded, joined
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from scenes.targets import Target
 
 KEEP: Final = 600.0
 """Simulated time that a log keeps [s] …"""
@@ -22,38 +22,6 @@ MOST_BYTES: Final = 16_000_000
 CHAPTER: Final = 1.0
 """Simulated time from one snapshot to the next [s]."""
 
-NOTHING: Final = 0
-HAND: Final = 1
-"""Plus `ROTATION` or `TURNED` if there is a rotation, plus `ELBOW` if there is an elbow."""
-ROTATION: Final = 2
-TURNED: Final = 4
-"""A rotation that lies in memory column by column: a matrix product may give other last bits for it."""
-ELBOW: Final = 8
-BALL: Final = 16
-UNSEEN: Final = 17
-ANGLES: Final = 18
-JOINTS: Final = 64
-"""Plus the number of joints."""
-
-MOST_JOINTS: Final = 32
-
-_HANDS: Final = {
-    HAND + turn + elbow: 3 + (9 if turn else 0) + (3 if elbow else 0) for turn in (0, ROTATION, TURNED) for elbow in (0, ELBOW)
-}
-WIDTHS: Final[dict[int, int]] = {
-    NOTHING: 0,
-    BALL: 3,
-    UNSEEN: 0,
-    ANGLES: 8,
-    **_HANDS,
-    **{JOINTS + n: n for n in range(1, MOST_JOINTS + 1)},
-}
-"""Code of a kind of target → how many numbers it has."""
-
-_WIDTH: Final = np.zeros(256, np.int64)
-for _code, _numbers in WIDTHS.items():
-    _WIDTH[_code] = _numbers
-
 _STRETCH_BYTES: Final = 1_000
 """Memory of a stretch besides its numbers [B], and …"""
 
@@ -62,89 +30,6 @@ _CHAPTER_BYTES: Final = 3_000
 
 _OPEN_BYTES: Final = 120
 """Memory of a target that is not packed yet [B]."""
-
-
-class PackedTargets(NamedTuple):
-    """One target a step, equal neighbours told once. The arrays are only to be read.
-
-    Attributes:
-        codes: (k,) kind of each different target.
-        counts: (k,) for how many steps it was wanted.
-        numbers: those of all targets, one after the other.
-    """
-
-    codes: np.ndarray
-    counts: np.ndarray
-    numbers: Array
-
-    @property
-    def steps(self) -> int:
-        """Number of steps."""
-        return int(self.counts.sum())
-
-    @property
-    def offsets(self) -> np.ndarray:
-        """Where each target's numbers begin (k,)."""
-        widths = _WIDTH[self.codes]
-        return np.cumsum(widths) - widths
-
-    def runs(self) -> Iterator[tuple[Target | None, int]]:
-        """Yield every different target, and for how many steps it was wanted."""
-        numbers, begin = self.numbers, 0
-        for code, count in zip(self.codes.tolist(), self.counts.tolist(), strict=True):
-            end = begin + WIDTHS[code]
-            yield decoded(code, numbers[begin:end]), count
-            begin = end
-
-
-def joined(parts: list[PackedTargets]) -> PackedTargets:
-    """Return several as one, in their order."""
-    if len(parts) == 1:
-        return parts[0]
-    return PackedTargets(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
-
-
-def encoded(target: Target | None) -> tuple[int, bytes]:
-    """Return kind and numbers of a target, to the last bit."""
-    if target is None:
-        return NOTHING, b""
-    if isinstance(target, HandTarget):
-        position, rotation, elbow = target
-        code, numbers = HAND, np.asarray(position, np.float64).tobytes()
-        if rotation is not None:
-            rotation = np.asarray(rotation, np.float64)
-            code += TURNED if rotation.flags.fnc else ROTATION
-            numbers += rotation.tobytes("A")
-        if elbow is not None:
-            code += ELBOW
-            numbers += np.asarray(elbow, np.float64).tobytes()
-        return code, numbers
-    if isinstance(target, AnglesTarget):
-        return (UNSEEN, b"") if target.angles is None else (ANGLES, np.asarray(target.angles, np.float64).tobytes())
-    if isinstance(target, BallTarget):
-        return BALL, np.asarray(target.position, np.float64).tobytes()
-    positions = np.asarray(target.positions, np.float64)
-    return JOINTS + len(positions), positions.tobytes()
-
-
-def decoded(code: int, numbers: Array) -> Target | None:
-    """Return the target of a kind with these numbers; its arrays are views of them."""
-    if code == NOTHING:
-        return None
-    if code == UNSEEN:
-        return AnglesTarget(None)
-    if code == ANGLES:
-        return AnglesTarget(numbers.reshape(2, 4))
-    if code == BALL:
-        return BallTarget(numbers)
-    if code > JOINTS:
-        return JointTarget(numbers)
-    rotation = elbow = None
-    if code & (ROTATION | TURNED):
-        rotation = numbers[3:12].reshape((3, 3), order="F" if code & TURNED else "C")
-    if code & ELBOW:
-        elbow = numbers[-3:]
-    return HandTarget(numbers[:3], rotation, elbow)
 
 
 class Stretch(NamedTuple):

@@ -15,7 +15,8 @@ import numpy as np
 from controllers.errors import BadInputFile, BadSetting
 from controllers.kinematics import Array
 from scenes.cast import Person
-from scenes.inputs import ANGLES, BALL, HAND, JOINTS, ROTATION, TURNED, WIDTHS, PackedTargets, Recorded, RecordedPerson, Stretch
+from scenes.inputs import Recorded, RecordedPerson, Stretch
+from scenes.packing import ANGLES, BALL, HAND, JOINTS, ROTATION, TURNED, WIDTHS, PackedTargets
 from scenes.recording import REACH, read_inputs
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation, Snapshot

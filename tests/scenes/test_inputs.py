@@ -18,8 +18,9 @@ from hypothesis import strategies as st
 from controllers.errors import BadInputFile
 from scenes import inputs_file
 from scenes.headless import run
-from scenes.inputs import CHAPTER, InputsLog, PackedTargets, Recorded, RecordedPerson, decoded, encoded
+from scenes.inputs import CHAPTER, InputsLog, Recorded, RecordedPerson
 from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from, write_recorded
+from scenes.packing import PackedTargets, decoded, encoded
 from scenes.rerun import rerun
 from scenes.settings import RunSettings, SceneName, changed
 from scenes.simulation import Simulation
