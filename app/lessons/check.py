@@ -67,9 +67,9 @@ def lessons(command: Lessons) -> int:
         BadSetting: there is no such lesson, or the JSON file cannot be written.
     """
     book = load_lessons(command.folder)
-    chosen = _chosen(book, command.only)
     for problem in book.problems:
         print(f"left out: {problem}")
+    chosen = _chosen(book, command.only)
     if not command.check:
         for lesson in chosen:
             print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")

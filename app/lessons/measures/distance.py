@@ -23,7 +23,7 @@ def smallest_distance(evidence: Evidence) -> Value:
     return float(evidence.column("d").min()) if has_obstacle(evidence) else None
 
 
-@quantity("smallest distance above d_m", "m", "mm", 1)
+@quantity("smallest d − d_m", "m", "mm", 1)
 def distance_margin(evidence: Evidence) -> Value:
     """Return the smallest d of the run less d_m [m]; negative if the critical distance was passed."""
     smallest = smallest_distance(evidence)
