@@ -31,22 +31,18 @@ class ComparePanel:
             lambda _: session.post(session.measure_smoothness),
         )
         self._smoothness = gui.add_html("")
-        self._shown: object = None
+        self._state: tuple[object, ...] = ()
+        self._answers: tuple[object, ...] = (None, None)
 
     def show(self, visible: bool) -> None:
         """Bring it up to date; hide it where there is nothing to compare."""
         session = self._session
-        state = (
-            visible,
-            session.what_if,
-            session.smoothness,
-            session.computing,
-            session.study_message,
-            session.settings.page.what_if,
-        )
-        if state == self._shown:
+        answers = session.what_if, session.smoothness
+        state = visible, session.computing, session.study_message, session.settings.page.what_if
+        # Answers are compared by identity: they hold arrays, and are never changed.
+        if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
-        self._shown = state
+        self._state, self._answers = state, answers
         self._what_if.visible = self._smoothness.visible = visible
         self._button.show(visible)
         self._what_if.content = f'<div class="duet">{_what_if_block(session)}</div>'
@@ -59,7 +55,11 @@ def _what_if_block(session: Session) -> str:
     answer = session.what_if
     if answer is None:
         measuring = session.smoothness is not None and not session.smoothness.finished
-        waiting = "Computing …" if session.computing and not measuring else "Now move d<sub>m</sub>, n, v, K or another setting of the law."
+        waiting = (
+            "Computing …"
+            if session.computing and not measuring
+            else "Now move d<sub>m</sub>, n, v, K or another setting of the law."
+        )
         return f'<p class="duet-tip">{waiting} {session.study_message}</p>'
     return what_if_html(answer)
 

@@ -18,7 +18,7 @@ _STYLES: Final = ((), (7.0, 4.0), (2.0, 3.0))
 """Dashes of the first three joints, the next three, the last."""
 
 _GHOST: Final = (5.0, 4.0)
-_WHAT_IF: Final = (1.5, 3.0)
+_WHAT_IF: Final = (9.0, 3.0, 2.0, 3.0)
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Course:
         title: as HTML.
         unit: of the axis.
         lines: in the order drawn.
-        legend: class of CSS, kind of line ("", "dash", "dot") and name, for every line that needs one.
+        legend: class of CSS, kind of line ("", "dash", "dot", "mix") and name, for every line that needs one.
         span: of the axis; None: as the data ask, from 0 up if `positive`.
         scale: values of the buffer times this are shown.
         positive: whether the axis begins at 0.

@@ -83,6 +83,7 @@ class Plots:
         self._gui, self._tab, self._height, self._page = gui, tab, height, page
         self.buffer, self._ghost_buffer = PlotBuffer(), PlotBuffer()
         self._what_if: WhatIf | None = None
+        self._answers = 0
         self._curves: dict[str, Curve] = {}
         self._details: Details = page.details
         with tab:
@@ -120,7 +121,7 @@ class Plots:
         self.buffer.feed(simulation)
         if ghost is not None:
             self._ghost_buffer.feed(ghost)
-        state = simulation.history.count, simulation.settings, ghost is not None, self._what_if
+        state = simulation.history.count, simulation.settings, ghost is not None, self._answers
         for name in due:
             if self._drawn.get(name) == state:
                 continue
@@ -204,6 +205,7 @@ class Plots:
     def _take(self, what_if: WhatIf | None) -> None:
         if what_if is not self._what_if:
             self._what_if = what_if
+            self._answers += 1
             self._curves = {}
             if what_if is not None:
                 self._curves["d"] = Curve(what_if.times, what_if.distance, smallest=True)
@@ -270,7 +272,7 @@ class Plots:
         if with_ghost and course.columns("ghost"):
             legend = (*legend, (course.symbol, "dash", "ghost"))
         if self._what_if is not None and course.columns("what_if"):
-            legend = (*legend, (course.symbol, "dot", "what if"))
+            legend = (*legend, (course.symbol, "mix", "what if"))
         parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{label}</span>' for symbol, kind, label in legend)
         unit = f" [{course.unit}]" if course.unit else ""
         return f'<div class="duet-caption{spare}"><span class="duet-title">{course.title}{unit}</span>{parts}</div>'

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import Any, get_args
+from types import SimpleNamespace
+from typing import Any, cast, get_args
 
 import pytest
+import viser
 
-from app.page.compare import smoothness_html, what_if_html
+from app.page.compare import ComparePanel, smoothness_html, what_if_html
 from app.page.controls import PICKER, TABS
 from app.page.relevance import WHEN, both_avoid, matters
+from app.session import Session
 from app.settings import Settings
 from app.studies import Smoothness
 from scenes.headless import summarise
@@ -191,15 +194,90 @@ def test_smoothness_in_a_table() -> None:
     assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
 
 
-@pytest.mark.parametrize("scene", ["hold", "master_slave"])
-def test_what_if_in_a_table(scene: SceneName) -> None:
+def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One answer after another, a message, and nothing where there is nothing to compare; nothing is written twice."""
+    session = Session(Settings())
+    gui = _Gui()
+    panel = ComparePanel(cast(viser.GuiApi, gui), session)
+    answers: dict[str, Any] = {"what_if": None, "smoothness": None, "computing": False, "study_message": ""}
+    for name in answers:
+        monkeypatch.setattr(Session, name, property(lambda _, name=name: answers[name]))
+
+    def seen() -> str:
+        panel.show(True)
+        before = [block.written for block in gui.blocks]
+        panel.show(True)
+        assert [block.written for block in gui.blocks] == before
+        return text(" ".join(block.content for block in gui.blocks))
+
+    assert seen().strip() == ""
+    session.change("whatif", True)
+    assert "Now move" in seen()
+    answers["computing"] = True
+    assert "Computing" in seen()
+    answers["computing"] = False
+    for length in (40, 30):
+        answers["what_if"] = answer_of("hold", length)
+        assert "as it was" in seen()
+    answers["study_message"], answers["what_if"] = "Too many computations are waiting; ask again in a moment.", None
+    assert "Too many computations" in seen()
+    run = RunSettings()
+    for largest in ((None, None, None, None), (0.2, None, None, 0.1), (0.2, 0.1, 0.05, 0.025)):
+        answers["smoothness"] = Smoothness(Measured(run, 10.0, (0.02, 0.01, 0.005, 0.0025), largest), None)
+        assert ("Measuring" in seen()) == (None in largest)
+    panel.show(False)
+    assert not any(block.visible for block in gui.blocks) and not gui.group.visible
+
+
+class _Block:
+    """A block that counts how often it was written."""
+
+    def __init__(self) -> None:
+        self._content, self.written, self.visible = "", 0, True
+
+    @property
+    def content(self) -> str:
+        """What it shows."""
+        return self._content
+
+    @content.setter
+    def content(self, content: str) -> None:
+        self._content, self.written = content, self.written + 1
+
+
+class _Gui:
+    """Makes blocks and one row of buttons."""
+
+    def __init__(self) -> None:
+        self.blocks: list[_Block] = []
+        self.group = SimpleNamespace(visible=True, on_click=lambda callback: callback)
+
+    def add_html(self, content: str) -> _Block:
+        """A block."""
+        assert content == ""
+        self.blocks.append(_Block())
+        return self.blocks[-1]
+
+    def add_button_group(self, *_: object, **__: object) -> SimpleNamespace:
+        """The row."""
+        return self.group
+
+
+def answer_of(scene: SceneName, steps: int) -> WhatIf:
+    """What if a run at rest had been at rest."""
     simulation = Simulation(RunSettings(scene=scene))
-    for _ in range(40):
+    for _ in range(steps):
         simulation.step(None)
     table = simulation.history.table()
-    before = summarise(simulation, table)
-    after = replace(before, d_min=0.1234, share_below=0.25, e2_max=0.01, dq_step_max=0.5)
-    answer = WhatIf(table[:, 0], table[:, 1], table[:, 3], simulation.settings, after, before, 1)
+    summary = summarise(simulation, table)
+    return WhatIf(table[:, 0], table[:, 1], table[:, 3], simulation.settings, summary, summary, 1)
+
+
+@pytest.mark.parametrize("scene", ["hold", "master_slave"])
+def test_what_if_in_a_table(scene: SceneName) -> None:
+    answer = answer_of(scene, 40)
+    before = answer.before
+    answer = replace(answer, summary=replace(before, d_min=0.1234, share_below=0.25, e2_max=0.01, dq_step_max=0.5))
     html = text(what_if_html(answer))
     assert f"{1000.0 * before.d_min:.0f} mm 123 mm" in html and "25 %" in html and "0.500 rad/s" in html
     assert ("5.7°" in html) == (scene == "master_slave") and ("100 mm" in html) == (scene == "hold")

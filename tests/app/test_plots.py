@@ -488,7 +488,7 @@ def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     go_on(session, 2.0)
     plots.show(session, 0.0)
     times = session.simulation.history.table()[:200, COLUMN["t"]]
-    answer = cast(WhatIf, _Answer(times, np.full(200, 0.2), np.full(200, 0.01)))
+    answer: WhatIf | None = cast(WhatIf, _Answer(times, np.full(200, 0.2), np.full(200, 0.01)))
     monkeypatch.setattr(Session, "what_if", property(lambda _: answer))
     plots.show(session, 1.0)
     for plot, value in zip(gui.plots, (0.2, 0.01), strict=True):
@@ -496,6 +496,13 @@ def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
         inside = plot.data[0] < times[-1] - WINDOW / POINTS
         assert (line[inside] == value).all() and np.isnan(line[-1])
     assert sum("what if" in block.content for block in gui.blocks) == 2
+    # The exact answer after the draft: other times, so that nothing can be compared element by element.
+    answer = cast(WhatIf, _Answer(times[::2], np.full(100, 0.3), np.full(100, 0.02)))
+    plots.show(session, 2.0)
+    assert np.nanmax(gui.plots[0].data[-1]) == 0.3
+    answer = None
+    plots.show(session, 3.0)
+    assert len(gui.plots[0].data[-1]) == 0 and not any("what if" in block.content for block in gui.blocks)
 
 
 @dataclass
