@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import viser
 
-from app.page.poses import checked_pose, put
+from app.page.poses import checked_pose, fresh, put
 from app.session import Session
 from controllers.kinematics import Array
 from scenes.simulation import Simulation
@@ -26,9 +26,8 @@ class HandHandle:
         self._turns = True
         self.dragged = False
         """Whether somebody has hold of it."""
-        self._handle = scene.add_transform_controls(
-            "/gizmo/hand", scale=0.22, line_width=3.5, depth_test=False, disable_sliders=True
-        )
+        handle = scene.add_transform_controls("/gizmo/hand", scale=0.22, line_width=3.5, depth_test=False, disable_sliders=True)
+        self._handle = fresh(handle)
 
         @self._handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
@@ -76,7 +75,7 @@ class ElbowHandle:
     def __init__(self, scene: viser.SceneApi, session: Session) -> None:
         self._session = session
         self._start: tuple[Array, Array, Array, HandTarget] | None = None
-        self._handle = scene.add_transform_controls(
+        handle = scene.add_transform_controls(
             "/gizmo/elbow",
             scale=0.26,
             line_width=3.5,
@@ -86,6 +85,7 @@ class ElbowHandle:
             active_axes=(False, True, True),
             opacity=0.9,
         )
+        self._handle = fresh(handle)
 
         @self._handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:

@@ -5,6 +5,7 @@ import math
 import pinocchio as pin
 import viser
 
+from app.page.poses import fresh
 from controllers.kinematics import Array
 from scenes.lwr.shells import SEEN_THROUGH
 from scenes.robots import RobotName
@@ -36,7 +37,7 @@ class ArmView:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
         turn = pin.Quaternion(base.rotation)
         path = f"{name}/base"
-        self._root = scene.add_glb(
+        root = scene.add_glb(
             path,
             glbs[0],
             wxyz=(turn.w, turn.x, turn.y, turn.z),
@@ -44,15 +45,15 @@ class ArmView:
             cast_shadow=solid,
             receive_shadow=solid,
         )
+        self._root = fresh(root)
         self._links: list[viser.GlbHandle] = []
         self._paths = [path]
         self._turns: list[tuple[Quaternion, Quaternion]] = []
         for joint, glb in zip(joint_frames(robot), glbs[1:], strict=True):
             path = f"{path}/{joint.name}"
             self._paths.append(path)
-            self._links.append(
-                scene.add_glb(path, glb, position=joint.position, wxyz=joint.rotation, cast_shadow=solid, receive_shadow=solid)
-            )
+            link = scene.add_glb(path, glb, position=joint.position, wxyz=joint.rotation, cast_shadow=solid, receive_shadow=solid)
+            self._links.append(fresh(link))
             self._turns.append((joint.rotation, _product(joint.rotation, (0.0, *joint.axis))))
         self._angles = [math.nan] * len(self._links)
 

@@ -7,6 +7,7 @@ import pinocchio as pin
 import viser
 
 from app.page.arms import ArmView
+from app.page.poses import fresh
 from app.page.theme import BRAND, PALETTES, rgb
 from app.settings import PageSettings
 from scenes.history import Sample
@@ -35,7 +36,7 @@ class BallView:
             name = f"control point at the {room.point}"
             body = room.geometry.geometryObjects[room.geometry.getGeometryId(name)]
             placement: pin.SE3 = body.placement
-            self._point = scene.add_icosphere(
+            point = scene.add_icosphere(
                 f"{arm.link(body.parentJoint)}/control_point",
                 radius=POINT_RADIUS,
                 opacity=0.35,
@@ -43,6 +44,7 @@ class BallView:
                 cast_shadow=False,
                 receive_shadow=False,
             )
+            self._point = fresh(point)
 
     def dress(self, page: PageSettings) -> None:
         """Take on a theme."""

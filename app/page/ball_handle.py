@@ -3,7 +3,7 @@
 import viser
 
 from app.page.grip import Grip
-from app.page.poses import checked_point, put
+from app.page.poses import checked_point, fresh, put
 from app.page.theme import BRAND
 from app.session import Session
 from controllers.kinematics import Array
@@ -22,9 +22,10 @@ class BallHandle:
     def __init__(self, scene: viser.SceneApi, session: Session) -> None:
         self._session = session
         self._pushed = False
-        self._arrows = scene.add_transform_controls(
+        arrows = scene.add_transform_controls(
             "/gizmo/ball", scale=0.2, line_width=3.5, depth_test=False, disable_sliders=True, disable_rotations=True
         )
+        self._arrows = fresh(arrows)
         # Just around the ball, so that it is what the mouse meets.
         self._grip = Grip(scene, "/gizmo/grip", BALL_RADIUS + 0.002, BRAND, 0.0, session.post, self._pulled)
 

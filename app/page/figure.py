@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 import viser
 
+from app.page.poses import fresh
 from app.page.theme import scale
 from app.settings import PageSettings
 from controllers.kinematics import Array
@@ -50,7 +51,7 @@ class FigureView:
         for part in parts:
             path = paths[part.name] = f"{paths.get(part.parent, '/person')}/{part.name}"
             place = SCALE * part.pose.translation + (0.0 if part.parent else STAND)
-            self._parts[part.name] = scene.add_glb(path, part.glb, scale=SCALE, position=tuple(place.tolist()))
+            self._parts[part.name] = fresh(scene.add_glb(path, part.glb, scale=SCALE, position=tuple(place.tolist())))
         above = _SHOULDERS + np.array([0.0, 0.0, 0.33])
         self._label = scene.add_label("/person/lost", "nobody is seen", anchor="bottom-center", position=above, visible=False)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 import viser
 
+from app.page.poses import fresh
 from app.page.theme import PALETTES, rgb
 from app.settings import PageSettings
 from scenes.history import Sample
@@ -17,7 +18,7 @@ AWAY: Final = 0.004
 
 
 class Place:
-    """Not to be seen where joints are followed.
+    """For an arm whose hand is drawn to a place.
 
     Args:
         scene: where to draw.
@@ -25,17 +26,16 @@ class Place:
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._ball = scene.add_icosphere(
-            "/place/ball", radius=0.017, subdivisions=2, color=(255, 255, 255), opacity=0.9, cast_shadow=False, visible=False
+            "/place/ball", radius=0.017, subdivisions=2, color=(255, 255, 255), opacity=0.9, cast_shadow=False
         )
-        self._ring = scene.add_mesh_simple(
-            "/place/ring", *_ring(0.040, 0.005), color=(255, 255, 255), cast_shadow=False, visible=False
-        )
+        ring = scene.add_mesh_simple("/place/ring", *_ring(0.040, 0.005), color=(255, 255, 255), cast_shadow=False, visible=False)
+        self._ring = fresh(ring)
         line = np.zeros((1, 2, 3), np.float32)
         self._error = scene.add_line_segments(
             "/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False
         )
         self._shown: tuple[float, ...] = (math.nan,)
-        self._away = self._seen = False
+        self._away = False
 
     def dress(self, page: PageSettings) -> None:
         """Take on a theme."""
@@ -49,8 +49,6 @@ class Place:
         place, rotation = simulation.place, simulation.place_rotation
         if place is None or rotation is None:
             return
-        if not self._seen:
-            self._seen = self._ball.visible = self._ring.visible = True
         where = (*place.tolist(), *rotation.flat)
         if where != self._shown:
             self._shown = where

@@ -1,7 +1,7 @@
 """Poses between the browser and us: what it sends is checked, and what it shows is only written anew when it differs."""
 
 import math
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -11,6 +11,8 @@ from controllers.kinematics import Array
 
 ROOM: Final = 2.5
 """Half the edge of the box in which anything can be wanted [m]; whatever is dragged beyond counts as its edge."""
+
+Node = TypeVar("Node", bound=viser.SceneNodeHandle)
 
 
 def checked_point(position: object) -> Array | None:
@@ -39,3 +41,15 @@ def put(handle: viser.SceneNodeHandle, place: Array, rotation: Array | None = No
         wxyz = (turn.w, turn.x, turn.y, turn.z)
         if np.abs(np.asarray(handle.wxyz) - wxyz).max() > 1e-5:
             handle.wxyz = wxyz
+
+
+def fresh(handle: Node) -> Node:
+    """Return a node that was just made, after telling the browser its pose even if it is the usual one.
+
+    A node that takes the name of one removed in the same frame would otherwise stand, in the browser, where that one stood.
+    """
+    wxyz, position = np.array(handle.wxyz, float), np.array(handle.position, float)
+    # Only news is sent; of several pieces of news in one frame the last one.
+    handle.wxyz, handle.position = np.roll(wxyz, 1), position + 1.0
+    handle.wxyz, handle.position = wxyz, position
+    return handle

@@ -135,7 +135,9 @@ class Stage:
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, robot_of(simulation))
             for arm, base in zip(room.arms, room.bases(), strict=True)
         )
-        parts: list[Part] = [ClosestLine(self.scene), Place(self.scene)]
+        parts: list[Part] = [ClosestLine(self.scene)]
+        if simulation.place is not None:
+            parts.append(Place(self.scene))
         moving = settings.scene == "ball" or (settings.scene == "solo" and settings.path == "circle")
         if settings.scene != "imitation":
             parts.append(Trace(self.scene, "/trace", simulation.avoiding, TRAVEL if moving else STAY))
