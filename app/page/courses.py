@@ -7,7 +7,7 @@ from typing import Final
 from app.page.bins import COLUMNS, DRIVEN, JOINTS, RESTING
 from app.page.relevance import both_avoid
 from app.page.theme import Palette
-from scenes.settings import RunSettings
+from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
 """Top of the distance axis [m]: Fig. 5's."""
@@ -74,14 +74,17 @@ def _shadows(column: str, colour: str) -> tuple[Line, ...]:
     return Line(column, colour, 1.8, _GHOST, "ghost"), Line(column, colour, 2.0, _WHAT_IF, "what_if")
 
 
-def _joints(stem: str, run: str = "own") -> tuple[Line, ...]:
+def _joints(stem: str, count: int, run: str = "own") -> tuple[Line, ...]:
     thin, dash = (1.6, None) if run == "own" else (1.0, (1.5, 3.0))
     return tuple(
-        Line(f"{stem}{i + 1}", f"joint {i + 1}", thin, _STYLES[i // 3] if dash is None else dash, run) for i in range(JOINTS)
+        Line(f"{stem}{i + 1}", f"joint {i + 1}", thin, _STYLES[i // 3] if dash is None else dash, run) for i in range(count)
     )
 
 
-_JOINT_LEGEND: Final = tuple((f"j{i + 1}", ("", "dash", "dot")[i // 3], str(i + 1)) for i in range(JOINTS))
+def _of_joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None) -> Course:
+    legend = tuple((f"j{i + 1}", ("", "dash", "dot")[i // 3], str(i + 1)) for i in range(count))
+    return Course(title, unit, (*_joints(stem, count), *_joints(stem, count, "ghost")), legend, span, DEGREES, False)
+
 
 _DISTANCE: Final = Course(
     'distance <b class="d">d</b>',
@@ -113,7 +116,6 @@ def _followed(prefix: str, title: str, model: str) -> Course:
 
 
 _COURSES: Final[dict[str, Course]] = {
-    "distance": _DISTANCE,
     "hand": Course('hand error <b class="e">|e|</b>', "mm", (Line("e", "error", 2.2),), scale=1000.0),
     "elbow": Course(
         "elbow angle about the line shoulder–wrist", "°", (Line("elbow", "distance", 2.2),), (), None, DEGREES, False
@@ -126,8 +128,6 @@ _COURSES: Final[dict[str, Course]] = {
         (0.0, 1.05),
         symbol="lam",
     ),
-    "joints": Course("joints q", "°", (*_joints("q"), *_joints("q", "ghost")), _JOINT_LEGEND, (-180.0, 180.0), DEGREES, False),
-    "rates": Course("joint speeds q̇", "°/s", (*_joints("dq"), *_joints("dq", "ghost")), _JOINT_LEGEND, None, DEGREES, False),
     "speeds": Course(
         "speeds along the line",
         "m/s",
@@ -137,34 +137,36 @@ _COURSES: Final[dict[str, Course]] = {
             Line("w", "approach", 2.0, (2.0, 4.0)),
             Line("u", "pull", 1.4, _GHOST, "ghost"),
         ),
-        (("u", "", "u pull"), ("v", "dash", "v"), ("w", "dot", "w approach")),
+        (("u", "", "u"), ("v", "dash", "v"), ("w", "dot", "w")),
         positive=False,
         symbol="u",
     ),
 }
 
 
-def course_of(name: str, run: RunSettings, unit: str, avoiding: str, other: str) -> Course:
-    """Return a plot as it is in a run.
-
-    Args:
-        name: "distance", "error", …
-        run: settings of the run.
-        unit: of its squared error.
-        avoiding, other: names of the arms.
-    """
-    if name == "error":
-        two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
-        return _squared_error(unit, (avoiding, other) if two else (avoiding,))
-    if name == "distance" and run.law.law not in RESTING:
-        return replace(_DISTANCE, legend=_DISTANCE.legend[:1])
-    if name == "follow":
-        if run.scene == "imitation":
+def course_of(name: str, simulation: Simulation) -> Course:
+    """Return a plot, named "distance", "error", …, as it is in a run."""
+    run, joints = simulation.settings, simulation.avoiding.joints
+    avoiding, other = simulation.avoiding.name, simulation.guided.name
+    count = min(joints.stop - joints.start, JOINTS)
+    match name:
+        case "error":
+            two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
+            return _squared_error(simulation.error_unit, (avoiding, other) if two else (avoiding,))
+        case "distance":
+            return _DISTANCE if run.law.law in RESTING else replace(_DISTANCE, legend=_DISTANCE.legend[:1])
+        case "joints":
+            return _of_joints("joints q", "°", "q", count, (-180.0, 180.0))
+        case "rates":
+            return _of_joints("joint speeds q̇", "°/s", "dq", count, None)
+        case "follow" if run.scene == "imitation":
             return _followed("", f"q, {avoiding} arm", "person")
-        return _followed("", "q, slave", "master" if run.following == "identical" else "master, mirrored")
-    if name == "follow_other":
-        return _followed("other_", f"q, {other} arm", "person")
-    return _COURSES[name]
+        case "follow":
+            return _followed("", "q, slave", "master" if run.following == "identical" else "master, mirrored")
+        case "follow_other":
+            return _followed("other_", f"q, {other} arm", "person")
+        case _:
+            return _COURSES[name]
 
 
 def colour_of(line: Line, palette: Palette) -> str:

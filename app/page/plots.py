@@ -92,6 +92,7 @@ class Plots:
         self._charts: dict[str, viser.GuiHtmlHandle] = {}
         self._courses: dict[str, tuple[Course, viser.GuiUplotHandle]] = {}
         self._cells: tuple[str, ...] = ()
+        self._settings: RunSettings | None = None
         self._next: dict[str, float] = {}
         self._drawn: dict[str, object] = {}
 
@@ -148,9 +149,11 @@ class Plots:
             self._cells = wanted
             self._layout.content = layout_html(wanted)
             self._drawn.clear()
-        for name in wanted:
-            if name in self._courses:
+        if simulation.settings is not self._settings:
+            self._settings = simulation.settings
+            for name in self._courses:
                 self._redefine(name, simulation)
+        for name in wanted:
             caption = self._caption(name, ghost is not None)
             if self._captions[name].content != caption:
                 self._captions[name].content = caption
@@ -167,7 +170,7 @@ class Plots:
             if name in CHARTS:
                 self._charts[name] = self._gui.add_html("", order=order + 0.5)
                 return
-            course = self._course(name, simulation)
+            course = course_of(name, simulation)
             # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is not to look like a hill.
             soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
             if course.positive:
@@ -186,14 +189,10 @@ class Plots:
             )
             self._courses[name] = course, handle
 
-    def _course(self, name: str, simulation: Simulation) -> Course:
-        names = simulation.avoiding.name, simulation.guided.name
-        return course_of(name, simulation.settings, simulation.error_unit, *names)
-
     def _redefine(self, name: str, simulation: Simulation) -> None:
         """Give a plot other lines if the experiment asks for them."""
         old, plot = self._courses[name]
-        course = self._course(name, simulation)
+        course = course_of(name, simulation)
         if course == old:
             return
         self._courses[name] = course, plot

@@ -256,6 +256,6 @@ def authority_text(authority: Authority, joint: int, simulation: Simulation, sec
         case Authority.SPEED:
             return f"{simulation.joint_label(joint, second)} at its top speed"
         case Authority.LEVERAGE:
-            return "no joint can move this point away"
+            return "no joint moves this point"
         case _:
             return ""

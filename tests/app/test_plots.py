@@ -68,6 +68,7 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     newest = np.array([line[-1] for line in series[1:]])
     assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
     assert np.isnan(newest[count:7]).all()
+    assert len(course_of("joints", simulation).columns("own")) == len(course_of("rates", simulation).legend) == count
     desired = [line[-1] for line in buffer.series(tuple(COLUMNS[f"qd{i + 1}"] for i in range(4)))[1:]]
     assert desired == sample.desired[own][:4].tolist()
 
@@ -169,7 +170,7 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: SceneName
         for name in shown:
             if name in CHARTS:
                 continue
-            course = course_of(name, simulation.settings, simulation.error_unit, "left", "right")
+            course = course_of(name, simulation)
             assert {line.run for line in course.lines} <= {"own", "ghost", "what_if"}
             for line in course.lines:
                 assert line.column in COLUMNS
@@ -178,7 +179,7 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: SceneName
             # Not two lines of one colour without another cue.
             own = [(line.colour, line.dash) for line in course.lines if line.run == "own"]
             assert len(set(own)) == len(own)
-    unit = course_of("error", simulation.settings, simulation.error_unit, "left", "right").unit
+    unit = course_of("error", simulation).unit
     assert unit == ("rad²" if scene in ("master_slave", "imitation") else "m²")
 
 

@@ -208,7 +208,7 @@ def test_every_reason_for_missing_authority_of_either_arm_is_named() -> None:
     assert "near its limit" in words and "at its top speed" in words
     assert simulation.joint_label(3) in words and simulation.joint_label(2, second=True) in words
     lever = replace(sample, authority=int(Authority.LEVERAGE), joint=-1)
-    assert "no joint can move this point away" in status_html(RUNNING, simulation, lever)
+    assert "no joint moves this point" in status_html(RUNNING, simulation, lever)
 
 
 def test_who_is_faster_than_v() -> None:
