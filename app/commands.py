@@ -17,6 +17,7 @@ from app.options import AllOptions, Flat, RunOptions, chosen
 from app.settings import Settings
 from app.sweep import Sweep, sweep
 from controllers.errors import BadSetting, DuetError
+from scenes.cast import Person
 from scenes.settings import RunSettings, values
 
 
@@ -38,6 +39,14 @@ class Serve:
     """In a lecture: who opens the page with ?key=KEY has the controls."""
     allow_origin: tuple[str, ...] = ()
     """Further web addresses whose pages may connect, such as https://duet.example.org behind a proxy."""
+    bvh: Path | None = None
+    """A person's recorded motion to imitate, as BVH; it is there when `source` is `file`."""
+    camera: int | None = None
+    """Number of a camera at this computer, whose person is imitated when `source` is `camera` (needs the extra `camera`)."""
+    video: Path | None = None
+    """A video file instead of a camera."""
+    pose_model: Path | None = None
+    """MediaPipe's model that finds the person, a pose_landmarker .task file."""
     settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
     """What the page shows at first."""
 
@@ -49,7 +58,14 @@ class Run:
     seconds: float = 46.0
     """Simulated time [s]."""
     inputs: Path | None = None
-    """CSV with the header t,x,y,z[,qw,qx,qy,qz]: where the person's hand wants to be; without it the autopilot moves it."""
+    """CSV with the header t,x,y,z[,qw,qx,qy,qz]: where the person's hand wants to be; or the recorded inputs of an earlier run. Without
+    it the autopilot moves what can be moved."""
+    bvh: Path | None = None
+    """In `imitation`: a person's recorded motion as BVH, instead of a built-in clip."""
+    video: Path | None = None
+    """In `imitation`: a person in a video file (needs the extra `camera`)."""
+    pose_model: Path | None = None
+    """MediaPipe's model that finds the person in the video."""
     csv: Path | None = None
     """Write every step to this CSV file."""
     settings: Flat[RunOptions] = field(default_factory=RunOptions)  # type: ignore[valid-type]
@@ -123,8 +139,16 @@ def serve(command: Serve) -> int:
         raise BadSetting("--key has a meaning in a lecture only; add --lecture.")
     settings = chosen(command.settings, Settings())
     from app.hosts import open_house
+    from app.people import find_people
 
-    house = open_house(command.host, command.port, settings, command.sessions, command.lecture, command.key, command.allow_origin)
+    people = find_people(command.bvh, command.camera, command.video, command.pose_model)
+    try:
+        house = open_house(
+            command.host, command.port, settings, command.sessions, command.lecture, command.key, command.allow_origin, people
+        )
+    except Exception:
+        people.close()
+        raise
     link = house.url + (f"/?key={command.key}" if command.key else "")
     print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
     if command.open:
@@ -141,13 +165,13 @@ def serve(command: Serve) -> int:
 def run(command: Run) -> int:
     """Simulate, and print the summary."""
     from scenes.headless import run as simulate
-    from scenes.recording import read_inputs, write_table
+    from scenes.recording import write_table
 
     settings: RunSettings = chosen(command.settings, RunSettings())
     longest = MOST_STEPS * settings.dt
     if not 0.0 < command.seconds <= longest:
         raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to {longest:g} (or a larger dt).")
-    person = read_inputs(command.inputs) if command.inputs else None
+    person = _person(command, settings)
     if command.csv is not None and not command.csv.parent.is_dir():
         raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.parent}; make it first.")
     steps = round(command.seconds / settings.dt)
@@ -157,7 +181,7 @@ def run(command: Run) -> int:
         header = {
             **values(settings),
             "seconds": command.seconds,
-            "inputs": command.inputs.name if command.inputs else "autopilot",
+            "inputs": next((path.name for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
         }
         try:
             with command.csv.open("w", encoding="utf-8", newline="\n") as out:
@@ -168,6 +192,32 @@ def run(command: Run) -> int:
     figures = {key: None if value == math.inf else value for key, value in asdict(done.summary).items()}
     print(json.dumps(figures, indent=2))
     return 0
+
+
+def _person(command: Run, settings: RunSettings) -> Person | None:
+    """Return who moves what can be moved; None for the experiment's own person."""
+    from app.people import MODEL_REMEDY, Imitated, from_bvh
+    from scenes.inputs_file import read_person
+
+    given = [name for name in ("inputs", "bvh", "video") if getattr(command, name) is not None]
+    if len(given) > 1:
+        raise BadSetting(f"{' and '.join(f'--{name}' for name in given)} are several sources for one person; give one of them.")
+    if given and given[0] != "inputs" and settings.scene != "imitation":
+        raise BadSetting(f"--{given[0]} is a person to imitate; add --scene imitation.")
+    if command.inputs is not None:
+        return read_person(command.inputs, settings)
+    if command.bvh is not None:
+        from scenes.person.bvh import read_bvh
+
+        return from_bvh(read_bvh(command.bvh))
+    if command.video is not None:
+        from scenes.person.camera import read_film
+        from scenes.person.film import open_detector, open_video
+
+        if command.pose_model is None:
+            raise BadSetting(f"A video needs a model that finds the person: {MODEL_REMEDY}.")
+        return Imitated(read_film(open_video(command.video), open_detector(command.pose_model)))
+    return None
 
 
 def bench(command: Bench) -> int:

@@ -15,6 +15,7 @@ import viser
 from app.background import Background
 from app.page.keys import picture_script, relay_script
 from app.page.page import Operation, View
+from app.people import NOBODY_ELSE, People
 from app.server import DuetServer, request_query, start_server
 from app.session import Session
 from app.settings import Settings, from_query
@@ -41,9 +42,10 @@ class _Stand:
         problems: tuple[str, ...],
         wake: Callable[[], None],
         background: Background,
+        people: People,
     ) -> None:
         self.client = client
-        self.session = Session(settings, wake, background)
+        self.session = Session(settings, wake, background, people)
         with client.atomic():
             self.view = View(client, self.session, lambda: [client])
             self.operation = Operation(client, self.session, self.view)
@@ -98,10 +100,11 @@ class PrivateHost(_Visitors):
         server: viser's.
         start: what a link without a query shows.
         background: computes for all sessions.
+        people: who can be imitated beside the built-in person.
     """
 
-    def __init__(self, server: DuetServer, start: Settings, background: Background) -> None:
-        self._start, self._background = start, background
+    def __init__(self, server: DuetServer, start: Settings, background: Background, people: People = NOBODY_ELSE) -> None:
+        self._start, self._background, self._people = start, background, people
         self._stands: dict[int, _Stand] = {}
         super().__init__(server)
 
@@ -116,7 +119,9 @@ class PrivateHost(_Visitors):
         for client in arrivals:
             settings, problems = from_query(request_query(client), self._start)
             try:
-                self._stands[client.client_id] = _Stand(client, settings, problems, lambda: self.wake(), self._background)
+                self._stands[client.client_id] = _Stand(
+                    client, settings, problems, lambda: self.wake(), self._background, self._people
+                )
             except Exception:
                 log.exception("a visitor's page could not be built")
         for number in departures:
@@ -139,11 +144,14 @@ class LectureHost(_Visitors):
         start: what the stage shows at first.
         key: a word that the lecturer's link carries (`?key=…`); None gives the controls to the first tab.
         background: computes for the session.
+        people: who can be imitated beside the built-in person.
     """
 
-    def __init__(self, server: DuetServer, start: Settings, key: str | None, background: Background) -> None:
+    def __init__(
+        self, server: DuetServer, start: Settings, key: str | None, background: Background, people: People = NOBODY_ELSE
+    ) -> None:
         self._key = key
-        self.session = Session(start, lambda: self.wake(), background)
+        self.session = Session(start, lambda: self.wake(), background, people)
         self._clients: dict[int, viser.ClientHandle] = {}
         self._operation: Operation | None = None
         self._operator: int | None = None
@@ -236,8 +244,11 @@ class House:
         url: where the page is.
     """
 
-    def __init__(self, server: DuetServer, host: PrivateHost | LectureHost, background: Background) -> None:
+    def __init__(
+        self, server: DuetServer, host: PrivateHost | LectureHost, background: Background, people: People = NOBODY_ELSE
+    ) -> None:
         self.server, self.host, self.background, self.url = server, host, background, server.url
+        self._people = people
         self._loop = FrameLoop(host)
         self._loop.start()
         self._closed = threading.Event()
@@ -251,6 +262,7 @@ class House:
         """End the frames and everything that is being computed, close every connection and release the port."""
         self._loop.stop()
         self.background.close()
+        self._people.close()
         self.server.stop()
         self._closed.set()
 
@@ -263,6 +275,7 @@ def open_house(
     lecture: bool = False,
     key: str | None = None,
     allowed_origins: tuple[str, ...] = (),
+    people: People = NOBODY_ELSE,
 ) -> House:
     """Start to serve the page.
 
@@ -273,6 +286,7 @@ def open_house(
         lecture: one stage for all.
         key: of the lecturer, or None.
         allowed_origins: further web addresses whose pages may connect.
+        people: who can be imitated beside the built-in person; let go of when the house is closed.
 
     Raises:
         PortInUse, BadSetting: see `app.server.start_server`.
@@ -287,5 +301,5 @@ def open_house(
     server.scene.world_axes.visible = False
     background = Background()
     if lecture:
-        return House(server, LectureHost(server, settings, key, background), background)
-    return House(server, PrivateHost(server, settings, background), background)
+        return House(server, LectureHost(server, settings, key, background, people), background, people)
+    return House(server, PrivateHost(server, settings, background, people), background, people)

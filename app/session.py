@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from app.background import Background
+from app.people import NOBODY_ELSE, People
 from app.settings import Settings
 from app.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
 from controllers.kinematics import Array
@@ -63,10 +64,18 @@ class Session:
         settings: of the run and of the page.
         wake: called after every `post`, so that whoever draws need not wait for the next regular frame.
         background: where "what if" and smoothness are computed; without one they are not.
+        people: who can be imitated beside the built-in person.
     """
 
-    def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None, background: Background | None = None) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        wake: Callable[[], None] = lambda: None,
+        background: Background | None = None,
+        people: People = NOBODY_ELSE,
+    ) -> None:
         self.settings = settings
+        self.people = people
         self._wake = wake
         self.simulation = Simulation(settings.run)
         self.ghost: Simulation | None = None

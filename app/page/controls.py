@@ -9,6 +9,7 @@ from app.page.buttons import ChoiceButtons
 from app.page.compare import ComparePanel
 from app.page.keys import help_html
 from app.page.relevance import matters
+from app.page.sources import Sources
 from app.session import SPEEDS, Session
 from app.settings import Settings
 from controllers.errors import BadSetting
@@ -74,6 +75,8 @@ class Controls:
             with self._tabs.add_tab(name, icon):
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
+                if name == "Arms":
+                    self._sources = Sources(gui, session, notify)
                 if name == "Compare":
                     self._compare = ComparePanel(gui, session)
                     self._note = gui.add_html("")
@@ -142,6 +145,7 @@ class Controls:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
         self._clock.mark(0 if self._session.paused else -1)
         settings = self._session.settings
+        self._sources.show()
         self._compare.show(matters("ghost", settings))
         if settings is self._settings and len(self._shown) == len(self._handles):
             return

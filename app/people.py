@@ -1,0 +1,80 @@
+"""Who can be imitated beside the built-in clips and the figure: a BVH file, a camera at the server, or a video file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from controllers.errors import BadSetting
+from scenes.person.bvh import BvhMotion, read_bvh
+from scenes.person.camera import CameraSource
+from scenes.person.film import open_camera, open_detector, open_video
+from scenes.person.source import PersonSource
+from scenes.targets import AnglesTarget
+
+MODEL_REMEDY: Final = "name a pose_landmarker model of MediaPipe (a .task file) with --pose-model FILE"
+
+
+class Imitated:
+    """A source as a person of the experiment.
+
+    Args:
+        source: whose angles.
+        loop: begin anew after so many seconds; None for a source that does not end.
+    """
+
+    def __init__(self, source: PersonSource, loop: float | None = None) -> None:
+        self._source, self._loop = source, loop
+
+    def target(self, time: float) -> AnglesTarget:
+        """Return how the person's arms are at a time [s]."""
+        return AnglesTarget(self._source.angles(time % self._loop if self._loop else time))
+
+
+def from_bvh(motion: BvhMotion) -> Imitated:
+    """Return the person of a BVH file, again and again."""
+    return Imitated(motion, max(motion.duration, 1e-3))
+
+
+@dataclass(frozen=True)
+class People:
+    """What was named when the server started.
+
+    Attributes:
+        bvh: a person from a file, None if none was named.
+        camera: the person in front of the camera or in the video, shared by every visitor.
+    """
+
+    bvh: Imitated | None = None
+    camera: CameraSource | None = None
+
+    def close(self) -> None:
+        """Let go of the camera."""
+        if self.camera is not None:
+            self.camera.stop()
+
+
+NOBODY_ELSE: Final = People()
+
+
+def find_people(bvh: Path | None, camera: int | None, video: Path | None, model: Path | None) -> People:
+    """Return who can be imitated.
+
+    Args:
+        bvh: a BVH file.
+        camera: number of a camera at this computer.
+        video: a video file, instead of a camera.
+        model: MediaPipe's model for either.
+
+    Raises:
+        BadSetting: a camera and a video, or no model for them.
+        BadInputFile, MissingPackage: see `read_bvh`, `open_camera`, `open_video`, `open_detector`.
+    """
+    person = None if bvh is None else from_bvh(read_bvh(bvh))
+    if camera is None and video is None:
+        return People(person)
+    if camera is not None and video is not None:
+        raise BadSetting("--camera and --video are two sources for the same person; give one of them.")
+    if model is None:
+        raise BadSetting(f"A camera or a video needs a model that finds the person: {MODEL_REMEDY}.")
+    film = open_camera(camera) if camera is not None else open_video(video or Path())
+    return People(person, CameraSource(film, open_detector(model)).start())

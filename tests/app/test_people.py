@@ -1,0 +1,94 @@
+"""Who can be imitated beside the built-in person: named when the server starts, or brought by a visitor."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.commands import main
+from app.people import People, find_people, from_bvh
+from app.settings import Settings, from_query
+from controllers.errors import BadInputFile, BadSetting
+from scenes.person.bvh import read_bvh
+from scenes.person.clips import Clip
+from scenes.targets import AnglesTarget
+from tests.app.conftest import Arrive, OpenHouse
+from tests.scenes.person.bvh_text import MIXAMO, write_bvh
+
+
+@pytest.fixture
+def wave(tmp_path: Path) -> Path:
+    """Three seconds of a wave as a BVH file."""
+    path = tmp_path / "wave.bvh"
+    path.write_text(write_bvh(Clip("wave"), MIXAMO), encoding="utf-8")
+    return path
+
+
+def test_a_person_of_a_file_begins_anew_at_its_end(wave: Path) -> None:
+    """The file's angles at every time, and the first ones again after the last."""
+    motion = read_bvh(wave)
+    person = from_bvh(motion)
+    for time in (0.0, 0.7, 0.5 * motion.duration):
+        for laps in (0, 3):
+            target = person.target(time + laps * motion.duration)
+            wanted = motion.angles(time)
+            assert isinstance(target, AnglesTarget) and target.angles is not None and wanted is not None
+            assert np.abs(target.angles - wanted).max() < 1e-9
+
+
+def test_what_is_named_wrongly_is_said(wave: Path, tmp_path: Path) -> None:
+    """Two sources at once, a camera without a model, a file that is none."""
+    with pytest.raises(BadSetting, match="one of them"):
+        find_people(None, 0, wave, wave)
+    with pytest.raises(BadSetting, match="--pose-model"):
+        find_people(None, 0, None, None)
+    broken = tmp_path / "broken.bvh"
+    broken.write_text("HIERARCHY\nROOT", encoding="utf-8")
+    with pytest.raises(BadInputFile, match=r"broken\.bvh"):
+        find_people(broken, None, None, None)
+    assert find_people(None, None, None, None) == People()
+
+
+def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The robots follow the file, not the clip; a file for another experiment is refused, and so are two sources."""
+    outs = []
+    for name, options in (("file", ["--bvh", str(wave)]), ("clip", ["--clip", "clap"])):
+        out = tmp_path / f"{name}.csv"
+        assert main(["run", "--scene", "imitation", "--seconds", "3", "--csv", str(out), *options]) == 0
+        assert json.loads(capsys.readouterr().out)["steps"] == 600
+        outs.append([line for line in out.read_text(encoding="utf-8").splitlines() if not line.startswith("#")][-1])
+    assert outs[0] != outs[1]
+    assert main(["run", "--bvh", str(wave), "--seconds", "1"]) == 2
+    assert "--scene imitation" in capsys.readouterr().err
+    assert main(["run", "--scene", "imitation", "--bvh", str(wave), "--inputs", str(wave), "--seconds", "1"]) == 2
+    assert "one of them" in capsys.readouterr().err
+
+
+def test_a_visitor_chooses_who_is_imitated(house: OpenHouse, arrive: Arrive, wave: Path) -> None:
+    """The file named at the start is there when it is chosen, and the clip again afterwards; without a camera nobody is lost."""
+    start, _ = from_query({"scene": "imitation", "source": "file"}, Settings())
+    opened = house(start, people=find_people(wave, None, None, None))
+    guest = arrive(opened)
+    session, motion = guest.session, read_bvh(wave)
+
+    def follows(wanted: object) -> bool:
+        target = session.target()
+        return isinstance(target, AnglesTarget) and target.angles is not None and wanted is not None
+
+    guest.visitor.wait_for(lambda _: session.simulation.time > 0.3, 10.0)
+    session.post(session.toggle_pause)
+    guest.visitor.wait_for(lambda _: session.paused, 10.0)
+    assert follows(motion.angles(0.0))
+    target = session.target()
+    assert isinstance(target, AnglesTarget) and target.angles is not None
+    seen = [motion.angles(t) for t in np.linspace(0.0, motion.duration, 600)]
+    assert min(np.abs(target.angles - angles).max() for angles in seen if angles is not None) < 0.02
+    for source in ("camera", "clips"):
+        session.post(lambda source=source: session.change("source", source))
+        guest.visitor.wait_for(lambda _, source=source: session.settings.page.source == source, 10.0)
+    clip = Clip(session.settings.run.clip, session.settings.run.seed)
+    guest.visitor.wait_for(lambda _: session.target() is not None, 10.0)
+    target = session.target()
+    assert isinstance(target, AnglesTarget) and target.angles is not None
+    assert min(np.abs(target.angles - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
