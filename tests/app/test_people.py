@@ -8,7 +8,7 @@ import pytest
 
 from app.commands import main
 from app.people import People, find_people, from_bvh
-from app.settings import Settings, from_query
+from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.person.bvh import read_bvh
 from scenes.person.clips import Clip
@@ -67,10 +67,11 @@ def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureF
 
 def test_a_visitor_chooses_who_is_imitated(house: OpenHouse, arrive: Arrive, wave: Path) -> None:
     """The file named at the start is there when it is chosen, and the clip again afterwards; without a camera nobody is lost."""
-    start, _ = from_query({"scene": "imitation", "source": "file"}, Settings())
-    opened = house(start, people=find_people(wave, None, None, None))
-    guest = arrive(opened)
+    guest = arrive(house(Settings(), people=find_people(wave, None, None, None)))
     session, motion = guest.session, read_bvh(wave)
+    for key, value in (("source", "file"), ("scene", "imitation")):
+        session.post(lambda key=key, value=value: session.change(key, value))
+    guest.visitor.wait_for(lambda _: session.settings.run.scene == "imitation", 10.0)
 
     def follows(wanted: object) -> bool:
         target = session.target()
