@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Literal, TypeVar, get_args
+from typing import Any, Final, Literal, TypeVar
 
 from app.lessons.measures import Value, shown_value
 from app.lessons.places import Start
-from app.settings import Details, Settings
+from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings, Spec, changed, specs
 
@@ -20,8 +20,17 @@ InputKind = Literal["autopilot", "nobody", "yours", "script", "file", "kept"]
 """Who moves what can be moved: the experiment's own seeded person, nobody, the student, a script, a recorded file, or what the student
 did in an earlier step."""
 
-PLOTS: Final[tuple[str, ...]] = ("distance", "error", *(name for name in get_args(Details) if name != "none"))
-"""Plots that a step may show."""
+_ALWAYS: Final = ("joints", "rates")
+_OBSTACLE: Final = ("distance", "error", "lambda", *_ALWAYS, "speeds", "curve", "laws", "pairs", "stability")
+
+PLOTS: Final[dict[str, tuple[str, ...]]] = {
+    "solo": ("hand", "elbow", *_ALWAYS),
+    "ball": _OBSTACLE,
+    "hold": _OBSTACLE,
+    "master_slave": (*_OBSTACLE, "follow"),
+    "imitation": (*_OBSTACLE, "follow"),
+}
+"""Scene → plots that a step may show: those of `app.settings.Details`, and the two that the page shows by itself."""
 
 MOST_PLOTS: Final = 2
 MOST_NUMBERS: Final = 3

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.lessons.evidence import Evidence
-from app.lessons.labels import label_of
+from app.lessons.labels import compared_text, label_of
 from app.lessons.lesson import (
     Challenge,
     Criterion,
@@ -54,7 +54,8 @@ class Outcome:
         for m, found in zip(step.measurements, self.values, strict=True):
             parts = [say(language, "measured", label=label_of(m, language), value=m.text(found[0]))]
             for compared, value in zip(m.compare, found[1:], strict=True):
-                parts.append(say(language, "compared", settings=settings_text(compared.changes), value=m.text(value)))
+                if value is not None:
+                    parts.append(say(language, "compared", settings=compared_text(compared, language), value=m.text(value)))
             lines.append("; ".join(parts) + ".")
         if self.reference:
             lines.append(say(language, "reference"))
@@ -71,15 +72,21 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> Outco
         evidence: of the run so far.
         time: simulated so far [s].
     """
-    found = tuple((measure(evidence, m.name, m.parameters), *comparisons(setup, m)) for m in step.measurements)
+    own = setup == step.setup
+    found: list[tuple[Value, ...]] = []
+    for i, m in enumerate(step.measurements):
+        value = measure(evidence, m.name, m.parameters)
+        # A run that shows why an answer is wrong is compared with others only if the answer is a ratio.
+        needed = m.compare if own else m.compare[:1] if i == 0 and step.question is not None and step.question.ratio else ()
+        found.append((value, *comparisons(setup, m, needed), *(None for _ in m.compare[len(needed) :])))
     complete = time >= setup.seconds - 0.5 * evidence.settings.dt and evidence.rows > 0
-    return Outcome(found, complete, False, unlike(setup.run, evidence.settings))
+    return Outcome(tuple(found), complete, False, unlike(setup.run, evidence.settings))
 
 
 def reference(step: Step, setup: Setup) -> Outcome:
     """Return what the step's run comes to if it is left to itself."""
     own = measured(setup, wanted(step.measurements))
-    found = tuple((value, *comparisons(setup, m)) for value, m in zip(own, step.measurements, strict=True))
+    found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
     return Outcome(found, True, True)
 
 

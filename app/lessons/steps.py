@@ -110,7 +110,7 @@ def read_step(part: StepPart, common: Common) -> Step:
         hints,
         trials,
         cast(Camera, table.choice("camera", get_args(Camera), "room")),
-        table.words("plots", PLOTS, MOST_PLOTS),
+        table.words("plots", PLOTS[setup.run.scene], MOST_PLOTS),
         numbers,
         _marks(table, setup),
     )
@@ -358,5 +358,7 @@ def _check_placeholders(part: StepPart, step: Step) -> None:
     sections: list[Part] = list(part.sections.values())
     for section in sections:
         for number, line in enumerate(section.lines, section.line + 1):
-            for problem in placeholder_problems(line, step):
+            # A reply, quoted under its answer, is read after the run.
+            before = section.title in ("Goal", "Predict", "Do") and not line.lstrip().startswith(">")
+            for problem in placeholder_problems(line, step, before):
                 raise Fault(number, problem)

@@ -16,8 +16,17 @@ Measured = Mapping[str, tuple[Value, ...]]
 """Identity of a measurement → its value, then those of its comparisons."""
 
 
-def placeholder_problems(line: str, step: Step) -> Iterator[str]:
-    """Yield what is wrong with the placeholders of a line of a step's text."""
+def asks_for_numbers(text: str) -> bool:
+    """Return whether a text has a measured number in it."""
+    return any(kind == "measured" for kind, _ in _HOLE.findall(text))
+
+
+def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterator[str]:
+    """Yield what is wrong with the placeholders of a line of a step's text.
+
+    Args:
+        before: whether the text is seen before the run, so that the outcome must not stand in it.
+    """
     by_id = {m.id: m for m in step.measurements}
     for kind, name in _HOLE.findall(line):
         if kind == "setting":
@@ -27,6 +36,8 @@ def placeholder_problems(line: str, step: Step) -> Iterator[str]:
         id, _, number = name.partition(":")
         if id not in by_id:
             yield f"{{measured:{name}}}: the step measures no {id!r}; choose from {', '.join(by_id) or 'none: add [[measure]]'}."
+        elif before and step.question is not None and id == step.measurements[0].id and number in ("", "ratio"):
+            yield f"{{measured:{name}}} gives the answer away before the run; name a comparison, such as {{measured:{id}:1}}."
         elif number == "ratio" and by_id[id].compare:
             continue
         elif number and not (number.isdecimal() and 1 <= int(number) <= len(by_id[id].compare)):

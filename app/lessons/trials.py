@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 from app.lessons.evidence import Evidence
-from app.lessons.lesson import Input, Measurement, Pairs, Setup
+from app.lessons.lesson import Compared, Input, Measurement, Pairs, Setup
 from app.lessons.measures import Value, measure
 from app.lessons.places import start_positions
 from app.lessons.scripts import script
@@ -15,7 +15,7 @@ from scenes.simulation import Simulation
 Wanted = tuple[tuple[str, Pairs], ...]
 """Names and parameters of measurements."""
 
-KEPT_RUNS = 3
+KEPT_RUNS = 6
 """Whole runs that are kept in memory; of all others only the numbers are."""
 
 
@@ -75,9 +75,9 @@ def wanted(measurements: tuple[Measurement, ...]) -> Wanted:
     return tuple((m.name, m.parameters) for m in measurements)
 
 
-def comparisons(setup: Setup, measurement: Measurement) -> tuple[Value, ...]:
-    """Return the measurement in each of the runs that it is compared with."""
-    return tuple(measured(c.setup(setup), wanted((measurement,)))[0] for c in measurement.compare)
+def comparisons(setup: Setup, measurement: Measurement, compared: tuple[Compared, ...]) -> tuple[Value, ...]:
+    """Return the measurement in each of some further runs."""
+    return tuple(measured(c.setup(setup), wanted((measurement,)))[0] for c in compared)
 
 
 def forget() -> None:

@@ -15,7 +15,7 @@ from app.lessons.measures import measure
 from app.lessons.outcomes import Attempt, Judgement, Outcome, Verdict, judge, observed, reference
 from app.lessons.places import mark_places, start_positions
 from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
-from app.lessons.texts import filled
+from app.lessons.texts import asks_for_numbers, filled
 from app.lessons.trials import person_of
 from app.lessons.words import say
 from app.settings import Settings
@@ -90,6 +90,9 @@ class View:
     can_next: bool
     can_back: bool
 
+
+_AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
+"""Texts that are read after the run."""
 
 LIVE_ROWS: Final = 2
 """Newest rows that a live number looks at."""
@@ -406,8 +409,8 @@ class Walkthrough:
             len(self.lesson.steps),
             self._phase,
             phases,
-            tuple((name, self._filled(text, outcome)) for name, text in texts),
-            tuple(choice.text for choice in question.choices) if question else (),
+            tuple((name, self._filled(text, outcome if name in _AFTER else None)) for name, text in texts),
+            tuple(self._filled(choice.text, None) for choice in question.choices) if question else (),
             done.choice,
             self.locked,
             self.verdict,
@@ -483,6 +486,9 @@ class Walkthrough:
 
     def _filled(self, text: str, outcome: Outcome | None) -> str:
         step = self.step
+        if outcome is None and asks_for_numbers(text):
+            # What is told before the student's run is what the software has measured in its own.
+            outcome = reference(step, step.setup)
         return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup)
 
     def _forecasts(self) -> tuple[str, ...]:

@@ -23,6 +23,13 @@ ENGLISH: Final[dict[str, str]] = {
     "failed": "Not yet.",
     "right": "You predicted it.",
     "wrong": "It went otherwise.",
+    "ball_off": "the ball {gap} off the {origin}",
+    "ball_beside": ", {angle} beside the upper arm",
+    "elsewhere": "another posture at the start",
+    "at_goal": "goal",
+    "at_hand": "hand",
+    "at_middle": "middle of the way",
+    "at_elbow": "elbow",
 }
 
 GERMAN: Final[dict[str, str]] = {
@@ -46,6 +53,13 @@ GERMAN: Final[dict[str, str]] = {
     "failed": "Noch nicht.",
     "right": "Richtig vorhergesagt.",
     "wrong": "Es kam anders.",
+    "ball_off": "der Ball {gap} entfernt ({origin})",
+    "ball_beside": ", {angle} neben dem Oberarm",
+    "elsewhere": "eine andere Anfangsstellung",
+    "at_goal": "vom Ziel",
+    "at_hand": "von der Hand",
+    "at_middle": "von der Mitte des Weges",
+    "at_elbow": "vom Ellbogen",
 }
 
 SLOVENE: Final[dict[str, str]] = {
@@ -69,6 +83,13 @@ SLOVENE: Final[dict[str, str]] = {
     "failed": "Še ne.",
     "right": "Pravilno ste napovedali.",
     "wrong": "Zgodilo se je drugače.",
+    "ball_off": "žoga je oddaljena {gap} ({origin})",
+    "ball_beside": ", {angle} ob nadlakti",
+    "elsewhere": "druga začetna drža",
+    "at_goal": "od cilja",
+    "at_hand": "od roke",
+    "at_middle": "od sredine poti",
+    "at_elbow": "od komolca",
 }
 
 WORDS: Final[dict[str, dict[str, str]]] = {"en": ENGLISH, "de": GERMAN, "sl": SLOVENE}
