@@ -28,7 +28,12 @@ class PathLine:
         count = POINTS if circle else 1
         line = np.zeros((count, 2, 3), np.float32)
         self._line = scene.add_line_segments("/path/line", line, (0, 0, 0), thickness=1.5, thickness_units="screen")
-        self._labels = [scene.add_label(f"/path/{name}", name, anchor="bottom-center") for name in (() if circle else "AB")]
+        # Beyond either end, where the number at the line to the ball does not come.
+        self._labels = (
+            ()
+            if circle
+            else (scene.add_label("/path/A", "A", anchor="center-right"), scene.add_label("/path/B", "B", anchor="center-left"))
+        )
         self._home: tuple[float, ...] | None = None
 
     def dress(self, page: PageSettings) -> None:
@@ -49,8 +54,8 @@ class PathLine:
         self._home = tuple(home.tolist())
         way = circle_points(home) if self._circle else np.array([home, home + PATH])
         self._line.points = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
-        for label, point in zip(self._labels, way, strict=False):
-            label.position = point + np.array([0.0, 0.0, 0.03])
+        for label, point, side in zip(self._labels, way, (-1.0, 1.0), strict=False):
+            label.position = point + np.array([0.0, 0.03 * side, 0.0])
 
     def remove(self) -> None:
         """Take it out of the scene."""
