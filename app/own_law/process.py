@@ -1,0 +1,181 @@
+"""The page's side of a student's law: load the file, ask, and say what went wrong."""
+
+import contextlib
+import signal
+import struct
+from pathlib import Path
+from typing import Final, Literal
+
+from app.own_law.child import Child
+from app.own_law.law_file import quoted
+from app.own_law.limits import Limits, Problem, problem_of
+from app.own_law.patience import Patience
+from app.own_law.wire import BROKEN, Outcome, pack_file, unpack_answer, unpack_failure
+
+_SLICE: Final = 0.02
+"""How often somebody who waits looks whether it is too long [s]."""
+
+
+class LawFailed(Exception):
+    """The law failed; its process is gone.
+
+    Args:
+        problem: why.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.text)
+        self.problem = problem
+
+
+class LawProcess:
+    """A process with one version of a file.
+
+    Args:
+        path: of the file.
+        text: of it, as it is.
+        limits: that it is held to.
+
+    Attributes:
+        wants_all_pairs, has_activation: what the file says, once it is ready.
+        seconds: time that the newest call of the law took by itself, without the way to it [s].
+    """
+
+    def __init__(self, path: Path, text: bytes, limits: Limits) -> None:
+        self.wants_all_pairs, self.has_activation = True, False
+        self.seconds = float("nan")
+        self._name, self._text, self._limits = path.name, text, limits
+        self._child = Child(path, limits.memory)
+        self._phase: Literal["starting", "loading", "ready"] = "starting"
+        self._patience = Patience(self.pid, limits.start)
+        self._fresh = True
+        self._late: Patience | None = None
+
+    @property
+    def pid(self) -> int:
+        """Id of the process."""
+        return self._child.pid
+
+    def end(self) -> None:
+        """End it, if that has not been done yet."""
+        self._child.end()
+
+    def ready(self, wait: bool) -> bool:
+        """Return whether it can be asked.
+
+        Args:
+            wait: until it can.
+
+        Raises:
+            LawFailed: the file cannot be used.
+        """
+        while self._phase != "ready":
+            payload = self._answer(self._patience, wait)
+            if payload is None:
+                return False
+            if self._phase == "starting":
+                self._phase = "loading"
+                self._patience = Patience(self.pid, self._limits.load)
+                self._send(pack_file(self._text))
+            else:
+                self._phase = "ready"
+                self.wants_all_pairs, self.has_activation = map(bool, payload)
+        return True
+
+    def ask(self, question: bytes, wait: bool) -> bytes | None:
+        """Return the payload of the answer to a question of `app.own_law.wire`; only once it is ready.
+
+        Args:
+            question: the body.
+            wait: for the first answer too, which may take as long as reading the file. Without, None is returned as long as that takes.
+
+        Raises:
+            LawFailed: an exception, a result that is none, no answer in time, or the process is gone.
+        """
+        if self._late is not None:
+            # What comes now answers a question of long ago.
+            if self._answer(self._late, wait) is None:
+                return None
+            self._late = None
+        self._fresh, fresh = False, self._fresh
+        self._send(question)
+        body = self._receive(self._limits.call)
+        if body is not None:
+            return self._payload(body)
+        if not fresh:
+            return self._answer(Patience(self.pid, self._limits.call, self._limits.call), True)
+        late = Patience(self.pid, self._limits.load, self._limits.call)
+        payload = self._answer(late, wait)
+        self._late = late if payload is None else None
+        return payload
+
+    def _answer(self, patience: Patience, wait: bool) -> bytes | None:
+        """Return the payload of the next answer; None if it is not there yet and nobody waits."""
+        while True:
+            body = self._receive(_SLICE if wait else 0.0)
+            if body is None and patience.over:
+                # It may have come while the clocks were read.
+                body = self._receive(0.0)
+                if body is None:
+                    raise self._too_long(patience.limit)
+            if body is not None:
+                return self._payload(body)
+            if not wait:
+                return None
+
+    def _payload(self, body: bytes) -> bytes:
+        try:
+            outcome, payload, self.seconds = unpack_answer(body)
+            if outcome is not Outcome.FAILED:
+                return payload
+            text, line = unpack_failure(payload)
+        except (ValueError, struct.error):
+            text, line = "it wrote to the line between its process and the page; descriptors are not its own", None
+        raise self._lost(text, line)
+
+    def _send(self, body: bytes) -> None:
+        try:
+            self._child.line.send(body)
+        except OSError:
+            raise self._died() from None
+
+    def _receive(self, seconds: float) -> bytes | None:
+        try:
+            return self._child.line.receive(seconds)
+        except (OSError, EOFError):
+            raise self._died() from None
+
+    def _lost(self, what: str, line: int | None = None) -> LawFailed:
+        """Return the failure, after an end to everything."""
+        self.end()
+        return LawFailed(problem_of(self._name, what, line))
+
+    def _too_long(self, limit: float) -> LawFailed:
+        if self._phase == "starting":
+            return self._lost(
+                f"its process was not up within {limit:g} s; is the computer overloaded? Save the file to try again"
+            )
+        line = self._child.place()
+        what = "reading the file did not end" if self._phase == "loading" else "no answer"
+        return self._lost(f"{what} within {limit * 1e3:g} ms{quoted(self._text, line)}. Is there an endless loop?", line)
+
+    def _died(self) -> LawFailed:
+        """Return why nobody is at the other end of the line."""
+        code, words, line = self._child.last_words()
+        if self._phase == "starting":
+            return self._lost(f"its process could not be started: {words.splitlines()[-1] if words else f'exit code {code}'}")
+        if code is None or code == BROKEN:
+            what = "it hung up the line between its process and the page; descriptors are not its own"
+        elif code >= 0:
+            what = f"it ended its own process (exit code {code}); a law returns velocities, or raises an exception"
+        elif -code == getattr(signal, "SIGKILL", None):
+            what = "its process was ended from outside; perhaps the computer had no memory left"
+        else:
+            what = f"its process crashed ({_signal_name(-code)})"
+        return self._lost(what + quoted(self._text, line), line)
+
+
+def _signal_name(number: int) -> str:
+    with contextlib.suppress(ValueError):
+        return signal.Signals(number).name
+    return f"signal {number}"

@@ -1,0 +1,191 @@
+"""Six scripted tests of a law, each of which says which inequality failed and by how much.
+
+Every run is the product's own: rooms, persons, bounds and integration, with d_m = 0.15 m, v = 0.30 m/s and a hand that never moves
+faster than 0.25 m/s. The paper's law passes all six if its pseudo-inverse is damped, or its velocity clipped to the bounds; as it is
+printed it asks for any speed where J_d is singular. What other laws fail is tested with them.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from app.own_law.arena import (
+    CRITICAL_DISTANCE,
+    DT,
+    TOP_SPEED,
+    Stopped,
+    enter,
+    error_of_the_task_alone,
+    hard_situations,
+    largest_error,
+    overlapping,
+    play,
+    put_the_ball_away,
+    stop_if_failed,
+)
+from app.own_law.verdict import Candidate, Verdict
+from scenes.history import COLUMN
+from scenes.recording import pair_label
+
+SLACK: Final = 0.002
+"""What a time step of 5 ms may cost a law that switches [m]."""
+APPROACH: Final = 8.0
+"""Length of the run with a hand that comes near [s]; without avoidance the arms overlap in it."""
+REST: Final = 1.5
+"""The hand of the ball experiment rests for so long [s]."""
+UNHARMED: Final = 0.010
+"""What an obstacle that is not near may do to the hand [m]."""
+UNTOUCHED: Final = 0.001
+"""What an empty room may do to it [m]."""
+ESCAPE: Final = 2.0
+"""Time for getting out [s]: at v it takes 0.67 s."""
+STAY: Final = 2.5
+"""Until when it has to stay out [s]."""
+PASSAGE: Final = 5.5
+"""The hand has passed the ball by then [s]."""
+HALVED: Final = 0.65
+"""Half the time step leaves at most this share of the largest step of q̇: 1/2 if q̇ is smooth, 1 at a jump."""
+QUICK: Final = 1e-3
+"""Time that a call may take [s]."""
+
+
+def examine_law(law: Candidate, again: Callable[[], None] = lambda: None) -> list[Verdict]:
+    """Return the verdicts of all six tests.
+
+    Args:
+        law: d ↦ q̇ as in `controllers.laws.situation.Law`.
+        again: called before every test, so that a law that has failed can begin anew.
+    """
+    verdicts: list[Verdict] = []
+    for name, trial in TRIALS.items():
+        again()
+        try:
+            passed, reason, numbers = trial(law)
+        except Stopped as stopped:
+            passed, reason, numbers = False, str(stopped), {}
+        verdicts.append(Verdict(name, passed, reason, numbers))
+    return verdicts
+
+
+Outcome = tuple[bool, str, dict[str, float]]
+"""Passed, reason, numbers."""
+
+
+def keeps_its_distance(law: Candidate) -> Outcome:
+    """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
+    simulation = enter("hold", law)
+    person = simulation.person()
+    table = play(simulation, law, (person.target(i * DT) for i in range(round(APPROACH / DT))))
+    d = table[:, COLUMN["d"]]
+    i = int(d.argmin())
+    pair = pair_label(simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
+    where = f"at t = {table[i, COLUMN['t']]:.2f} s between {pair}"
+    numbers = {"d_min": float(d[i]), "d_m": CRITICAL_DISTANCE, "time_below": float(np.count_nonzero(d < CRITICAL_DISTANCE)) * DT}
+    missing = CRITICAL_DISTANCE - float(d[i])
+    if missing > SLACK:
+        return False, f"d ≥ {_mm(CRITICAL_DISTANCE)} fails by {_mm(missing)}: d = {_mm(d[i])} {where}.", numbers
+    return True, f"d ≥ {_mm(CRITICAL_DISTANCE)} holds: the smallest d is {_mm(d[i])}, {where}.", numbers
+
+
+def leaves_the_task_alone(law: Candidate) -> Outcome:
+    """|e| stays small where nothing is near: in an empty room (d = ∞), and beside a ball that is 2.5 d_m away."""
+    empty = enter("solo", law, path="circle")
+    error = largest_error(play(empty, law, [None] * round(2.0 / DT)))
+    task_alone = error_of_the_task_alone()
+    numbers = {"empty_room": error, "task_alone": task_alone}
+    if error > task_alone + UNTOUCHED:
+        reason = f"|e| ≤ {_mm(task_alone + UNTOUCHED)} in an empty room (d = ∞) fails by {_mm(error - task_alone - UNTOUCHED)}."
+        return False, reason, numbers
+    beside = enter("ball", law)
+    put_the_ball_away(beside)
+    table = play(beside, law, [None] * round(REST / DT))
+    error, d = largest_error(table), float(table[0, COLUMN["d"]])
+    numbers |= {"beside_a_ball": error, "d": d}
+    inequality = f"|e| ≤ {_mm(UNHARMED)} beside a ball that is {_mm(d)} away"
+    if error > UNHARMED:
+        return False, f"{inequality} fails by {_mm(error - UNHARMED)}: the hand leaves its place by {_mm(error)}.", numbers
+    return True, f"{inequality} holds: {_mm(error)}.", numbers
+
+
+def gets_out(law: Candidate) -> Outcome:
+    """From 50 mm of overlap to d_m within 2 s, and out of it for good."""
+    simulation = enter("hold", law)
+    simulation.reset(np.array(overlapping()))
+    d = play(simulation, law, [None] * round(STAY / DT))[:, COLUMN["d"]]
+    late = d[round(ESCAPE / DT) :]
+    inside = np.flatnonzero(d < CRITICAL_DISTANCE - SLACK)
+    numbers = {
+        "d_start": float(d[0]),
+        "d_min_after": float(late.min()),
+        "time": (int(inside[-1]) + 1) * DT if len(inside) else 0.0,
+    }
+    missing = CRITICAL_DISTANCE - numbers["d_min_after"]
+    start = f"from d = {_mm(d[0])}, d ≥ {_mm(CRITICAL_DISTANCE)} after {ESCAPE:g} s"
+    if missing > SLACK:
+        return False, f"{start} fails by {_mm(missing)}: d = {_mm(numbers['d_min_after'])}.", numbers
+    return True, f"{start} holds: it takes {numbers['time']:.2f} s.", numbers
+
+
+def is_smooth(law: Candidate) -> Outcome:
+    """Half the time step, half the largest step of q̇, past a ball with one control point (Fig. 1)."""
+    largest: list[float] = []
+    for dt in (2.0 * DT, DT):
+        simulation = enter("ball", law, dt=dt)
+        table = play(simulation, law, [None] * round(PASSAGE / dt))
+        velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
+        largest.append(float(np.abs(np.diff(velocities, axis=0)).max()))
+    share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
+    numbers = {"dq_step_10ms": largest[0], "dq_step_5ms": largest[1], "share": share}
+    steps = f"{largest[0]:.3g} rad/s at dt = 10 ms, {largest[1]:.3g} at 5 ms"
+    if share > HALVED:
+        word = "a jump stays, however small dt" if share > 0.85 else "a smooth q̇ leaves 50 %"
+        return False, f"largest step of q̇ ≤ {HALVED:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.", numbers
+    return True, f"largest step of q̇ ≤ {HALVED:.0%} at half the dt holds: {share:.0%} is left ({steps}).", numbers
+
+
+def is_bounded(law: Candidate) -> Outcome:
+    """Finite, and lower ≤ q̇ ≤ upper, as |J_d| goes to 0 with an obstacle inside d_m, at d = 0, in overlap, and at d = ∞."""
+    worst, where = 0.0, ""
+    for situation in hard_situations():
+        velocities = law(situation)
+        stop_if_failed(law)
+        speed = float(np.abs(velocities).max())
+        if speed > worst:
+            worst = speed
+            where = f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
+    numbers = {"dq_max": worst, "bound": TOP_SPEED}
+    inequality = f"|q̇| ≤ {TOP_SPEED:g} rad/s near a singular J_d"
+    if worst > TOP_SPEED * (1.0 + 1e-9):
+        return False, f"{inequality} fails by {worst - TOP_SPEED:.3g} rad/s: {worst:.3g} rad/s at {where}.", numbers
+    return True, f"{inequality} holds: the most is {worst:.3g} rad/s.", numbers
+
+
+def is_quick(law: Candidate) -> Outcome:
+    """The median call takes less than 1 ms, so that a tick has time for everything else."""
+    situations = hard_situations()
+    taken: list[float] = []
+    for i in range(300):
+        law(situations[i % len(situations)])
+        stop_if_failed(law)
+        taken.append(law.seconds)
+    median = float(np.median(taken))
+    numbers = {"median": median, "largest": max(taken)}
+    if median > QUICK:
+        return False, f"a call ≤ 1 ms fails: the median of 300 calls is {median * 1e3:.3g} ms.", numbers
+    return True, f"a call ≤ 1 ms holds: the median of 300 calls is {median * 1e6:.3g} µs.", numbers
+
+
+TRIALS: Final[dict[str, Callable[[Candidate], Outcome]]] = {
+    "keeps its distance": keeps_its_distance,
+    "leaves the task alone": leaves_the_task_alone,
+    "gets out": gets_out,
+    "smooth": is_smooth,
+    "bounded where J_d is singular": is_bounded,
+    "quick": is_quick,
+}
+"""By name, in the order in which they are made."""
+
+
+def _mm(metres: float) -> str:
+    return f"{metres * 1e3:.1f} mm"

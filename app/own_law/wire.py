@@ -1,0 +1,203 @@
+"""What goes over the line between the page's process and the law's: plain bytes, because a call must not cost more than a tick can bear.
+
+A message is its length and a body. The body of a question begins with what is asked, that of an answer with how it went.
+"""
+
+import math
+import socket
+import struct
+from enum import IntEnum
+from typing import Any, Final
+
+import numpy as np
+
+from app.own_law.seen import Array, Situation
+
+_LENGTH: Final = struct.Struct("<I")
+_QUESTION: Final = struct.Struct("<BBHHH")
+"""Question, what is there, n, m, pairs."""
+_ANSWER: Final = struct.Struct("<Bd")
+"""Outcome, time that the student's function took [s]."""
+_FAILURE: Final = struct.Struct("<i")
+"""Line, −1 if unknown; the text follows."""
+_TWO: Final = struct.Struct("<2d")
+_CHUNK: Final = 65536
+
+BROKEN: Final = 76
+"""Exit code of the law's process when the line does not work any more (EX_PROTOCOL)."""
+
+_TASK, _BOUNDS, _PAIRS, _APPROACHES = 1, 2, 4, 8
+
+
+class Question(IntEnum):
+    """What is asked."""
+
+    LOAD = 0
+    """Here is the file."""
+    LAW = 1
+    """q̇ in a situation."""
+    ACTIVATION = 2
+    """λ at a distance."""
+    RATES = 3
+    """J_d q̇ of one pair at many distances."""
+
+
+class Outcome(IntEnum):
+    """How it went."""
+
+    UP = 0
+    """The process is there."""
+    DONE = 1
+    FAILED = 2
+    """The payload says why, and where."""
+
+
+class Line:
+    """One end of the line.
+
+    Args:
+        end: of a pair of stream sockets.
+    """
+
+    def __init__(self, end: socket.socket) -> None:
+        self._socket = end
+        self._received = b""
+        self._patience: float | None = None
+        end.settimeout(None)
+
+    def send(self, body: bytes) -> None:
+        """Send a message.
+
+        Raises:
+            OSError: nobody is at the other end.
+        """
+        self._socket.sendall(_LENGTH.pack(len(body)) + body)
+
+    def receive(self, seconds: float | None) -> bytes | None:
+        """Return the next message, or None if it is not there after a time [s]; None waits for ever.
+
+        Raises:
+            OSError, EOFError: nobody is at the other end.
+        """
+        if seconds != self._patience:
+            self._socket.settimeout(seconds)
+            self._patience = seconds
+        while True:
+            received = self._received
+            if len(received) >= 4:
+                end = 4 + _LENGTH.unpack_from(received)[0]
+                if len(received) >= end:
+                    self._received = received[end:]
+                    return received[4:end]
+            try:
+                chunk = self._socket.recv(_CHUNK)
+            except (TimeoutError, BlockingIOError):
+                return None
+            if not chunk:
+                raise EOFError
+            self._received = received + chunk if received else chunk
+
+    def close(self) -> None:
+        """Hang up."""
+        self._socket.close()
+
+
+def pack_situation(situation: tuple[Any, ...]) -> bytes:
+    """Return the question for q̇. Takes every tuple with the fields of a `Situation`, with arrays of float64."""
+    q, nominal, row, distance, approach, J, lower, upper, rows, distances, approaches = situation
+    there = 0
+    parts = [b"", q.tobytes(), nominal.tobytes(), row.tobytes(), _TWO.pack(distance, approach)]
+    if J is not None:
+        there |= _TASK
+        parts.append(J.tobytes())
+    if lower is not None and upper is not None:
+        there |= _BOUNDS
+        parts += (lower.tobytes(), upper.tobytes())
+    if rows is not None and distances is not None:
+        there |= _PAIRS
+        parts += (rows.tobytes(), distances.tobytes())
+        if approaches is not None:
+            there |= _APPROACHES
+            parts.append(approaches.tobytes())
+    m, pairs = 0 if J is None else len(J), 0 if rows is None else len(rows)
+    parts[0] = _QUESTION.pack(Question.LAW, there, len(row), m, pairs)
+    return b"".join(parts)
+
+
+def unpack_situation(body: bytes) -> Situation:
+    """Return the situation that is asked about, in arrays of its own."""
+    _, there, n, m, pairs = _QUESTION.unpack_from(body)
+    # One copy for all: aligned, and the law may write to it.
+    numbers = np.array(np.frombuffer(body, np.float64, offset=_QUESTION.size))
+    distance, approach = numbers[3 * n : 3 * n + 2].tolist()
+    J = lower = upper = rows = distances = approaches = None
+    at = 3 * n + 2
+    if there & _TASK:
+        J = numbers[at : at + m * n].reshape(m, n)
+        at += m * n
+    if there & _BOUNDS:
+        lower, upper = numbers[at : at + n], numbers[at + n : at + 2 * n]
+        at += 2 * n
+    if there & _PAIRS:
+        rows = numbers[at : at + pairs * n].reshape(pairs, n)
+        at += pairs * n
+        distances = numbers[at : at + pairs]
+        at += pairs
+        if there & _APPROACHES:
+            approaches = numbers[at : at + pairs]
+    return Situation(
+        *(numbers[:n], numbers[n : 2 * n], numbers[2 * n : 3 * n], distance, approach, J, lower, upper),
+        *(rows, distances, approaches),
+    )
+
+
+def pack_file(text: bytes) -> bytes:
+    """Return the question that carries the file."""
+    return bytes((Question.LOAD,)) + text
+
+
+def pack_activation(distance: float) -> bytes:
+    """Return the question for λ."""
+    return struct.pack("<Bd", Question.ACTIVATION, distance)
+
+
+def unpack_activation(body: bytes) -> float:
+    """Return the distance that is asked about [m]."""
+    return struct.unpack("<Bd", body)[1]
+
+
+def pack_rates(distances: Array, pull: float, approach: float, square: float) -> bytes:
+    """Return the question for J_d q̇ at many distances (k,)."""
+    return struct.pack("<B3d", Question.RATES, pull, approach, square) + distances.tobytes()
+
+
+def unpack_rates(body: bytes) -> tuple[Array, float, float, float]:
+    """Return what `pack_rates` was given."""
+    _, pull, approach, square = struct.unpack_from("<B3d", body)
+    return np.array(np.frombuffer(body, np.float64, offset=struct.calcsize("<B3d"))), pull, approach, square
+
+
+def pack_answer(outcome: Outcome, payload: bytes = b"", seconds: float = math.nan) -> bytes:
+    """Return an answer."""
+    return _ANSWER.pack(outcome, seconds) + payload
+
+
+def unpack_answer(body: bytes) -> tuple[Outcome, bytes, float]:
+    """Return outcome, payload and time taken [s].
+
+    Raises:
+        ValueError, struct.error: this is no answer; the law has written to the line itself.
+    """
+    outcome, seconds = _ANSWER.unpack_from(body)
+    return Outcome(outcome), body[_ANSWER.size :], seconds
+
+
+def pack_failure(text: str, line: int | None) -> bytes:
+    """Return the payload of a failed answer."""
+    return _FAILURE.pack(-1 if line is None else line) + text.encode(errors="replace")
+
+
+def unpack_failure(payload: bytes) -> tuple[str, int | None]:
+    """Return what is wrong, and the line."""
+    (line,) = _FAILURE.unpack_from(payload)
+    return payload[_FAILURE.size :].decode(errors="replace"), None if line < 0 else line
