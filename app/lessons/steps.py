@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
 
@@ -26,12 +27,11 @@ from app.lessons.lesson import (
     Trial,
 )
 from app.lessons.markdown import Fault, Part, Sheet, StepPart, read_items
-from app.lessons.measures import QUANTITIES, checked_parameters
+from app.lessons.measures import QUANTITIES, checked_parameters, read_parameters
 from app.lessons.own_law import TESTS
 from app.lessons.places import start_positions
 from app.lessons.setups import read_changes, read_setup, read_start
 from app.lessons.texts import placeholder_problems
-from controllers.errors import BadSetting
 from scenes.room import room_of
 from scenes.settings import LawName, specs
 
@@ -159,7 +159,13 @@ def _measurement(table: Table, setup: Setup) -> Measurement:
     if len(compare) > MOST_COMPARED:
         raise table.fault("compare", f"compare names {len(compare)} further runs; take at most {MOST_COMPARED}.")
     given = {key: table.any(key) for key in found.parameters if table.has(key)}
-    parameters = table.checked("name", lambda: _parameters(name, given))
+    for key, value in given.items():
+        table.checked(
+            key, partial(read_parameters, f"measurement {name}", found.function, {key: found.parameters[key]}, {key: value})
+        )
+    parameters = table.checked("name", lambda: checked_parameters(name, given))
+    if name == "setting" and given["key"] not in specs():
+        raise table.fault("key", f"There is no setting {shown(given['key'])}; choose from {', '.join(specs())}.")
     table.close()
     return Measurement(id, name, parameters, unit, digits, tuple(compare))
 
@@ -173,15 +179,6 @@ def _compared(table: Table, setup: Setup) -> Compared:
     other = compared.setup(setup)
     table.checked("start" if start else "compare", lambda: start_positions(room_of(other.run), other.start))
     return compared
-
-
-def _parameters(name: str, given: dict[str, Any]) -> Pairs:
-    found = checked_parameters(name, given)
-    if name == "setting":
-        key = str(dict(found)["key"])
-        if key not in specs():
-            raise BadSetting(f"There is no setting {key[:40]!r}; choose from {', '.join(specs())}.")
-    return found
 
 
 def _question(part: StepPart, table: Table, setup: Setup, measurements: tuple[Measurement, ...]) -> Question | None:
