@@ -24,10 +24,11 @@ import websockets
 
 from app.hosts import House, LectureHost
 from app.index import ROOM_IS_FULL
-from app.page.controls import TABS
+from app.page.controls import PICKER, TABS
 from app.page.gizmos import NUDGE, swivel_frame
 from app.page.keys import HOTKEYS
 from app.page.plots import POINTS, WINDOW, PlotBuffer
+from app.page.relevance import matters
 from app.session import Session
 from app.settings import Settings
 from app.wsclient import CAMERA, SyncVisitor, Visitor
@@ -35,10 +36,23 @@ from scenes.autopilot import Autopilot
 from scenes.history import COLUMN
 from scenes.settings import RunSettings, changed, specs, values
 from scenes.simulation import Simulation
+from scenes.targets import HandTarget
 from tests.app.conftest import ELBOW, HAND, Arrive, Guest, Join, OpenHouse, ask, live_sessions
 
 SPECS = specs(Settings)
-ON_PAGE = tuple(key for _, _, keys in TABS for key in keys)
+ON_PAGE = (*PICKER, *(key for _, _, keys in TABS for key in keys))
+USUAL_STAGE = {"scene": "hold", "law": "smooth_priority"}
+STAGES: dict[str, dict[str, str]] = {
+    **dict.fromkeys(("path", "kx"), {"scene": "solo"}),
+    **dict.fromkeys(("point", "ball"), {"scene": "ball"}),
+    **dict.fromkeys(("source", "clip"), {"scene": "imitation", "source": "clips"}),
+    "following": {"scene": "master_slave"},
+    **dict.fromkeys(("d0", "eta"), {"law": "potential_field"}),
+    "gamma": {"law": "barrier_qp"},
+    "beta": {"pairs": "soft"},
+    "coupled": {"avoid": "both"},
+}
+"""Key → what must be chosen for its control to be in view; the others are there by default."""
 NAN, INF = math.nan, math.inf
 MARK = "● "
 
@@ -49,11 +63,23 @@ def page_label(key: str) -> str:
     return f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
 
 
+def bring_into_view(session: Session, key: str) -> None:
+    """Choose an experiment and a law in which a setting matters."""
+
+    def choose(s: Session) -> None:
+        for k, value in (USUAL_STAGE | STAGES.get(key, {})).items():
+            s.change(k, value)
+
+    if not matters(key, session.settings):
+        ask(session, choose)
+    assert matters(key, session.settings), key
+
+
 def another(key: str, present: Any) -> tuple[Any, Any]:
     """A possible value other than the present one: as the page sends it, and as the settings keep it."""
     spec = SPECS[key]
     if spec.choices:
-        index = spec.choices.index(present) - 1
+        index = (spec.choices.index(present) + 1) % len(spec.choices)
         return spec.choice_labels[index], spec.choices[index]
     if isinstance(present, bool):
         return not present, not present
@@ -86,8 +112,9 @@ def roundtrip(guest: Guest) -> None:
 
 
 def bodies(visitor: SyncVisitor, kind: str) -> list[dict[str, Any]]:
-    """The GUI elements of a kind, in the order they came."""
-    return [element for element in list(visitor.mirror.gui.values()) if element["type"] == kind]
+    """The GUI elements of a kind that are not hidden, in the order they came."""
+    elements = list(visitor.mirror.gui.values())
+    return [element for element in elements if element["type"] == kind and element.get("visible", True)]
 
 
 def notes(visitor: SyncVisitor) -> list[str]:
@@ -110,7 +137,7 @@ def assert_sound(guest: Guest) -> None:
 
 
 def test_every_setting_has_its_place() -> None:
-    assert sorted(ON_PAGE) == sorted(set(SPECS) - {"scene", "speed", "plot"})
+    assert sorted(ON_PAGE) == sorted(set(SPECS) - {"speed", "plot"})
 
 
 def test_every_control_changes_one_setting_of_one_visitor(house: OpenHouse, arrive: Arrive) -> None:
@@ -118,6 +145,8 @@ def test_every_control_changes_one_setting_of_one_visitor(house: OpenHouse, arri
     one, other = arrive(opened), arrive(opened, "autopilot=0&dm=0.12")
     theirs = values(other.session.settings)
     for key in ON_PAGE:
+        bring_into_view(one.session, key)
+        one.visitor.wait_for(lambda v, key=key: v.mirror.labelled(page_label(key))["visible"])
         before = values(one.session.settings)
         sent, expected = another(key, before[key])
         one.visitor.set_value(page_label(key), sent)
@@ -126,12 +155,16 @@ def test_every_control_changes_one_setting_of_one_visitor(house: OpenHouse, arri
         assert {k for k in after if after[k] != before[k]} == {key}
         assert one.session.simulation.settings == one.session.settings.run
         assert values(other.session.settings) == theirs, key
+        if key in PICKER:
+            one.run_on(0.05)
+            assert_sound(one)
+    ask(one.session, lambda s: s.change("scene", "hold"))
     one.run_on(0.3)
     other.run_on(0.3)
     assert_sound(one)
     assert one.session.simulation.room.rig.name == "table" and other.session.simulation.room.rig.name == "torso"
     # And the buttons: transport, speed, third plot.
-    (transport, speed, more) = bodies(one.visitor, "GuiButtonGroupMessage")
+    transport, speed, more = (one.visitor.mirror.labelled(label) for label in ("clock", "speed", "more plots"))
     for group, label in ((speed, "½×"), (more, "λ"), (transport, "Pause")):
         one.visitor.send({"type": "GuiUpdateMessage", "uuid": group["uuid"], "updates": {"value": label}})
     one.wait(lambda s: s.paused and s.settings.page.speed == 0.5 and s.settings.page.details == "lambda")
@@ -158,6 +191,7 @@ def test_two_visitors_live_apart(house: OpenHouse, arrive: Arrive) -> None:
 @pytest.mark.parametrize("key", ON_PAGE)
 def test_no_value_from_outside_gets_in(house: OpenHouse, arrive: Arrive, key: str) -> None:
     one = arrive(house())
+    bring_into_view(one.session, key)
     before = values(one.session.settings)
     label, spec = page_label(key), SPECS[key]
     if spec.choices:
@@ -242,7 +276,7 @@ def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive, name: str) -> N
         roundtrip(one)
         one.run_on(0.1)
         held = one.ask(lambda s: s.held)
-        assert held is not None and np.isfinite(held.position).all() and np.abs(held.position).max() <= 2.5
+        assert isinstance(held, HandTarget) and np.isfinite(held.position).all() and np.abs(held.position).max() <= 2.5
         assert held.rotation is not None and np.allclose(held.rotation @ held.rotation.T, np.eye(3))
     assert_sound(one)
     assert one.session.held is not None
@@ -636,7 +670,7 @@ def test_every_hotkey_does_what_the_table_says(house: OpenHouse, arrive: Arrive)
     ways = {"left": (0, -1, 0), "right": (0, 1, 0), "up": (0, 0, 1), "down": (0, 0, -1), "away": (-1, 0, 0), "near": (1, 0, 0)}
     for action, way in ways.items():
         hit(action)
-        assert session.held is not None and not session.settings.page.autopilot
+        assert isinstance(session.held, HandTarget) and not session.settings.page.autopilot
         step = session.held.position - place
         assert np.linalg.norm(step) == pytest.approx(NUDGE, rel=1e-6)
         assert step @ np.array(way) > 0.9 * NUDGE, action
