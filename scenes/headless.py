@@ -7,6 +7,7 @@ from time import perf_counter_ns
 import numpy as np
 
 from controllers.kinematics import Array
+from controllers.laws.situation import Law
 from scenes.cast import Person
 from scenes.history import COLUMN
 from scenes.recording import pair_label
@@ -58,6 +59,7 @@ def run(
     person: Person | None = None,
     start: Array | None = None,
     on_progress: Callable[[int], object] | None = None,
+    law: Law | None = None,
 ) -> Run:
     """Simulate from a fresh start.
 
@@ -67,9 +69,11 @@ def run(
         person: who moves what can be moved; None for the experiment's own, of the settings' seed.
         start: q (nv,) [rad], None for the room's start posture.
         on_progress: called now and then with the number of steps made since the last call.
+        law: one that the settings do not know, None for theirs.
     """
     steps = max(1, round(seconds / settings.dt))
     simulation = Simulation(settings, steps)
+    simulation.use(law)
     if start is not None:
         simulation.reset(start)
     mover = person or simulation.person()

@@ -55,7 +55,8 @@ class Simulation:
     def __init__(self, settings: RunSettings, capacity: int = HISTORY) -> None:
         self.settings = settings
         self._capacity = capacity
-        self.law = make_law(settings.law)
+        self.law: Law = make_law(settings.law)
+        self._own_law: Law | None = None
         self._enter(room_of(settings))
         self.reset()
 
@@ -97,7 +98,8 @@ class Simulation:
         """Change the settings from the next step on. The arms stay where they are, unless they are put into another room."""
         before = self.settings
         self.settings = settings
-        self.law = make_law(settings.law)
+        if self._own_law is None:
+            self.law = make_law(settings.law)
         self.world.bounds.gain = settings.limit_gain
         room = room_of(settings)
         if room is not self.room or settings.scene != before.scene:
@@ -123,6 +125,11 @@ class Simulation:
         self.world.update()
         for mover in self.cast.movers:
             mover.begin()
+
+    def use(self, law: Law | None) -> None:
+        """Run a law that the settings do not know, whatever they say; None for theirs again."""
+        self._own_law = law
+        self.law = make_law(self.settings.law) if law is None else law
 
     @property
     def place(self) -> Array | None:
