@@ -1,5 +1,6 @@
 """The command line: `lwr-duet serve` (the default), `run`, `bench`, `figures` and `sweep`; every setting of the tree is an option."""
 
+import contextlib
 import json
 import logging
 import math
@@ -14,9 +15,10 @@ from tqdm import tqdm
 
 from app.figures.options import Figures
 from app.options import AllOptions, Flat, RunOptions, chosen
+from app.own_law.commands import LawTest, NewLaw, law_test, new_law
 from app.settings import Settings
 from app.sweep import Sweep, sweep
-from controllers.errors import BadSetting, DuetError
+from controllers.errors import BadInputFile, BadSetting, DuetError
 from scenes.cast import Person
 from scenes.settings import RunSettings, values
 
@@ -47,6 +49,8 @@ class Serve:
     """A video file instead of a camera."""
     pose_model: Path | None = None
     """MediaPipe's model that finds the person, a pose_landmarker .task file."""
+    lessons: Path | None = None
+    """Folder of lessons instead of our own ten; see app/lessons/README.md."""
     settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
     """What the page shows at first."""
 
@@ -68,6 +72,8 @@ class Run:
     """MediaPipe's model that finds the person in the video."""
     csv: Path | None = None
     """Write every step to this CSV file."""
+    law_file: Path | None = None
+    """A law of your own, see `new-law`, instead of one of ours."""
     settings: Flat[RunOptions] = field(default_factory=RunOptions)  # type: ignore[valid-type]
     """The experiment."""
 
@@ -91,7 +97,15 @@ class Bench:
 MOST_STEPS: Final = 1_000_000
 """Longest run; every step of it is kept, at 312 bytes each."""
 
-COMMANDS: Final[dict[str, type]] = {"serve": Serve, "run": Run, "bench": Bench, "figures": Figures, "sweep": Sweep}
+COMMANDS: Final[dict[str, type]] = {
+    "serve": Serve,
+    "run": Run,
+    "bench": Bench,
+    "figures": Figures,
+    "sweep": Sweep,
+    "new-law": NewLaw,
+    "law-test": LawTest,
+}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -119,6 +133,10 @@ def main(arguments: list[str] | None = None) -> int:
                 return figures(command)
             case Sweep():
                 return sweep(command)
+            case NewLaw():
+                return new_law(command)
+            case LawTest():
+                return law_test(command)
             case _:
                 return bench(command)
     except DuetError as error:
@@ -137,6 +155,8 @@ def serve(command: Serve) -> int:
         raise BadSetting(f"sessions = {command.sessions} leaves no place; give a number from 1.")
     if command.key is not None and not command.lecture:
         raise BadSetting("--key has a meaning in a lecture only; add --lecture.")
+    if command.lessons is not None and not command.lessons.is_dir():
+        raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     settings = chosen(command.settings, Settings())
     from app.hosts import open_house
     from app.people import find_people
@@ -144,7 +164,15 @@ def serve(command: Serve) -> int:
     people = find_people(command.bvh, command.camera, command.video, command.pose_model)
     try:
         house = open_house(
-            command.host, command.port, settings, command.sessions, command.lecture, command.key, command.allow_origin, people
+            command.host,
+            command.port,
+            settings,
+            command.sessions,
+            command.lecture,
+            command.key,
+            command.allow_origin,
+            people,
+            command.lessons,
         )
     except Exception:
         people.close()
@@ -164,6 +192,7 @@ def serve(command: Serve) -> int:
 
 def run(command: Run) -> int:
     """Simulate, and print the summary."""
+    from app.own_law.own_law import OwnLaw
     from scenes.headless import run as simulate
     from scenes.recording import write_table
 
@@ -175,11 +204,17 @@ def run(command: Run) -> int:
     if command.csv is not None and not command.csv.parent.is_dir():
         raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.parent}; make it first.")
     steps = round(command.seconds / settings.dt)
-    with tqdm(total=steps, unit="step", disable=None, delay=1.0, leave=False) as bar:
-        done = simulate(settings, command.seconds, person, on_progress=bar.update)
+    with contextlib.ExitStack() as stack:
+        own = None if command.law_file is None else stack.enter_context(OwnLaw(command.law_file, waits=True))
+        bar = stack.enter_context(tqdm(total=steps, unit="step", disable=None, delay=1.0, leave=False))
+        done = simulate(settings, command.seconds, person, on_progress=bar.update, law=own)
+        if own is not None and own.problem is not None:
+            # From there on the arm stood still: no result that anybody should take for one.
+            raise BadInputFile(own.problem.text)
     if command.csv is not None:
         header = {
             **values(settings),
+            **({"law_file": command.law_file.name} if command.law_file else {}),
             "seconds": command.seconds,
             "inputs": next((path.name for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
         }

@@ -7,13 +7,18 @@ import threading
 import time
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from time import perf_counter
 from typing import Final
 
 import viser
 
 from app.background import Background
+from app.lessons.lesson import LessonBook
+from app.lessons.loading import load_lessons
 from app.page.keys import picture_script, relay_script
+from app.page.lesson_resume import Keeper, open_link, resume_script
+from app.page.lesson_run import LessonRun, Saved
 from app.page.page import Operation, View
 from app.people import NOBODY_ELSE, People
 from app.server import DuetServer, request_query, start_server
@@ -24,6 +29,8 @@ log = logging.getLogger("duet.hosts")
 
 # A tab that closes in the middle of a frame is no news; the next frame is drawn without it.
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
+
+NO_LESSONS: Final = LessonBook((), ())
 
 FRAME: Final = 1.0 / 32.0
 """Wall time of a frame [s]."""
@@ -43,17 +50,22 @@ class _Stand:
         wake: Callable[[], None],
         background: Background,
         people: People,
+        book: LessonBook,
+        found: tuple[Saved, bool] | None,
     ) -> None:
-        self.client = client
+        self.client, self.query = client, request_query(client)
         self.session = Session(settings, wake, background, people)
+        self.lessons = LessonRun(self.session, book)
         with client.atomic():
-            self.view = View(client, self.session, lambda: [client])
+            self.view = View(client, self.session, lambda: [client], self.lessons)
             self.operation = Operation(client, self.session, self.view)
             self.view.welcome(client)
-            self.operation.notify_problems(problems)
+            self.operation.notify_problems((*problems, *open_link(self.lessons, self.query, found)))
+            self.operation.notify_lessons(book)
 
     def frame(self, now: float, elapsed: float) -> None:
         moved = self.session.advance(elapsed) > 0
+        self.lessons.frame()
         with self.client.atomic():
             self.view.show(now, moved)
             self.operation.show()
@@ -101,10 +113,19 @@ class PrivateHost(_Visitors):
         start: what a link without a query shows.
         background: computes for all sessions.
         people: who can be imitated beside the built-in person.
+        book: the lessons.
     """
 
-    def __init__(self, server: DuetServer, start: Settings, background: Background, people: People = NOBODY_ELSE) -> None:
-        self._start, self._background, self._people = start, background, people
+    def __init__(
+        self,
+        server: DuetServer,
+        start: Settings,
+        background: Background,
+        people: People = NOBODY_ELSE,
+        book: LessonBook = NO_LESSONS,
+    ) -> None:
+        self._start, self._background, self._people, self._book = start, background, people, book
+        self._keeper = Keeper()
         self._stands: dict[int, _Stand] = {}
         super().__init__(server)
 
@@ -117,16 +138,21 @@ class PrivateHost(_Visitors):
         """Advance and draw every session."""
         arrivals, departures = self.changes()
         for client in arrivals:
-            settings, problems = from_query(request_query(client), self._start)
+            query = request_query(client)
+            settings, problems = from_query(query, self._start)
             try:
+                self._keep_all(query)
+                found = self._keeper.find(query)
                 self._stands[client.client_id] = _Stand(
-                    client, settings, problems, lambda: self.wake(), self._background, self._people
+                    client, settings, problems, lambda: self.wake(), self._background, self._people, self._book, found
                 )
             except Exception:
                 log.exception("a visitor's page could not be built")
         for number in departures:
             if number in self._stands:
-                self._stands.pop(number).session.close()
+                stand = self._stands.pop(number)
+                self._keeper.keep(stand.query, stand.lessons.saved())
+                stand.session.close()
         for number, stand in list(self._stands.items()):
             try:
                 stand.frame(now, elapsed)
@@ -134,6 +160,12 @@ class PrivateHost(_Visitors):
                 # One broken page must not stop the others; a tab that is just closing ends up here too.
                 if number in self._server.get_clients():
                     log.exception("a frame of a visitor's page failed")
+
+    def _keep_all(self, query: dict[str, str]) -> None:
+        """Keep what the newcomer's tab did, if its old connection has not been noticed to be gone."""
+        for stand in self._stands.values():
+            if stand.query.get("resume") and stand.query.get("resume") == query.get("resume"):
+                self._keeper.keep(stand.query, stand.lessons.saved())
 
 
 class LectureHost(_Visitors):
@@ -145,17 +177,25 @@ class LectureHost(_Visitors):
         key: a word that the lecturer's link carries (`?key=…`); None gives the controls to the first tab.
         background: computes for the session.
         people: who can be imitated beside the built-in person.
+        book: the lessons.
     """
 
     def __init__(
-        self, server: DuetServer, start: Settings, key: str | None, background: Background, people: People = NOBODY_ELSE
+        self,
+        server: DuetServer,
+        start: Settings,
+        key: str | None,
+        background: Background,
+        people: People = NOBODY_ELSE,
+        book: LessonBook = NO_LESSONS,
     ) -> None:
-        self._key = key
+        self._key, self._book = key, book
         self.session = Session(start, lambda: self.wake(), background, people)
         self._clients: dict[int, viser.ClientHandle] = {}
         self._operation: Operation | None = None
         self._operator: int | None = None
-        self._view = View(server, self.session, lambda: list(self._clients.values()))
+        self.lessons = LessonRun(self.session, book)
+        self._view = View(server, self.session, lambda: list(self._clients.values()), self.lessons)
         server.gate.may_share = lambda client_id: client_id == self._operator
         super().__init__(server)
 
@@ -180,6 +220,7 @@ class LectureHost(_Visitors):
         if self._operator is None:
             self._hand_over()
         moved = self.session.advance(elapsed) > 0
+        self.lessons.frame()
         with self._server.atomic():
             self._view.show(now, moved)
         if self._operation is not None:
@@ -192,6 +233,9 @@ class LectureHost(_Visitors):
             if self._key is None or secrets.compare_digest(given.encode(), self._key.encode()):
                 self._operator = number
                 self._operation = Operation(client, self.session, self._view)
+                if not self.lessons.open:
+                    self._operation.notify_problems(open_link(self.lessons, request_query(client), None))
+                self._operation.notify_lessons(self._book)
                 return
 
 
@@ -276,6 +320,7 @@ def open_house(
     key: str | None = None,
     allowed_origins: tuple[str, ...] = (),
     people: People = NOBODY_ELSE,
+    lessons: Path | None = None,
 ) -> House:
     """Start to serve the page.
 
@@ -287,6 +332,7 @@ def open_house(
         key: of the lecturer, or None.
         allowed_origins: further web addresses whose pages may connect.
         people: who can be imitated beside the built-in person; let go of when the house is closed.
+        lessons: folder of lessons; None for our own.
 
     Raises:
         PortInUse, BadSetting: see `app.server.start_server`.
@@ -296,10 +342,13 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=None if lecture else sessions,
-        script=picture_script() + relay_script(),
+        script=picture_script() + relay_script() + resume_script(),
     )
     server.scene.world_axes.visible = False
     background = Background()
+    book = load_lessons() if lessons is None else load_lessons(lessons)
+    for problem in book.problems:
+        log.warning("a lesson was left out: %s", problem)
     if lecture:
-        return House(server, LectureHost(server, settings, key, background, people), background, people)
-    return House(server, PrivateHost(server, settings, background, people), background, people)
+        return House(server, LectureHost(server, settings, key, background, people, book), background, people)
+    return House(server, PrivateHost(server, settings, background, people, book), background, people)

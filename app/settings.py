@@ -156,5 +156,6 @@ def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tup
 
 FOREIGN_KEYS = frozenset(
     {"window", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
+    | {"lesson", "step", "resume"}
 )
-"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window."""
+"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the lesson."""

@@ -117,9 +117,7 @@ def _followed(prefix: str, title: str, model: str) -> Course:
 
 _COURSES: Final[dict[str, Course]] = {
     "hand": Course('hand error <b class="e">|e|</b>', "mm", (Line("e", "error", 2.2),), scale=1000.0),
-    "elbow": Course(
-        "elbow angle about the line shoulder–wrist", "°", (Line("elbow", "distance", 2.2),), (), None, DEGREES, False
-    ),
+    "elbow": Course("elbow angle", "°", (Line("elbow", "distance", 2.2),), (), None, DEGREES, False),
     "lambda": Course(
         'activation <b class="lam">λ</b>',
         "",

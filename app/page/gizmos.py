@@ -50,12 +50,13 @@ class Gizmos:
         self._scene, self._session = scene, session
         self._handles: tuple[Handle, ...] = ()
         self._made: tuple[object, ...] | None = None
+        self._offered = True
         self._make()
 
     def _make(self) -> None:
         settings = self._session.settings
         figure = settings.run.scene == "imitation" and settings.page.source == "figure"
-        made = settings.run.scene, settings.run.path, id(self._session.simulation.room), settings.run.guided, figure
+        made = settings.run.scene, settings.run.path, id(self._session.simulation.room), settings.run.guided, figure, self._offered
         if made == self._made:
             return
         self._made = made
@@ -65,6 +66,8 @@ class Gizmos:
         self.remove()
         scene, session = self._scene, self._session
         match settings.run.scene:
+            case _ if not self._offered:
+                self._handles = ()
             case "ball":
                 self._handles = (BallHandle(scene, session),)
             case "solo" if settings.run.path == "circle":
@@ -73,6 +76,10 @@ class Gizmos:
                 self._handles = (FigureHandles(scene, session),) if figure else ()
             case _:
                 self._handles = (HandHandle(scene, session), ElbowHandle(scene, session))
+
+    def offer(self, offered: bool) -> None:
+        """Have handles, or none while somebody else moves what they would move."""
+        self._offered = offered
 
     def show(self) -> None:
         """Put the handles that nobody drags where the arm or the ball is; make others if the experiment has changed."""

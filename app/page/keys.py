@@ -54,6 +54,16 @@ HOTKEYS: Final = (
     Hotkey("imitation", "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
 )
 
+LESSON_KEYS: Final = (
+    Hotkey("next", "N", "lesson: go on", "N", icon=viser.Icon.ARROW_RIGHT),
+    Hotkey("back", "B", "lesson: go back", "B", icon=viser.Icon.ARROW_LEFT),
+    Hotkey("check", "C", "lesson: check the challenge", "C", icon=viser.Icon.CHECKS),
+    Hotkey("hint", "H", "lesson: the next hint", "H", icon=viser.Icon.BULB),
+    Hotkey("why", "Y", "lesson: the run that shows why", "Y", icon=viser.Icon.QUESTION_MARK),
+    Hotkey("leave", "X", "lesson: leave the lessons", "X", icon=viser.Icon.X),
+)
+"""Keys of the lessons, listened to while one is open. There 1 to 5 answer, and ← and → go back and on where the hand is not yours."""
+
 
 def relay_script() -> str:
     """Return JavaScript that turns the relayed keys into the ones that viser listens to, unless they are meant for a widget."""
@@ -93,5 +103,6 @@ def picture_script() -> str:
 
 def help_html() -> str:
     """Return the table as HTML."""
-    rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{h.text}</td></tr>" for h in HOTKEYS)
+    rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{h.text}</td></tr>" for h in (*HOTKEYS, *LESSON_KEYS))
+    rows += "<tr><td><kbd>1</kbd> … <kbd>5</kbd></td><td>lesson: your answer</td></tr>"
     return f"<table>{rows}<tr><td><kbd>Ctrl K</kbd></td><td>every command by name</td></tr></table>"

@@ -12,15 +12,19 @@ from typing import Final
 import numpy as np
 import viser
 
+from app.lessons.lesson import LessonBook
 from app.page.camera import place_camera, view_of
 from app.page.controls import Controls
 from app.page.gizmos import NUDGE, Gizmos
 from app.page.keys import HOTKEYS
+from app.page.lesson import NARROW_WIDTH, WIDTH, LessonDesk, LessonPanel
+from app.page.lesson_camera import lesson_view
+from app.page.lesson_run import LessonRun
 from app.page.logo import titlebar
 from app.page.plots import DetailsChooser, Plots
 from app.page.readout import Readout
 from app.page.stage import Stage
-from app.page.theme import BRAND, DOCK_WIDTH, PLOTS_FRAME, plots_height, scale, style_sheet
+from app.page.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale, style_sheet
 from app.server import request_query
 from app.session import Session
 from scenes.settings import RunSettings, specs
@@ -52,12 +56,18 @@ class View:
         host: the server or one client; viser gives both a `.scene` and a `.gui`.
         session: what is shown.
         clients: whose cameras follow when another experiment or another rig is chosen.
+        lessons: of the session; None for a page without.
     """
 
     def __init__(
-        self, host: viser.ViserServer | viser.ClientHandle, session: Session, clients: Callable[[], list[viser.ClientHandle]]
+        self,
+        host: viser.ViserServer | viser.ClientHandle,
+        session: Session,
+        clients: Callable[[], list[viser.ClientHandle]],
+        lessons: LessonRun | None = None,
     ) -> None:
         self._host, self._session, self._clients = host, session, clients
+        self.lessons = lessons or LessonRun(session, LessonBook((), ()))
         page = session.settings.page
         gui = host.gui
         self._style = gui.add_html(style_sheet(page.profile))
@@ -76,6 +86,10 @@ class View:
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._configure_theme()
         self._stage = Stage(host.scene, session.simulation, page)
+        private = isinstance(host, viser.ClientHandle)
+        narrow = isinstance(host, viser.ClientHandle) and canvas_size(host)[0] < NARROW
+        self.lesson_panel = LessonPanel(gui, self.lessons, (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile), private)
+        self._lesson_step: tuple[object, ...] | None = None
 
     def _present_experiment(self) -> tuple[object, ...]:
         simulation = self._session.simulation
@@ -105,7 +119,9 @@ class View:
         profile, (width, height) = self._session.settings.page.profile, canvas_size(client)
         panel = self._plots_height() + PLOTS_FRAME * scale(profile) if height >= LOW_CANVAS else PLOTS_BAR
         covered = PHONE_SHEET if width / height < PHONE_ASPECT else min(panel / height, 0.6)
-        place_camera(client, view_of(self._session.simulation), covered)
+        simulation, lessons = self._session.simulation, self.lessons
+        view = lesson_view(simulation, lessons.walk.step.camera) if lessons.open else view_of(simulation)
+        place_camera(client, view, covered)
 
     def _settle(self, now: float) -> None:
         # The docked panel narrows the canvas a moment after the page has opened, and only the browser knows by how much.
@@ -127,6 +143,7 @@ class View:
             self._host.gui.set_panel_label(scene_label(session.settings.run))
             for client in self._clients():
                 self.look(client)
+        self._show_lesson(now)
         self._settle(now)
         sample = session.simulation.sample()
         wish = session.target() if session.settings.run.scene == "imitation" else None
@@ -135,6 +152,16 @@ class View:
         self._readout.show(session, sample, now, force=not moved)
         self._plots.choose(page.details)
         self._plots.show(session.simulation, now)
+
+    def _show_lesson(self, now: float) -> None:
+        lessons = self.lessons
+        step = (lessons.walk.lesson.id, lessons.walk.step.id) if lessons.open else None
+        self._plots.only(lessons.walk.step.plots if lessons.open else ())
+        if self.lesson_panel.show(now) or step != self._lesson_step:
+            self._lesson_step = step
+            for client in self._clients():
+                # The panel takes its room from the canvas, so that the view has to find its place anew.
+                self.welcome(client)
 
     def _change_look(self) -> None:
         page = self._session.settings.page
@@ -200,6 +227,7 @@ class Operation:
         self._controls = Controls(client.gui, session, self.act, self._notify)
         self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
         self._gizmos = Gizmos(client.scene, session)
+        self._desk = LessonDesk(client, session, view.lessons, view.lesson_panel, self._notify)
         self._commands = [self._command(hotkey.action) for hotkey in HOTKEYS]
 
     def _command(self, action: str) -> viser.CommandHandle:
@@ -221,6 +249,10 @@ class Operation:
 
     def act(self, action: str) -> None:
         """Do what a hotkey or a button stands for; on the session's thread."""
+        if self._desk.take(action):
+            if action == "reset":
+                self._gizmos.forget_drag()
+            return
         self._actions[action]()
 
     def _reset(self) -> None:
@@ -245,8 +277,15 @@ class Operation:
         for problem in problems[:5]:
             self._notify("A part of the link was left out", problem)
 
+    def notify_lessons(self, book: LessonBook) -> None:
+        """Name what was wrong with the files of lessons."""
+        for problem in book.problems[:5]:
+            self._notify("A lesson was left out", str(problem))
+
     def show(self) -> None:
         """Bring controls and handles up to date with the session."""
         self._controls.show()
         self._chooser.show()
+        self._desk.show()
+        self._gizmos.offer(not self._view.lessons.hands_off)
         self._gizmos.show()

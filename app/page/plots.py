@@ -7,13 +7,12 @@ import viser
 from viser import uplot
 
 from app.page.bins import POINTS, WINDOW, Curve, PlotBuffer
-from app.page.buttons import ChoiceButtons
 from app.page.contact import contact
 from app.page.courses import Course, Line, colour_of, course_of
 from app.page.curve import curve_html
+from app.page.details import CHARTS, PLACES, DetailsChooser, cells, layout_html, makes_room
 from app.page.laws import laws_html
 from app.page.pairs import pairs_html
-from app.page.relevance import OBSTACLE
 from app.page.section import section_html
 from app.page.theme import PALETTES, scale
 from app.session import Session
@@ -33,40 +32,6 @@ MANY_LINES: Final = 8
 
 SLOW_PERIOD: Final = 0.2
 """Wall time between two refreshes of anything else [s]; sentences and charts of many lines need longer to be read."""
-
-CHARTS: Final[dict[str, str]] = {
-    "curve": 'Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]',
-    "laws": "what each law makes of it: J<sub>d</sub>q̇ [m/s] over d [m]",
-    "pairs": "the closest pair",
-    "stability": "section III: does the paper’s condition hold?",
-}
-"""What is not over time → its title."""
-
-_TWO_OF_A_KIND: Final = frozenset({"master_slave", "imitation"})
-
-
-def possible_details(run: RunSettings) -> tuple[str, ...]:
-    """Return what can be shown beside the first two plots in an experiment."""
-    details: tuple[str, ...] = ("none", "joints", "rates")
-    if run.scene in OBSTACLE:
-        details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "pairs", "stability")
-    if run.scene in _TWO_OF_A_KIND:
-        details += ("follow",)
-    order = specs(PageSettings)["plot"].choices
-    return tuple(sorted(details, key=order.index))
-
-
-def cells(run: RunSettings, details: Details) -> tuple[str, ...]:
-    """Return the names of what is shown, in order."""
-    shown = ("distance", "error") if run.scene in OBSTACLE else ("hand", "elbow")
-    if details == "none" or details not in possible_details(run):
-        return shown
-    return (*shown, details, *(("follow_other",) if details == "follow" and run.scene == "imitation" else ()))
-
-
-def makes_room(shown: tuple[str, ...]) -> bool:
-    """Return whether the squared error is left out on a narrow screen."""
-    return len(shown) > 3 or any(name in CHARTS for name in shown)
 
 
 class Plots:
@@ -92,6 +57,7 @@ class Plots:
         self._charts: dict[str, viser.GuiHtmlHandle] = {}
         self._courses: dict[str, tuple[Course, viser.GuiUplotHandle]] = {}
         self._cells: tuple[str, ...] = ()
+        self._only: tuple[str, ...] = ()
         self._settings: RunSettings | None = None
         self._next: dict[str, float] = {}
         self._drawn: dict[str, object] = {}
@@ -106,6 +72,10 @@ class Plots:
     def choose(self, details: Details) -> None:
         """Show something else beside the first two plots, or nothing."""
         self._details = details
+
+    def only(self, names: tuple[str, ...]) -> None:
+        """Show these, and what is chosen beside them, instead of the first two plots; none for the first two again."""
+        self._only = names
 
     def show(self, session: Session | Simulation, now: float) -> None:
         """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
@@ -137,14 +107,14 @@ class Plots:
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
         """Have exactly those plots on the panel that belong there, with the right lines and names."""
-        wanted = cells(simulation.settings, self._details)
+        wanted = cells(simulation.settings, self._details, self._only)
         if wanted != self._cells:
             for name in self._cells:
                 if name not in wanted:
                     self._captions[name].visible = self._handle(name).visible = False
-            for place, name in enumerate(wanted):
+            for name in wanted:
                 if name not in self._captions:
-                    self._make(name, place, simulation)
+                    self._make(name, simulation)
                 self._captions[name].visible = self._handle(name).visible = True
             self._cells = wanted
             self._layout.content = layout_html(wanted)
@@ -161,9 +131,11 @@ class Plots:
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
         return self._charts[name] if name in CHARTS else self._courses[name][1]
 
-    def _make(self, name: str, place: int, simulation: Simulation) -> None:
+    def _make(self, name: str, simulation: Simulation) -> None:
         # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
-        order = 2.0 + 2.0 * (place if place < 2 else 2 + list(specs(PageSettings)["plot"].choices).index(name.split("_")[0]))
+        order = 2.0 + 2.0 * (
+            PLACES[name] if name in PLACES else 2 + list(specs(PageSettings)["plot"].choices).index(name.split("_")[0])
+        )
         order += 1.0 if name == "follow_other" else 0.0
         with self._tab:
             self._captions[name] = self._gui.add_html("", order=order)
@@ -171,7 +143,7 @@ class Plots:
                 self._charts[name] = self._gui.add_html("", order=order + 0.5)
                 return
             course = course_of(name, simulation)
-            # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is not to look like a hill.
+            # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is no hill.
             soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
             if course.positive:
                 soft["min"] = {"soft": 0.0, "mode": 1, "pad": 0.05}
@@ -269,7 +241,8 @@ class Plots:
         course, _ = self._courses[name]
         legend = course.legend
         if with_ghost and course.columns("ghost"):
-            legend = (*legend, (course.symbol, "dash", "ghost"))
+            dash = next(line.dash for line in course.lines if line.run == "ghost")
+            legend = (*legend, (course.symbol, "dash" if dash[0] > 2.0 else "dot", "ghost"))
         if self._what_if is not None and course.columns("what_if"):
             legend = (*legend, (course.symbol, "mix", "what if"))
         parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{label}</span>' for symbol, kind, label in legend)
@@ -279,44 +252,3 @@ class Plots:
     def _is_spare(self, name: str) -> bool:
         """Return whether a plot makes room on a narrow screen for what was chosen."""
         return name == "error" and makes_room(self._cells)
-
-
-def layout_html(shown: tuple[str, ...]) -> str:
-    """Return the style that gives every plot a column; a chart with a legend of its own takes a wider one."""
-    wide = {"laws": "1.45fr", "stability": "1.2fr", "pairs": "1.2fr"}
-    columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in shown]
-    narrow = columns[:1] + columns[2:] if makes_room(shown) else columns
-    return (
-        f'<div class="duet-plots"><style>:root{{--duet-columns:{" ".join(columns)};--duet-narrow:{" ".join(narrow)}}}'
-        "</style></div>"
-    )
-
-
-class DetailsChooser:
-    """The row of buttons that chooses what is shown beside the first two plots.
-
-    Args:
-        gui: of whoever operates it.
-        session: whose plots.
-        tab: of the panel of plots.
-    """
-
-    def __init__(self, gui: viser.GuiApi, session: Session, tab: viser.GuiTabHandle) -> None:
-        spec = specs(PageSettings)["plot"]
-        self._session = session
-        self._labels: dict[str, str] = dict(zip(spec.choices, spec.choice_labels, strict=True))
-        with tab:
-            self._buttons = ChoiceButtons(gui, "more plots", spec.choice_labels, spec.help, self._chosen, order=0.5)
-
-    def _chosen(self, index: int) -> None:
-        choice = list(self._labels)[index]
-        self._session.post(lambda: self._session.change("plot", choice))
-
-    def show(self) -> None:
-        """Offer what there is to choose in this experiment, and mark the present choice."""
-        settings = self._session.settings
-        possible = possible_details(settings.run)
-        present = settings.page.details if settings.page.details in possible else "none"
-        choices = list(self._labels)
-        self._buttons.offer(tuple(choices.index(choice) for choice in possible))
-        self._buttons.mark(choices.index(present))

@@ -1,0 +1,357 @@
+"""The panel of lessons: what is seen of it, for everybody, and what is operated of it, by one."""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import viser
+
+from app.lessons.walkthrough import Phase, View
+from app.page.buttons import ChoiceButtons
+from app.page.keys import LESSON_KEYS, Hotkey
+from app.page.lesson_html import BLOCKS, blocks_html, choice_label
+from app.page.lesson_run import LessonRun
+from app.page.lesson_text import plain
+from app.session import Session
+
+PERIOD: Final = 0.2
+"""Wall time between two refreshes of the numbers [s]."""
+
+WIDTH: Final = 340
+"""Width of the panel [CSS px], and …"""
+
+NARROW_WIDTH: Final = 300
+"""… on a narrow window."""
+
+MOST_STEPS: Final = 12
+MOST_CHOICES: Final = 6
+MOST_FORECASTS: Final = 4
+
+_ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
+_ANSWERS: Final = ("solo", "ball", "hold", "master_slave", "imitation")
+_MOVES: Final = ("left", "right", "up", "down", "away", "near")
+
+
+class LessonPanel:
+    """What is seen: the panel at the left and its texts. It is made when a lesson is opened for the first time.
+
+    Args:
+        gui: of whoever sees it.
+        run: the lessons.
+        width: of the panel [CSS px].
+        operated: whether whoever sees it also operates it.
+    """
+
+    def __init__(self, gui: viser.GuiApi, run: LessonRun, width: float, operated: bool) -> None:
+        self._gui, self._run, self._width, self._operated = gui, run, width, operated
+        self._panel: viser.PanelHandle | None = None
+        self.tab: viser.GuiTabHandle | None = None
+        self._blocks: dict[str, viser.GuiHtmlHandle] = {}
+        self._texts: dict[str, str] = {}
+        self._shown: tuple[object, ...] = ()
+        self._next = 0.0
+
+    def _make(self) -> None:
+        self._panel = self._gui.add_panel()
+        self.tab = self._panel.add_tab("Lesson", viser.Icon.SCHOOL)
+        with self.tab:
+            self._style = self._gui.add_html("", order=0.0)
+            for name in BLOCKS:
+                self._blocks[name] = self._gui.add_html("", order=_ORDER[name])
+        self._panel.dock_left()
+        self._panel.set_width(self._width)
+
+    def show(self, now: float) -> bool:
+        """Bring it up to date; return whether it was opened or closed, or is about another run, so that views have to follow."""
+        run = self._run
+        if not run.open:
+            if self._panel is None or not self._panel.visible:
+                return False
+            self._panel.visible = False
+            self._style.content = ""
+            return True
+        if self._panel is None:
+            self._make()
+        assert self._panel is not None
+        opened = not self._texts or not self._panel.visible
+        if not self._panel.visible:
+            self._panel.visible = True
+            self._panel.dock_left()
+            self._panel.set_width(self._width)
+        state = run.version, run.computing
+        if opened or state != self._shown or now >= self._next:
+            self._next = now + PERIOD
+            self._shown = state
+            view = run.view()
+            numbers = run.live() if view.phase is not Phase.PREDICT else ()
+            self._write("style", lesson_style(self._width, view))
+            for name, text in blocks_html(view, numbers, run.computing, self._operated).items():
+                self._write(name, text)
+        return opened
+
+    def _write(self, name: str, text: str) -> None:
+        if self._texts.get(name) == text:
+            return
+        self._texts[name] = text
+        handle = self._style if name == "style" else self._blocks[name]
+        handle.content = text
+        if name != "style":
+            handle.visible = bool(text)
+
+
+def lesson_style(width: float, view: View) -> str:
+    """Return the style that makes room for the panel, and keeps the law's equation for after the experience."""
+    early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
+    hidden = ".duet-tiles,.duet-live,.duet-tip" + (",.duet-eq" if early else "")
+    return f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hidden}{{display:none}}</style></div>'
+
+
+class LessonDesk:
+    """What is operated: answers, Run, next and back, on the panel of everybody.
+
+    Args:
+        client: whose hands it is in.
+        session: in which the lessons run.
+        run: the lessons.
+        panel: where the buttons stand.
+        notify: shows a message to the visitor.
+        opened: called when the visitor opens or closes the lessons.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        session: Session,
+        run: LessonRun,
+        panel: LessonPanel,
+        notify: Callable[[str, str], None],
+    ) -> None:
+        self._client, self._session, self._run, self._panel, self._notify = client, session, run, panel, notify
+        self._handles: dict[str, Any] = {}
+        self._set: dict[tuple[str, str], object] = {}
+        self._choices: list[viser.GuiButtonHandle] = []
+        self._forecasts: list[viser.GuiTextHandle] = []
+        self._commands: list[viser.CommandHandle] = []
+        self._shown: tuple[object, ...] = ()
+        self._said_for: tuple[str, str] | None = None
+        self._door = client.gui.add_button(
+            "Lessons", icon=viser.Icon.SCHOOL, hint="Ten lessons: predict, run, compare, explain.", order=-4.0
+        )
+        self._door.visible = bool(run.book.lessons)
+
+        @self._door.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            del event
+            session.post(lambda: run.leave() if run.open else run.enter())
+
+    # ---- keys --------------------------------------------------------------------------------------------------------------
+
+    def take(self, action: str) -> bool:
+        """Do what a hotkey means while a lesson is open; return whether it meant something of its own there."""
+        run = self._run
+        if not run.open:
+            return False
+        walk = run.walk
+        if action in _ANSWERS:
+            run.act("choose", _ANSWERS.index(action))
+            return True
+        if action == "pause":
+            run.act("run")
+            return True
+        if action == "reset":
+            run.act("again")
+            return True
+        if action == "step":
+            if walk.locked:
+                run.act("run")
+            return walk.locked
+        if run.hands_off and action in (*_MOVES, "autopilot"):
+            if action in ("left", "right"):
+                run.act("back" if action == "left" else "next")
+            return True
+        return False
+
+    def _command(self, hotkey: Hotkey) -> viser.CommandHandle:
+        command = self._client.gui.add_command(
+            hotkey.text.capitalize(), hotkey=hotkey.key, modifier=hotkey.modifier, icon=hotkey.icon
+        )
+
+        @command.on_trigger
+        async def _(event: viser.CommandEvent) -> None:
+            del event
+            self._session.post(lambda: self._run.act(hotkey.action))
+
+        return command
+
+    # ---- buttons -----------------------------------------------------------------------------------------------------------
+
+    def _make(self) -> None:
+        assert self._panel.tab is not None
+        gui, run, lessons = self._client.gui, self._run, self._run.book.lessons
+        self._names = tuple(f"{lesson.number}  {plain(lesson.title)}" for lesson in lessons)
+        with self._panel.tab:
+            picker = self._handles["picker"] = gui.add_dropdown(
+                "lesson", self._names, initial_value=self._names[0], hint="Any lesson at any time.", order=1.0
+            )
+            self._steps = ChoiceButtons(
+                gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
+            )
+            for i in range(MOST_CHOICES):
+                self._choices.append(self._button(f"choice {i}", "choose", i, order=_ORDER["choices"] + 1.0 + i))
+            self._button("run", "run", order=_ORDER["choices"] + 8.0)
+            self._button("why", "why", order=_ORDER["verdict"] + 1.0)
+            for i in range(MOST_FORECASTS):
+                self._forecasts.append(self._forecast(i))
+            self._button("check", "check", order=_ORDER["after"] + 6.0)
+            self._button("hint", "hint", order=_ORDER["hints"] + 1.0)
+            self._nav = ChoiceButtons(
+                gui,
+                "",
+                ("Back", "Reset", "Next"),
+                "B goes back, N goes on. Reset begins the step anew.",
+                lambda i: self._post(("back", "reset", "next")[i]),
+                order=_ORDER["hints"] + 5.0,
+            )
+            self._button("leave", "leave", order=_ORDER["hints"] + 6.0)
+
+        @picker.on_update
+        async def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client_id is None:
+                return
+            value = event.target.value
+            if value in self._names:
+                index = self._names.index(value)
+                self._session.post(lambda: run.act("go", index, 0))
+
+    def _go_step(self, index: int) -> None:
+        run = self._run
+        self._session.post(lambda: run.act("go", run.book.lessons.index(run.walk.lesson), index))
+
+    def _post(self, action: str, *given: object) -> None:
+        self._session.post(lambda: self._run.act(action, *given))
+
+    def _button(self, name: str, action: str, *given: object, order: float) -> viser.GuiButtonHandle:
+        button = self._client.gui.add_button(name, visible=False, order=order)
+        self._handles[name] = button
+        self._set[name, "visible"] = False
+
+        @button.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            del event
+            self._post(action, *given)
+
+        return button
+
+    def _forecast(self, index: int) -> viser.GuiTextHandle:
+        name = f"forecast {index}"
+        box = self._client.gui.add_text(name, "", visible=False, order=_ORDER["after"] + 1.0 + index)
+        self._handles[name] = box
+        self._set[name, "visible"] = False
+
+        @box.on_update
+        async def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client_id is not None:
+                number = read_number(event.target.value)
+                self._session.post(lambda: self._say(index, number))
+
+        return box
+
+    def _say(self, index: int, number: float | None) -> None:
+        said = self._run.said
+        said.extend([None] * (index + 1 - len(said)))
+        said[index] = number
+
+    # ---- frame by frame ----------------------------------------------------------------------------------------------------
+
+    def show(self) -> None:
+        """Bring buttons up to date, and say what the lessons have to say."""
+        run = self._run
+        while run.notes:
+            self._notify(*run.notes.popleft())
+        label = "Leave the lessons" if run.open else "Lessons"
+        if self._door.label != label:
+            self._door.label = label
+        if not run.open:
+            for command in self._commands:
+                command.remove()
+            self._commands.clear()
+            self._shown = ()
+            return
+        if not self._commands:
+            self._commands = [self._command(hotkey) for hotkey in LESSON_KEYS]
+        if not self._handles:
+            self._make()
+        simulation = self._session.simulation
+        walk = run.walk
+        over = walk.finished(simulation) and not walk.yours
+        state = run.version, self._session.paused, over
+        if state == self._shown:
+            return
+        self._shown = state
+        self._arrange(run.view(), over)
+
+    def _arrange(self, view: View, over: bool) -> None:
+        lessons = self._run.book.lessons
+        self._write("picker", "value", self._names[lessons.index(view.lesson)])
+        self._steps.offer(tuple(range(min(view.count, MOST_STEPS))))
+        self._steps.mark(view.index)
+        asking = view.phase in (Phase.PREDICT, Phase.DO)
+        for i, button in enumerate(self._choices):
+            offered = asking and i < len(view.choices)
+            if offered:
+                self._write(f"choice {i}", "label", choice_label(i + 1, view.choices[i], i == view.chosen))
+                self._write(f"choice {i}", "color", "orange" if i == view.chosen else "gray")
+            self._write(f"choice {i}", "visible", offered)
+            del button
+        runs = asking or view.showing or view.phase is Phase.CHALLENGE
+        paused = self._session.paused
+        label = "Run (predict first)" if view.locked else "Run again" if over and paused else "Run" if paused else "Pause"
+        self._write("run", "label", label)
+        self._write("run", "disabled", view.locked)
+        self._write("run", "visible", runs)
+        self._write("why", "label", "Show me why")
+        self._write("why", "visible", view.why and not view.showing)
+        self._arrange_challenge(view)
+        self._write("hint", "label", f"Hint {len(view.hints) + 1} of {len(view.step.hints)}")
+        self._write("hint", "visible", view.phase is Phase.CHALLENGE and view.more_hints)
+        self._nav.offer((*((0,) if view.can_back else ()), 1, *((2,) if view.can_next else ())))
+        self._write("leave", "label", "Leave the lessons")
+        self._write("leave", "visible", True)
+
+    def _arrange_challenge(self, view: View) -> None:
+        challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
+        here = view.lesson.id, view.step.id
+        if self._said_for != here:
+            self._said_for = here
+            self._run.said.clear()
+            for box in self._forecasts:
+                if box.value:
+                    box.value = ""
+        for i in range(MOST_FORECASTS):
+            shown = challenge is not None and i < len(view.forecasts)
+            if shown:
+                assert challenge is not None
+                unit = challenge.forecasts[i].measurement.unit
+                self._write(f"forecast {i}", "label", view.forecasts[i])
+                self._write(f"forecast {i}", "hint", f"Your number, in {unit}." if unit else "Your number.")
+            self._write(f"forecast {i}", "visible", shown)
+        self._write("check", "label", "Check my run" if challenge is None or not challenge.forecasts else "Check my numbers")
+        self._write("check", "visible", challenge is not None and not challenge.own_law)
+
+    def _write(self, name: str, prop: str, value: object) -> None:
+        if self._set.get((name, prop), _UNSET) != value:
+            self._set[name, prop] = value
+            setattr(self._handles[name], prop, value)
+
+
+_UNSET: Final = object()
+
+
+def read_number(text: object) -> float | None:
+    """Return the number that a person typed, with a point or a comma and perhaps a unit behind it; None if there is none."""
+    if not isinstance(text, str):
+        return None
+    try:
+        number = float(text[:40].strip().split(" ")[0].replace(",", ".").replace("−", "-"))
+    except (ValueError, IndexError):
+        return None
+    return number if abs(number) < 1e9 else None

@@ -1,0 +1,139 @@
+"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step."""
+
+import html
+from typing import Final
+
+from app.lessons.outcomes import Attempt
+from app.lessons.walkthrough import Phase, View
+from app.page.lesson_text import inline_html, lesson_html, plain
+
+PHASES: Final[dict[str, str]] = {
+    "predict": "Predict",
+    "do": "Do",
+    "observe": "Observe",
+    "explain": "Explain",
+    "challenge": "Challenge",
+}
+"""What a person calls the parts of a step."""
+
+BLOCKS: Final = ("head", "text", "choices", "live", "verdict", "after", "attempt", "hints")
+"""All blocks."""
+
+
+def blocks_html(view: View, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, str]:
+    """Return every block's HTML, "" for one that has nothing to say.
+
+    Args:
+        view: of the walkthrough.
+        live: label and value of the numbers in view.
+        computing: whether further runs are still being made.
+        operated: whether the answers are buttons of whoever looks; otherwise they are listed.
+    """
+    texts = dict(view.texts)
+    folder = view.step.setup.folder
+    main = texts.get(view.phase.value, "")
+    after = ""
+    if view.phase is Phase.OBSERVE:
+        main, after = "", texts.get("observe", "")
+    made = {
+        "head": head_html(view),
+        "text": lesson_html(main, folder),
+        "choices": "" if operated else _choices_html(view),
+        "live": "".join(f"<div><b>{html.escape(value)}</b><span>{html.escape(label)}</span></div>" for label, value in live),
+        "verdict": verdict_html(view, computing),
+        "after": lesson_html(after, folder) if after else "",
+        "attempt": attempt_html(view),
+        "hints": "".join(f"<li>{inline_html(hint)}</li>" for hint in view.hints),
+    }
+    if made["hints"]:
+        made["hints"] = f"<h3>Hints</h3><ol>{made['hints']}</ol>"
+    return {name: f'<div class="duet duet-lesson duet-l-{name}">{made[name]}</div>' if made[name] else "" for name in BLOCKS}
+
+
+def head_html(view: View) -> str:
+    """Return title, goal, and where in the step one is."""
+    lesson, step = view.lesson, view.step
+    here = view.phases.index(view.phase)
+    parts = "".join(
+        f'<li class="{"now" if i == here else "done" if i < here else ""}"{" aria-current=step" if i == here else ""}>'
+        f"{PHASES[phase.value]}</li>"
+        for i, phase in enumerate(view.phases)
+    )
+    source = f" · eq. {html.escape(lesson.equations)}" if lesson.equations else ""
+    return (
+        f'<p class="crumb">Lesson {lesson.number} · step {view.index + 1} of {view.count}{source}</p>'
+        f"<h2>{inline_html(step.title)}</h2>"
+        f'<div class="goal"><b>Goal</b> {lesson_html(step.goal, step.setup.folder)}</div>'
+        f'<ol class="phases">{parts}</ol>'
+    )
+
+
+def _choices_html(view: View) -> str:
+    if view.phase not in (Phase.PREDICT, Phase.DO) or not view.choices:
+        return ""
+    return "<ol>" + "".join(f"<li>{inline_html(choice)}</li>" for choice in view.choices) + "</ol>"
+
+
+def verdict_html(view: View, computing: bool) -> str:
+    """Return the answer beside what was measured, and the reason; while the run goes on, what was predicted."""
+    if computing:
+        return '<p class="wait duet-say">Measuring the runs that this one is compared with …</p>'
+    if view.phase in (Phase.PREDICT, Phase.DO):
+        if view.chosen is None:
+            return ""
+        return f'<p class="mine">Your prediction: <b>{inline_html(view.choices[view.chosen])}</b></p>'
+    if view.phase is not Phase.OBSERVE and not view.showing:
+        return ""
+    if view.showing:
+        return (
+            '<div class="card why duet-say"><b>The run that shows why</b>'
+            f"{_lines(view.why_outcome) or '<p>Run it, and compare it with your prediction.</p>'}</div>"
+            + (_reply(view) if view.why_outcome else "")
+        )
+    if view.verdict is None:
+        return f'<div class="card duet-say"><b>Measured in this run</b>{_lines(view.outcome)}</div>' if view.outcome else ""
+    verdict = view.verdict
+    mine = view.choices[view.chosen] if view.chosen is not None else ""
+    mark = "✓" if verdict.right else "↺"
+    return (
+        f'<div class="card {"right" if verdict.right else "wrong"} duet-say"><p class="mark"><span>{mark}</span> '
+        f"<b>{html.escape(verdict.headline)}</b></p>"
+        f"<dl><dt>You said</dt><dd>{inline_html(mine)}</dd><dt>Measured</dt><dd>{_lines(verdict.lines)}</dd></dl>"
+        f"{_reply(view)}</div>"
+    )
+
+
+def _reply(view: View) -> str:
+    return lesson_html(view.verdict.reply, view.step.setup.folder) if view.verdict is not None else ""
+
+
+def _lines(lines: tuple[str, ...]) -> str:
+    return "".join(f"<p>{html.escape(line)}</p>" for line in lines)
+
+
+def attempt_html(view: View) -> str:
+    """Return how the newest attempt at the challenge went: every inequality, the missed ones first."""
+    if view.phase is not Phase.CHALLENGE:
+        return ""
+    passed = '<p class="mark"><span>★</span> <b>Challenge passed.</b></p>' if view.passed else ""
+    if view.attempt is None:
+        return f'<div class="card right">{passed}</div>' if passed else ""
+    attempt = view.attempt
+    headline = "Passed." if attempt.passed else "Not yet."
+    counted = f" Attempt {view.attempts}." if view.attempts > 1 else ""
+    kind = "right" if attempt.passed else "wrong"
+    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>'
+
+
+def _judgements(attempt: Attempt) -> str:
+    note = f"<p>{html.escape(attempt.note)}</p>" if attempt.note else ""
+    rows = "".join(
+        f"<li class={'ok' if j.passed else 'no'}><span>{'✓' if j.passed else '✗'}</span>{html.escape(j.text)}</li>"
+        for j in sorted(attempt.judgements, key=lambda j: j.passed)
+    )
+    return f"{note}<ul>{rows}</ul>"
+
+
+def choice_label(number: int, text: str, chosen: bool) -> str:
+    """Return what stands on the button of an answer; `number` from 1."""
+    return f"{'● ' if chosen else ''}{number}   {plain(text)}"

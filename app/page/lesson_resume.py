@@ -1,0 +1,113 @@
+"""Progress that outlives a reload or a dropped connection: kept at the server for ten minutes under a word that the tab remembers."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from time import monotonic
+from typing import Final
+
+from app.page.lesson_run import LessonRun, Saved
+
+KEEP: Final = 600.0
+"""How long progress is kept after a visitor has gone [s]."""
+
+MOST: Final = 300
+"""Visitors whose progress is kept at once; the oldest ones make room."""
+
+_WORD: Final = re.compile(r"^[a-z0-9]{16,64}$")
+
+
+@dataclass(frozen=True)
+class _Kept:
+    saved: Saved
+    link: tuple[str, str]
+    since: float
+
+
+def word_of(query: Mapping[str, str]) -> str | None:
+    """Return the word that a tab remembers; None if it brings none that could be one of ours."""
+    word = query.get("resume", "")
+    return word if _WORD.match(word) else None
+
+
+def link_of(query: Mapping[str, str]) -> tuple[str, str]:
+    """Return which lesson and step a link asks for, as text."""
+    return query.get("lesson", "")[:60], query.get("step", "")[:8]
+
+
+class Keeper:
+    """What visitors who have gone left behind."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, _Kept] = {}
+
+    def keep(self, query: Mapping[str, str], saved: Saved | None, now: float | None = None) -> None:
+        """Keep what a visitor who came with a query has done; nothing if there is nothing, or nobody to give it back to."""
+        word = word_of(query)
+        if word is None or saved is None:
+            return
+        now = monotonic() if now is None else now
+        self._kept.pop(word, None)
+        self._kept[word] = _Kept(saved, link_of(query), now)
+        self._forget(now)
+
+    def find(self, query: Mapping[str, str], now: float | None = None) -> tuple[Saved, bool] | None:
+        """Return what a visitor left behind, and whether they come by the same link, so that they are to be where they were."""
+        self._forget(monotonic() if now is None else now)
+        kept = self._kept.get(word_of(query) or "")
+        return None if kept is None else (kept.saved, kept.link == link_of(query))
+
+    def _forget(self, now: float) -> None:
+        for word, kept in list(self._kept.items()):
+            if now - kept.since > KEEP or len(self._kept) > MOST:
+                del self._kept[word]
+
+
+def open_link(run: LessonRun, query: Mapping[str, str], found: tuple[Saved, bool] | None) -> tuple[str, ...]:
+    """Open what a link, or what was kept, asks for; return a message for every part of the link that is not possible."""
+    lesson, step = link_of(query)
+    if found is not None:
+        saved, same = found
+        run.resume(saved, reopen=same)
+        if same:
+            return ()
+    if not lesson:
+        return (f"step = {step} has a meaning with lesson = … only.",) if step else ()
+    place, problem = step_of(step)
+    index: int | str = int(lesson) if lesson.isascii() and lesson.isdecimal() else lesson
+    if isinstance(index, int):
+        numbers = [one.number for one in run.book.lessons]
+        if index not in numbers:
+            known = ", ".join(map(str, numbers)) or "none"
+            return (f"There is no lesson {lesson}; choose from {known}.",)
+        index = numbers.index(index)
+    elif all(one.id != index for one in run.book.lessons):
+        known = ", ".join(one.id for one in run.book.lessons) or "none"
+        return (f"There is no lesson {lesson}; choose from {known}.",)
+    run.enter(index, place)
+    return (problem,) if problem else ()
+
+
+def step_of(text: str) -> tuple[int, str]:
+    """Return a step from 0 and what is wrong with its text, "" if nothing."""
+    if not text:
+        return 0, ""
+    if text.isascii() and text.isdecimal() and int(text) >= 1:
+        return int(text) - 1, ""
+    return 0, f"step = {text} is no number; the first step is 1."
+
+
+def resume_script() -> str:
+    """Return JavaScript that gives every tab a word of its own, and reads out to those who listen what the lessons say."""
+    return (
+        "(()=>{try{let w=sessionStorage.getItem('duetResume');"
+        "if(!w){w=[...crypto.getRandomValues(new Uint8Array(16))].map(b=>b.toString(16).padStart(2,'0')).join('');"
+        "sessionStorage.setItem('duetResume',w);}duetQuery.resume=w;}catch{}"
+        "let said='';addEventListener('DOMContentLoaded',()=>{"
+        "const live=document.createElement('div');live.id='duet-say';live.setAttribute('role','status');"
+        "live.setAttribute('aria-live','polite');"
+        "live.style.cssText='position:fixed;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)';"
+        "document.body.append(live);"
+        "setInterval(()=>{const text=[...document.querySelectorAll('.duet-say')].map(n=>n.innerText).join(' ');"
+        "if(text!==said){said=text;live.textContent=text;}},300);});})();"
+    )

@@ -1,0 +1,387 @@
+"""One session on its way through the lessons: sets up every run, measures it at its end, and gives the visitor's own settings back.
+
+Everything here belongs to the session's thread, but for the further runs that a step compares with, which another thread makes.
+"""
+
+import logging
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.lessons.lesson import LessonBook, Setup, Step
+from app.lessons.outcomes import reference
+from app.lessons.trials import measured, wanted
+from app.lessons.walkthrough import Phase, View, Walkthrough
+from app.session import Session
+from app.settings import PageSettings, Settings
+from controllers.errors import BadSetting, DuetError
+from scenes.cast import Person
+from scenes.settings import values
+from scenes.targets import Target
+
+log = logging.getLogger("duet.lessons")
+
+_RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
+"""Where further runs are made; one after another, so that pages go on."""
+
+_KEPT_LOOK: Final = ("theme", "profile", "picture")
+
+
+@dataclass(frozen=True)
+class Saved:
+    """What outlives a connection.
+
+    Attributes:
+        progress: the walkthrough's JSON.
+        own: the visitor's settings outside the lessons.
+        open: whether a lesson was open.
+    """
+
+    progress: str
+    own: Settings
+    open: bool
+
+
+class Again:
+    """Somebody who does a recorded run again.
+
+    Args:
+        targets: one for every step.
+        dt: of the steps [s].
+    """
+
+    def __init__(self, targets: Sequence[Target | None], dt: float) -> None:
+        self._targets, self._dt = targets, dt
+
+    def target(self, time: float) -> Target | None:
+        """Return what was wanted then; at the end the last of it."""
+        if not self._targets:
+            return None
+        return self._targets[min(max(round(time / self._dt), 0), len(self._targets) - 1)]
+
+
+class LessonRun:
+    """The lessons of one session.
+
+    Args:
+        session: in which they run.
+        book: all lessons.
+
+    Attributes:
+        open: whether a lesson is open; otherwise the page is the visitor's own.
+        version: goes up whenever something has to be shown anew.
+        notes: (title, text) of what the visitor is to be told; whoever shows them takes them out.
+        said: the forecasts that the visitor has typed.
+    """
+
+    def __init__(self, session: Session, book: LessonBook) -> None:
+        self.book, self.open, self.version = book, False, 0
+        self.notes: deque[tuple[str, str]] = deque(maxlen=8)
+        self.said: list[float | None] = []
+        self._session = session
+        self._walk: Walkthrough | None = None
+        self._own = session.settings
+        self._turn = self._measured = -1
+        self._runs: tuple[object, Future[None]] | None = None
+        self._waiting: tuple[str, tuple[object, ...]] | None = None
+
+    # ---- in and out --------------------------------------------------------------------------------------------------------
+
+    @property
+    def walk(self) -> Walkthrough:
+        """Return the way through the lessons; it outlives their being closed."""
+        if self._walk is None:
+            self._walk = Walkthrough(self.book)
+        return self._walk
+
+    def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
+        """Open the lessons where they were left, or at a step. `lesson`, `step`: from 0, or a lesson's name."""
+        if not self.book.lessons:
+            self.notes.append(("There are no lessons", "The folder of lessons holds none that can be read."))
+            return
+        try:
+            if lesson is not None:
+                self.walk.go(lesson, step)
+        except BadSetting as error:
+            self.notes.append(("This step is not there", str(error)))
+        if not self.open:
+            self._own = self._session.settings
+            self.open = True
+        self._turn = -1
+        self._guarded(self._follow)
+
+    def leave(self) -> None:
+        """Close the lessons: the visitor's own settings are back, and the experiment begins anew with them."""
+        if not self.open:
+            return
+        self.open, self._waiting = False, None
+        look = {name: getattr(self._session.settings.page, name) for name in _KEPT_LOOK}
+        self._session.invite(None)
+        self._adopt(replace(self._own, page=replace(self._own.page, **look)))
+        self._session.reset()
+        self._session.paused = False
+        self.version += 1
+
+    def saved(self) -> Saved | None:
+        """Return what outlives a connection; None if no lesson was ever opened."""
+        if self._walk is None:
+            return None
+        return Saved(self._walk.to_json(), self._own if self.open else self._session.settings, self.open)
+
+    def resume(self, saved: Saved, reopen: bool) -> None:
+        """Take up what was saved; `reopen`: also where the visitor was."""
+        if not self.book.lessons:
+            return
+        self._walk = Walkthrough.from_json(self.book, saved.progress)
+        if saved.open and reopen:
+            self.enter()
+            self._own = saved.own
+
+    # ---- what the visitor does ---------------------------------------------------------------------------------------------
+
+    @property
+    def locked(self) -> bool:
+        """Return whether Run is locked."""
+        return self.open and self.walk.locked
+
+    @property
+    def _showing(self) -> bool:
+        """Return whether the run that shows why is on."""
+        return self.walk.view().showing
+
+    @property
+    def hands_off(self) -> bool:
+        """Return whether somebody else moves what the visitor could move."""
+        return self.open and not self.walk.yours
+
+    @property
+    def computing(self) -> bool:
+        """Return whether something waits for a further run."""
+        return self._waiting is not None
+
+    def act(self, action: str, *given: object) -> None:
+        """Do what a button or a key of the lessons stands for; nothing that is asked at the wrong moment does any harm."""
+        if not self.open:
+            return
+        self._waiting = None
+        self._guarded(lambda: self._act(action, given))
+        self._guarded(self._follow)
+
+    def _guarded(self, what: Callable[[], None]) -> None:
+        try:
+            what()
+        except DuetError as error:
+            self.notes.append(("This is not possible here", str(error)))
+        except Exception:
+            log.exception("an action of a lesson failed and was left out")
+            self.notes.append(("Something went wrong", "It was left out. Reset begins the step anew."))
+
+    def _act(self, action: str, given: tuple[object, ...]) -> None:
+        walk, session = self.walk, self._session
+        if action in ("next", "check") and not self._ready():
+            self._waiting = action, given
+            return
+        match action:
+            case "choose":
+                walk.choose(int(str(given[0])))
+            case "go":
+                walk.go(int(str(given[0])), int(str(given[1])))
+            case "next":
+                if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
+                    walk.observe(session.simulation)
+                walk.next()
+            case "back":
+                walk.back()
+            case "reset":
+                walk.reset()
+                self._turn = -1
+            case "again":
+                walk.run_again()
+            case "run":
+                self._run()
+            case "why":
+                walk.show_why()
+            case "hint":
+                walk.hint()
+            case "check":
+                self._check()
+            case "leave":
+                self.leave()
+            case _:
+                log.warning("a lesson knows no action %r", action[:40])
+
+    def _run(self) -> None:
+        walk, session = self.walk, self._session
+        if walk.locked:
+            self.notes.append(("Predict first", "Choose an answer; then the run is free."))
+        elif session.paused and not walk.yours and walk.finished(session.simulation):
+            walk.run_again()
+            self._begin()
+            session.paused = False
+        else:
+            session.toggle_pause()
+
+    def _check(self) -> None:
+        walk, session = self.walk, self._session
+        challenge = walk.step.challenge
+        if challenge is None or walk.phase is not Phase.CHALLENGE:
+            return
+        count = len(challenge.forecasts)
+        said = (*self.said, *(None,) * count)[:count]
+        person: Person | None = None
+        if challenge.keep:
+            recorded = session.recorded()
+            if recorded is not None and recorded.begin == 0.0:
+                person = Again(tuple(recorded.targets()), recorded.dt)
+        walk.attempt(session.simulation, said, person)
+
+    # ---- frame by frame ----------------------------------------------------------------------------------------------------
+
+    def frame(self) -> None:
+        """Look after the run, once a frame after the session has advanced; never raises."""
+        if not self.open:
+            return
+        try:
+            self._frame()
+        except DuetError as error:
+            self._stop_trouble(str(error))
+        except Exception:
+            log.exception("a frame of a lesson failed")
+            self._stop_trouble("The run could not be measured. Reset begins the step anew; next goes on without it.")
+
+    def _stop_trouble(self, text: str) -> None:
+        # Said once for a run, not once for a frame.
+        self._measured = self.walk.turn
+        self._session.paused = True
+        self.notes.append(("The lesson stopped here", text))
+        self.version += 1
+
+    def _frame(self) -> None:
+        walk, session = self.walk, self._session
+        asked, has = walk.setup.run, session.settings.run
+        if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
+            self.notes.append(("The lesson needs its own experiment", "It has begun anew. Leave the lessons for another one."))
+            self._begin()
+            return
+        if self.hands_off and not session.settings.page.autopilot:
+            self.notes.append(
+                ("The lesson moves this one", "The run has begun anew. It is your turn when the handles are there.")
+            )
+            self._begin()
+            return
+        if walk.locked:
+            session.paused = True
+        simulation = session.simulation
+        walk.watch(simulation)
+        if self._waiting is not None and self._ready():
+            action, given = self._waiting
+            self.act(action, *given)
+            return
+        if walk.turn == self._measured or simulation.steps == 0 or not walk.finished(simulation):
+            return
+        runs_out = self._showing or walk.phase in (Phase.DO, Phase.CHALLENGE)
+        if not runs_out:
+            return
+        if not walk.yours:
+            session.paused = True
+        if not self._ready():
+            return
+        self._measured = walk.turn
+        if walk.phase is not Phase.CHALLENGE or self._showing:
+            if walk.step.measurements:
+                walk.observe(simulation)
+            elif not walk.yours:
+                walk.next()
+        elif not walk.yours and walk.step.challenge is not None and not walk.step.challenge.forecasts:
+            self._check()
+        self._follow()
+
+    def _follow(self) -> None:
+        """Begin the run that the step asks for, if it is another than before."""
+        self.version += 1
+        if self.open and self.walk.turn != self._turn:
+            self._begin()
+
+    def _begin(self) -> None:
+        walk, session = self.walk, self._session
+        self._turn, self._measured = walk.turn, -1
+        self._prepare()
+        page = PageSettings()
+        look = {name: getattr(session.settings.page, name) for name in _KEPT_LOOK}
+        self._adopt(walk.settings(Settings(page=replace(page, **look))))
+        session.reset()
+        start = walk.start(session.simulation)
+        if start is not None:
+            session.simulation.reset(start)
+            if session.ghost is not None:
+                session.ghost.reset(start)
+        if walk.yours:
+            session.invite(None)
+            session.change("autopilot", False)
+        else:
+            session.invite(walk.target_source(session.simulation))
+        # A hand that is the visitor's answers at once; anything else waits for Run.
+        session.paused = walk.locked or not walk.yours
+        self.version += 1
+
+    def _adopt(self, settings: Settings) -> None:
+        """Take on settings, whatever order makes them possible one by one."""
+        session, wanted = self._session, values(settings)
+        for _ in range(3):
+            refused: BadSetting | None = None
+            for key, value in wanted.items():
+                if values(session.settings)[key] == value:
+                    continue
+                try:
+                    session.change(key, value)
+                except BadSetting as error:
+                    refused = error
+            if refused is None:
+                return
+            problem = refused
+        self.notes.append(("A setting of the lesson is not possible here", str(problem)))
+
+    # ---- further runs ------------------------------------------------------------------------------------------------------
+
+    def _prepare(self) -> None:
+        walk = self.walk
+        key = walk.lesson.id, walk.step.id, self._showing
+        if self._runs is None or self._runs[0] != key:
+            self._runs = key, _RUNS.submit(_make_runs, walk.step, walk.setup if self._showing else None)
+
+    def _ready(self) -> bool:
+        return self._runs is None or self._runs[1].done()
+
+    # ---- what is shown -----------------------------------------------------------------------------------------------------
+
+    def view(self) -> View:
+        """Return everything that is to be shown of the present step."""
+        return self.walk.view()
+
+    def live(self) -> tuple[tuple[str, str], ...]:
+        """Return label and value of the step's numbers, as they are now."""
+        from app.lessons.labels import label_of
+
+        language = self.walk.lesson.language
+        try:
+            return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(self._session.simulation))
+        except Exception:
+            log.exception("the numbers of a lesson could not be measured")
+            return ()
+
+
+def _make_runs(step: Step, why: Setup | None) -> None:
+    """Make every further run that a step compares with, so that they are known when they are needed."""
+    try:
+        if why is not None:
+            reference(step, why)
+            return
+        if step.measurements:
+            reference(step, step.setup)
+        if step.challenge is not None:
+            for forecast in step.challenge.forecasts:
+                measured(step.challenge.setup.with_changes(forecast.changes), wanted((forecast.measurement,)))
+    except Exception:
+        log.exception("the runs that a step compares with could not be made")
