@@ -22,6 +22,7 @@ from app.session import Session
 from app.settings import Settings
 from scenes.history import COLUMN
 from scenes.settings import changed, specs, values
+from scenes.targets import HandTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask, live_sessions
 from tests.browser import PageAt, drag_arrow, screenshot, wait_frames, wait_ready, world_position, world_to_px
 
@@ -234,7 +235,7 @@ def test_a_mouse_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
     ways = [elbow + ARC * (np.cos(a) * out + np.sin(a) * across) for a in np.linspace(0.0, 0.6, 13)]
     drag_through(page, session, ways)
     run_on(page, session, 3.0)
-    assert session.held is not None and session.held.elbow is not None
+    assert isinstance(session.held, HandTarget) and session.held.elbow is not None
     page.mouse.up()
     until(page, lambda: session.held is None, "letting go of the elbow")
     _, now = ask(session, state)
@@ -386,9 +387,15 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
         ("near", "PageDown"): (1, 0, 0),
     }
     for (action, key), way in ways.items():
-        press(action, key, lambda place=place: session.held and np.linalg.norm(session.held.position - place) > NUDGE / 2)
+        press(
+            action,
+            key,
+            lambda place=place: (
+                isinstance(session.held, HandTarget) and np.linalg.norm(session.held.position - place) > NUDGE / 2
+            ),
+        )
         held = session.held
-        assert held is not None and np.linalg.norm(held.position - place) == pytest.approx(NUDGE, rel=1e-6)
+        assert isinstance(held, HandTarget) and np.linalg.norm(held.position - place) == pytest.approx(NUDGE, rel=1e-6)
         assert (held.position - place) @ np.array(way) > 0.85 * NUDGE, action
         place = held.position.copy()
     assert not driven()
@@ -404,13 +411,22 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     page.mouse.up()
     until(page, lambda: not np.allclose(page.evaluate(CAMERA), view, atol=0.05), "a turned view")
     press("view", "v", lambda: np.allclose(page.evaluate(CAMERA), view, atol=2e-3))
+    press("ghost", "g", lambda: session.ghost is not None)
+    press("ghost", "g", lambda: session.ghost is None)
+    # Another scene is seen from elsewhere; the one from before is seen as before.
+    scenes = dict(zip(SPECS["scene"].choices, "12345", strict=True))
+    for scene in (*scenes, "hold"):
+        page.keyboard.press(scenes[scene])
+        until(page, lambda scene=scene: session.simulation.settings.scene == scene, scene)
+        done.add(scene)
+    until(page, lambda: np.allclose(page.evaluate(CAMERA), view, atol=2e-3), "the first view")
     assert done == {hotkey.action for hotkey in HOTKEYS}
 
     # In an input they are letters and moves of the caret.
     box = control(page, "dm").locator("input[type=text]").last
     before = ask(session, lambda s: (s.settings, s.paused, s.held, s.simulation.steps))
     box.click()
-    for key in (" ", ".", "[", "]", "r", "a", "l", "v", "PageUp", "ArrowLeft", "ArrowRight"):
+    for key in (" ", ".", "[", "]", "r", "a", "l", "v", "g", "PageUp", "ArrowLeft", "ArrowRight"):
         page.keyboard.press(key)
         wait_frames(page, 2)
     box.fill("120")
