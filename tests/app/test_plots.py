@@ -19,9 +19,10 @@ from app.page.chart import Chart, Frame
 from app.page.contact import contact
 from app.page.courses import colour_of, course_of
 from app.page.curve import FAR, FRAME, curve_html, distances
+from app.page.details import CHARTS, cells, layout_html, possible_details
 from app.page.laws import LAW_NAMES, all_laws, laws_html
 from app.page.pairs import pairs_html
-from app.page.plots import CHARTS, Plots, cells, layout_html, possible_details
+from app.page.plots import Plots
 from app.page.theme import PALETTES
 from app.session import Session
 from app.settings import Details, PageSettings, Settings
