@@ -14,6 +14,7 @@ import tyro
 from tqdm import tqdm
 
 from app.figures.options import Figures
+from app.lessons.check import Lessons, lessons
 from app.options import AllOptions, Flat, RunOptions, chosen
 from app.own_law.commands import LawTest, NewLaw, law_test, new_law
 from app.settings import Settings
@@ -103,6 +104,7 @@ COMMANDS: Final[dict[str, type]] = {
     "bench": Bench,
     "figures": Figures,
     "sweep": Sweep,
+    "lessons": Lessons,
     "new-law": NewLaw,
     "law-test": LawTest,
 }
@@ -133,6 +135,8 @@ def main(arguments: list[str] | None = None) -> int:
                 return figures(command)
             case Sweep():
                 return sweep(command)
+            case Lessons():
+                return lessons(command)
             case NewLaw():
                 return new_law(command)
             case LawTest():

@@ -315,3 +315,28 @@ def test_option_and_link_are_one_tree() -> None:
 def test_the_defaults_as_options_are_the_defaults() -> None:
     assert chosen(AllOptions(), Settings()) == Settings()
     assert chosen(RunOptions(), RunSettings()) == RunSettings()
+
+
+def test_a_law_of_ones_own_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """The template is the paper's law: the same figures as the built-in one; a mistake in it is named with its line, and is no result."""
+    path = tmp_path / "my_law.py"
+    assert main(["new-law", str(path)]) == 0
+    capsys.readouterr()
+    figures = []
+    for options in ([], ["--law-file", str(path)]):
+        assert main(["run", "--seconds", "8", *options]) == 0
+        figures.append(json.loads(capsys.readouterr().out))
+    for key in ("d_min", "e2_max"):
+        assert figures[1][key] == pytest.approx(figures[0][key], rel=0.02), key
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8")
+    assert main(["run", "--seconds", "1", "--law-file", str(path)]) == 2
+    assert "ZeroDivisionError" in (error := capsys.readouterr().err) and "my_law.py, line" in error
+
+
+def test_the_lessons_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Ten of them, in order; an unknown one is refused with the names."""
+    assert main(["lessons"]) == 0
+    assert [int(line.split()[0]) for line in capsys.readouterr().out.splitlines()] == list(range(1, 11))
+    assert main(["lessons", "--only", "nonsense"]) == 2
+    assert "redundancy" in capsys.readouterr().err
