@@ -8,7 +8,7 @@ import viser
 from app.lessons.walkthrough import Phase, View
 from app.page.buttons import ChoiceButtons
 from app.page.keys import LESSON_KEYS, Hotkey
-from app.page.lesson_html import BLOCKS, blocks_html, choice_label
+from app.page.lesson_html import BLOCKS, PHASES, blocks_html, choice_label
 from app.page.lesson_run import LessonRun
 from app.page.lesson_text import plain
 from app.session import Session
@@ -39,10 +39,12 @@ class LessonPanel:
         run: the lessons.
         width: of the panel [CSS px].
         operated: whether whoever sees it also operates it.
+        narrow: whether the controls fold up for it until a challenge needs them.
     """
 
-    def __init__(self, gui: viser.GuiApi, run: LessonRun, width: float, operated: bool) -> None:
-        self._gui, self._run, self._width, self._operated = gui, run, width, operated
+    def __init__(self, gui: viser.GuiApi, run: LessonRun, width: float, operated: bool, narrow: bool = False) -> None:
+        self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
+        self._folded = False
         self._panel: viser.PanelHandle | None = None
         self.tab: viser.GuiTabHandle | None = None
         self._blocks: dict[str, viser.GuiHtmlHandle] = {}
@@ -67,7 +69,8 @@ class LessonPanel:
             if self._panel is None or not self._panel.visible:
                 return False
             self._panel.visible = False
-            self._style.content = ""
+            self._write("style", "")
+            self._fold(False)
             return True
         if self._panel is None:
             self._make()
@@ -84,9 +87,20 @@ class LessonPanel:
             view = run.view()
             numbers = run.live() if view.phase is not Phase.PREDICT else ()
             self._write("style", lesson_style(self._width, view))
+            self._fold(view.phase is not Phase.CHALLENGE)
+            if opened and self._narrow:
+                self._panel.expand()
             for name, text in blocks_html(view, numbers, run.computing, self._operated).items():
                 self._write(name, text)
         return opened
+
+    def _fold(self, folded: bool) -> None:
+        if self._narrow and folded != self._folded:
+            self._folded = folded
+            if folded:
+                self._gui.main_panel.minimize()
+            else:
+                self._gui.main_panel.expand()
 
     def _write(self, name: str, text: str) -> None:
         if self._texts.get(name) == text:
@@ -102,7 +116,9 @@ def lesson_style(width: float, view: View) -> str:
     """Return the style that makes room for the panel, and keeps the law's equation for after the experience."""
     early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
     hidden = ".duet-tiles,.duet-live,.duet-tip" + (",.duet-eq" if early else "")
-    return f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hidden}{{display:none}}</style></div>'
+    return (
+        f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hidden}{{display:none!important}}</style></div>'
+    )
 
 
 class LessonDesk:
@@ -134,7 +150,7 @@ class LessonDesk:
         self._shown: tuple[object, ...] = ()
         self._said_for: tuple[str, str] | None = None
         self._door = client.gui.add_button(
-            "Lessons", icon=viser.Icon.SCHOOL, hint="Ten lessons: predict, run, compare, explain.", order=-4.0
+            "Lessons", icon=viser.Icon.SCHOOL, hint="Ten lessons: predict, run, compare, explain.", color="gray", order=-4.0
         )
         self._door.visible = bool(run.book.lessons)
 
@@ -206,12 +222,13 @@ class LessonDesk:
             self._nav = ChoiceButtons(
                 gui,
                 "",
-                ("Back", "Reset", "Next"),
+                ("Back", "Reset step"),
                 "B goes back, N goes on. Reset begins the step anew.",
-                lambda i: self._post(("back", "reset", "next")[i]),
-                order=_ORDER["hints"] + 5.0,
+                lambda i: self._post(("back", "reset")[i]),
+                order=_ORDER["hints"] + 6.0,
             )
-            self._button("leave", "leave", order=_ORDER["hints"] + 6.0)
+            self._button("next", "next", order=_ORDER["hints"] + 5.0)
+            self._button("leave", "leave", order=_ORDER["hints"] + 7.0)
 
         @picker.on_update
         async def _(event: viser.GuiEvent[Any]) -> None:
@@ -309,12 +326,18 @@ class LessonDesk:
         self._write("run", "disabled", view.locked)
         self._write("run", "visible", runs)
         self._write("why", "label", "Show me why")
+        self._write("why", "color", "blue")
         self._write("why", "visible", view.why and not view.showing)
         self._arrange_challenge(view)
         self._write("hint", "label", f"Hint {len(view.hints) + 1} of {len(view.step.hints)}")
+        self._write("hint", "color", "gray")
         self._write("hint", "visible", view.phase is Phase.CHALLENGE and view.more_hints)
-        self._nav.offer((*((0,) if view.can_back else ()), 1, *((2,) if view.can_next else ())))
+        self._nav.offer((0, 1) if view.can_back else (1,))
+        self._write("next", "label", next_label(view))
+        self._write("next", "color", None if view.phase is not Phase.DO or over else "gray")
+        self._write("next", "visible", view.can_next)
         self._write("leave", "label", "Leave the lessons")
+        self._write("leave", "color", "gray")
         self._write("leave", "visible", True)
 
     def _arrange_challenge(self, view: View) -> None:
@@ -344,6 +367,18 @@ class LessonDesk:
 
 
 _UNSET: Final = object()
+
+
+def next_label(view: View) -> str:
+    """Return what stands on the button that goes on."""
+    if view.showing:
+        return "Back to the outcome"
+    place = view.phases.index(view.phase)
+    if place + 1 < len(view.phases):
+        if view.phase is Phase.DO and not view.yours:
+            return "Skip the run"
+        return f"Next: {PHASES[view.phases[place + 1].value].lower()}"
+    return "Next step" if view.index + 1 < view.count else "Next lesson"
 
 
 def read_number(text: object) -> float | None:

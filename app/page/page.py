@@ -88,7 +88,9 @@ class View:
         self._stage = Stage(host.scene, session.simulation, page)
         private = isinstance(host, viser.ClientHandle)
         narrow = isinstance(host, viser.ClientHandle) and canvas_size(host)[0] < NARROW
-        self.lesson_panel = LessonPanel(gui, self.lessons, (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile), private)
+        self.lesson_panel = LessonPanel(
+            gui, self.lessons, (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile), private, narrow
+        )
         self._lesson_step: tuple[object, ...] | None = None
 
     def _present_experiment(self) -> tuple[object, ...]:
@@ -151,7 +153,7 @@ class View:
         self._stage.show(session.simulation, sample, page, session.ghost, angles)
         self._readout.show(session, sample, now, force=not moved)
         self._plots.choose(page.details)
-        self._plots.show(session.simulation, now)
+        self._plots.show(session, now)
 
     def _show_lesson(self, now: float) -> None:
         lessons = self.lessons
