@@ -50,6 +50,8 @@ class Serve:
     """A video file instead of a camera."""
     pose_model: Path | None = None
     """MediaPipe's model that finds the person, a pose_landmarker .task file."""
+    law_file: Path | None = None
+    """A law of your own, see `new-law`: it runs instead of ours, and is loaded anew whenever it is saved."""
     lessons: Path | None = None
     """Folder of lessons instead of our own ten; see app/lessons/README.md."""
     settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
@@ -165,7 +167,7 @@ def serve(command: Serve) -> int:
     from app.hosts import open_house
     from app.people import find_people
 
-    people = find_people(command.bvh, command.camera, command.video, command.pose_model)
+    people = find_people(command.bvh, command.camera, command.video, command.pose_model, command.law_file)
     try:
         house = open_house(
             command.host,

@@ -305,6 +305,8 @@ class House:
     def close(self) -> None:
         """End the frames and everything that is being computed, close every connection and release the port."""
         self._loop.stop()
+        for session in self.host.sessions.values() if isinstance(self.host, PrivateHost) else (self.host.session,):
+            session.close()
         self.background.close()
         self._people.close()
         self.server.stop()

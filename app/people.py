@@ -1,10 +1,10 @@
-"""Who can be imitated beside the built-in clips and the figure: a BVH file, a camera at the server, or a video file."""
+"""Whom the server brought along: who can be imitated beside the built-in clips and the figure, and whose law runs."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from controllers.errors import BadSetting
+from controllers.errors import BadInputFile, BadSetting
 from scenes.person.bvh import BvhMotion, read_bvh
 from scenes.person.camera import CameraSource
 from scenes.person.film import open_camera, open_detector, open_video
@@ -42,10 +42,12 @@ class People:
     Attributes:
         bvh: a person from a file, None if none was named.
         camera: the person in front of the camera or in the video, shared by every visitor.
+        law_file: a law of one's own; every session runs it in a process of its own.
     """
 
     bvh: Imitated | None = None
     camera: CameraSource | None = None
+    law_file: Path | None = None
 
     def close(self) -> None:
         """Let go of the camera."""
@@ -56,7 +58,9 @@ class People:
 NOBODY_ELSE: Final = People()
 
 
-def find_people(bvh: Path | None, camera: int | None, video: Path | None, model: Path | None) -> People:
+def find_people(
+    bvh: Path | None, camera: int | None, video: Path | None, model: Path | None, law_file: Path | None = None
+) -> People:
     """Return who can be imitated.
 
     Args:
@@ -64,17 +68,20 @@ def find_people(bvh: Path | None, camera: int | None, video: Path | None, model:
         camera: number of a camera at this computer.
         video: a video file, instead of a camera.
         model: MediaPipe's model for either.
+        law_file: a law of one's own.
 
     Raises:
         BadSetting: a camera and a video, or no model for them.
         BadInputFile, MissingPackage: see `read_bvh`, `open_camera`, `open_video`, `open_detector`.
     """
+    if law_file is not None and not law_file.is_file():
+        raise BadInputFile(f"{law_file}: there is no such file; `lwr-duet new-law {law_file}` writes one to begin with.")
     person = None if bvh is None else from_bvh(read_bvh(bvh))
     if camera is None and video is None:
-        return People(person)
+        return People(person, None, law_file)
     if camera is not None and video is not None:
         raise BadSetting("--camera and --video are two sources for the same person; give one of them.")
     if model is None:
         raise BadSetting(f"A camera or a video needs a model that finds the person: {MODEL_REMEDY}.")
     film = open_camera(camera) if camera is not None else open_video(video or Path())
-    return People(person, CameraSource(film, open_detector(model)).start())
+    return People(person, CameraSource(film, open_detector(model)).start(), law_file)

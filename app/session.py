@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from app.background import Background
+from app.own_law.own_law import OwnLaw
 from app.people import NOBODY_ELSE, People
 from app.settings import Settings
 from app.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
@@ -87,7 +88,11 @@ class Session:
         """What the run was made with."""
         self._ghost_inputs = InputsLog(GHOST_KEEP)
         self._frozen = settings.run.law, settings.run.gain
-        self._studies = Studies(background, wake) if background is not None else None
+        self._own_law = OwnLaw(people.law_file) if people.law_file is not None else None
+        self.simulation.use(self._own_law)
+        # What is computed apart knows the settings' laws only, and would answer for another one.
+        with_studies = background is not None and self._own_law is None
+        self._studies = Studies(background, wake) if with_studies and background is not None else None
         self._posts: deque[Callable[[], None]] = deque()
         self._debt = 0.0
         self._steps_asked = 0
@@ -101,9 +106,22 @@ class Session:
             self._studies.prepare(settings)
 
     def close(self) -> None:
-        """Drop everything that is being computed for this session."""
+        """Drop everything that is being computed for this session, and end its own law's process."""
+        if self._own_law is not None:
+            self._own_law.close()
         if self._studies is not None:
             self._studies.forget()
+
+    @property
+    def own_law(self) -> str | None:
+        """Name of the file whose law runs instead of the settings'; None if theirs does."""
+        return self._own_law.path.name if self._own_law is not None else None
+
+    @property
+    def own_law_problem(self) -> str:
+        """Why the law of one's own is not in force, and the arm stands still; "" if all is well."""
+        problem = self._own_law.problem if self._own_law is not None else None
+        return problem.text if problem is not None else ""
 
     def post(self, action: Callable[[], None]) -> None:
         """Have something done at the beginning of the next frame, on the session's own thread."""
@@ -280,6 +298,8 @@ class Session:
 
     def advance(self, elapsed: float) -> int:
         """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made."""
+        if self._own_law is not None:
+            self._own_law.refresh()
         if self._studies is not None:
             self._studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
         while self._posts:

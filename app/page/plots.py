@@ -77,14 +77,10 @@ class Plots:
         """Show these, and what is chosen beside them, instead of the first two plots; none for the first two again."""
         self._only = names
 
-    def show(self, session: Session | Simulation, now: float) -> None:
+    def show(self, session: Session, now: float) -> None:
         """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
-        ghost: Simulation | None = None
-        if isinstance(session, Simulation):
-            simulation = session
-        else:
-            simulation, ghost = session.simulation, session.ghost
-            self._take(session.what_if)
+        simulation, ghost = session.simulation, session.ghost
+        self._take(session.what_if)
         self._arrange(simulation, ghost)
         due = [name for name in self._cells if now >= self._next.get(name, 0.0)]
         if not due:

@@ -1,6 +1,7 @@
 """What is said in numbers and words: the tip, the status, four tiles, the law's equation, and the budget of this moment."""
 
 import math
+from html import escape
 from typing import Final, NamedTuple
 
 import viser
@@ -74,10 +75,14 @@ class Readout:
         self._next = now + PERIOD
         simulation, run = session.simulation, session.settings.run
         self._write("tip", f'<div class="duet duet-tip">{tip_html(session)}</div>')
-        self._write(
-            "status", f'<div class="duet duet-status" role="status">{status_html(session.pace, simulation, sample)}</div>'
-        )
+        pills = status_html(session.pace, simulation, sample) + own_law_html(session)
+        self._write("status", f'<div class="duet duet-status" role="status">{pills}</div>')
         self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample, session.ghost)}</div>')
+        if session.own_law is not None:
+            self._write(
+                "equation", f'<div class="duet"><div class="duet-eq">q̇ = law(situation)</div>{escape(session.own_law)}</div>'
+            )
+            return
         self._write("equation", f'<div class="duet">{equation_html(run, session.settings.page.theme)}</div>')
         self._write("live", f'<div class="duet">{live_html(simulation, sample, contact(simulation, sample))}</div>')
 
@@ -85,6 +90,15 @@ class Readout:
         if self._texts.get(name) != text:
             self._texts[name] = text
             self._blocks[name].content = text
+
+
+def own_law_html(session: Session) -> str:
+    """Return pills that say whose law runs, and why it does not if it does not; nothing for one of ours."""
+    if session.own_law is None:
+        return ""
+    if not session.own_law_problem:
+        return f'<span class="go">runs {escape(session.own_law)}</span>'
+    return f'<span class="alarm">the arm stands still: {escape(session.own_law_problem)}</span>'
 
 
 # --- tiles ---------------------------------------------------------------------------------------------------------------------

@@ -93,3 +93,24 @@ def test_a_visitor_chooses_who_is_imitated(house: OpenHouse, arrive: Arrive, wav
     target = session.target()
     assert isinstance(target, AnglesTarget) and target.angles is not None
     assert min(np.abs(target.angles - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
+
+
+def test_a_law_of_ones_own_runs_for_every_visitor_and_is_loaded_anew(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
+    """It keeps clear as ours does; a mistake that is saved freezes the arm and is named; saved right again, it goes on."""
+    path = tmp_path / "my_law.py"
+    assert main(["new-law", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    with pytest.raises(BadInputFile, match="new-law"):
+        find_people(None, None, None, None, tmp_path / "none.py")
+    guest = arrive(house(Settings(), people=find_people(None, None, None, None, path)))
+    session = guest.session
+    guest.visitor.wait_for(lambda _: session.own_law_problem == "" and session.simulation.time > 0.5, 20.0)
+    path.write_text(
+        text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0  # a mistake\n"), encoding="utf-8"
+    )
+    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.own_law_problem, 20.0)
+    path.write_text(text, encoding="utf-8")
+    guest.visitor.wait_for(lambda _: session.own_law_problem == "", 20.0)
+    session.post(lambda: session.change("law", "unprotected"))
+    guest.visitor.wait_for(lambda _: session.settings.run.law.law == "unprotected", 10.0)
+    assert session.own_law == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0
