@@ -258,7 +258,7 @@ def test_a_translation_carries_every_text(tmp_path: Path) -> None:
 
 # ---- whatever it is -----------------------------------------------------------------------------------------------------------
 
-LINES = SMALL.splitlines(keepends=True)
+LINES: list[str] = list[str](SMALL.splitlines(keepends=True))
 
 
 @st.composite

@@ -1,0 +1,505 @@
+"""Every measurement against a closed form, or against a computation that shares nothing with it but the run."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.distance import pdist
+
+from app.lessons.evidence import Evidence
+from app.lessons.lesson import Input, Setup, Start
+from app.lessons.measures import QUANTITIES, checked_parameters, measure, shown_value
+from app.lessons.measures.line import balance
+from app.lessons.measures.smoothness import largest_zigzag
+from app.lessons.own_law import TESTS
+from app.lessons.places import Place
+from app.lessons.trials import simulated
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+from scenes.history import COLUMN
+from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS
+from scenes.settings import LawSettings
+from scenes.simulation import Simulation
+
+FOLDER = TESTS["answers"].setup.folder
+UP = (0.0, 0.0, 1.0)
+
+
+def setup(seconds: float = 8.0, given: Input | None = None, start: Start | None = None, **changes: object) -> Setup:
+    """A run by its settings."""
+    return Setup(tuple(changes.items()), given or Input("nobody"), start, seconds, FOLDER)
+
+
+RUNS: dict[str, Setup] = {
+    "circle": setup(16.2, scene="solo", path="circle", k=0.5, dt=0.02),
+    "elbow": setup(8.0, Input("script", "elbow_to", (("angle", 0.6),)), scene="solo", k=2.0, dt=0.02),
+    "turned": setup(8.0, Input("script", "elbow_to", (("angle", 0.6),)), scene="solo", task="pose", k=5.0, dt=0.005),
+    "pose": setup(1.0, scene="solo", task="pose", dt=0.02),
+    "ball": setup(8.0, scene="ball", pairs="single", n=2.0, k=2.0, dt=0.02),
+    "switch": setup(5.0, scene="ball", pairs="single", law="strict_switched", k=2.0, dt=0.005),
+    "tail": setup(8.0, None, Start(Place("goal", UP, 0.1)), scene="ball", pairs="single", n=2.0, k=2.0, dt=0.02),
+    "steep": setup(
+        8.0, None, Start(Place("goal", (0.0, -0.3145, -0.1), 0.2)), scene="ball", pairs="single", dm=0.1, n=20.0, k=10.0, dt=0.02
+    ),
+    "beside": setup(
+        6.0, None, Start(Place("elbow", UP, 0.14)), scene="ball", point="elbow", pairs="single", n=6.0, k=2.0, dt=0.02
+    ),
+    "short": setup(
+        1.4,
+        None,
+        Start(Place("elbow", "upper_arm", 0.1, 0.35)),
+        scene="ball",
+        point="elbow",
+        pairs="single",
+        n=2.0,
+        k=2.0,
+        dt=0.01,
+    ),
+    "push": setup(
+        2.6,
+        Input("script", "push", (("speed", 0.4),)),
+        scene="hold",
+        rig="table",
+        pairs="single",
+        n=2.0,
+        k=2.0,
+        wmax=0.4,
+        dt=0.005,
+    ),
+    "slave": setup(6.0, Input("autopilot"), scene="master_slave", rig="table", pairs="single", n=2.0, k=2.0, dt=0.02),
+    "wave": setup(12.0, Input("autopilot"), scene="hold", rig="torso", pairs="single", dt=0.02),
+}
+
+
+@dataclass
+class Seen:
+    """A run, looked at with nothing of the lessons."""
+
+    simulation: Simulation
+    table: Array
+
+    def col(self, name: str) -> Array:
+        """A column of the history."""
+        return self.table[:, COLUMN[name]]
+
+    @property
+    def q(self) -> Array:
+        """All positions."""
+        return self.simulation.history.positions(self.table)
+
+    @property
+    def dq(self) -> Array:
+        """The arm's velocities."""
+        return self.simulation.history.velocities(self.table)[:, self.simulation.avoiding.joints]
+
+    def place(self, q: Array, what: str = "hand") -> Array:
+        """Where the hand or the elbow is, by Pinocchio alone."""
+        model, arm = self.simulation.room.model, self.simulation.avoiding
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, np.ascontiguousarray(q))
+        return (data.oMf[arm.hand].translation if what == "hand" else data.oMi[arm.elbow].translation).copy()
+
+    def path(self, what: str) -> Array:
+        """Where it was in every step."""
+        return np.array([self.place(q, what) for q in self.q])
+
+    def jacobian(self, function: Callable[[Array], Array], q: Array) -> Array:
+        """By central differences over the arm's joints."""
+        columns: list[Array] = []
+        joints = self.simulation.avoiding.joints
+        for j in range(joints.start, joints.stop):
+            step = np.zeros_like(q)
+            step[j] = 1e-6
+            columns.append((function(q + step) - function(q - step)) / 2e-6)
+        return np.array(columns, np.float64).T
+
+    def point(self, q: Array) -> Array:
+        """Where the control point is."""
+        return self.place(q, "hand" if self.simulation.settings.point == "hand" else "elbow")
+
+    def gap(self, q: Array) -> Array:
+        """Distance of the ball, by its radius and that of the control point (1,)."""
+        ball = q[self.simulation.room.ball]
+        return np.array([float(np.linalg.norm(self.point(q) - ball)) - BALL_RADIUS - POINT_RADIUS])
+
+    def lever(self, row: int) -> Array:
+        """J_d (n,) by differences."""
+        return self.jacobian(self.gap, self.q[row])[0]
+
+    def hand_jacobian(self, row: int) -> Array:
+        """J (3, n) by differences."""
+        return self.jacobian(self.place, self.q[row])
+
+    def blocks(self, row: int) -> Array:
+        """M by eqs (17)–(25), with numpy's own pseudo-inverses and K_a = K_b = K."""
+        lam, K = float(self.col("lambda")[row]), self.simulation.settings.gain
+        J_a, J_b = self.lever(row)[None, :], self.hand_jacobian(row)
+        a, b = np.linalg.pinv(J_a), np.linalg.pinv(J_b)
+        N = np.eye(7) - lam * a @ J_a
+        return K * np.block([[J_a @ a, J_a @ N @ b], [J_b @ a, J_b @ N @ b]])
+
+    def least(self, row: int) -> float:
+        """Smallest eigenvalue of the symmetric part."""
+        M = self.blocks(row)
+        return float(np.linalg.eigvalsh((M + M.T) / 2.0).min())
+
+    def rho(self, row: int) -> float:
+        """Cosine between J_d and the row space of J, by least squares."""
+        j, J = self.lever(row), self.hand_jacobian(row)
+        return float(np.linalg.norm(J.T @ np.linalg.lstsq(J.T, j, rcond=None)[0]) / np.linalg.norm(j))
+
+
+@cache
+def seen(name: str) -> Seen:
+    """A run, made once; only to be read."""
+    simulation = simulated(RUNS[name])
+    return Seen(simulation, simulation.history.table())
+
+
+def circle_error(s: Seen, time: float) -> Array:
+    """e of the hand on its circle of 0.1 m in 8 s."""
+    row = round(time / s.simulation.settings.dt)
+    home, phase = s.place(s.q[0]), 2.0 * np.pi * time / 8.0
+    return home + 0.1 * np.array([0.0, np.sin(phase), 1.0 - np.cos(phase)]) - s.place(s.q[row])
+
+
+def first_over_half(s: Seen) -> int:
+    """The step in which λ is first 1."""
+    return next(k for k, lam in enumerate(s.col("lambda")) if lam > 0.5)
+
+
+def crossing(s: Seen, at: float) -> int:
+    """The first step after which d is on the other side."""
+    d = s.col("d")
+    return next(k for k in range(len(d) - 1) if (d[k] - at) * (d[k + 1] - at) <= 0.0)
+
+
+def looped_zigzag(d: Array) -> float:
+    """Chatter, step by step."""
+    steps, best = np.diff(d).tolist(), 0.0
+    for k in range(len(steps) - 3):
+        four = steps[k : k + 4]
+        if all(a * b < 0.0 for a, b in pairwise(four)):
+            best = max(best, min(map(abs, four)))
+    return best
+
+
+def e(s: Seen) -> Array:
+    """|e|."""
+    return s.col("e2") ** 0.5
+
+
+def fall(s: Seen) -> int:
+    """The step below d_m after which d falls most."""
+    d = s.col("d")
+    return max((k for k in range(len(d) - 1) if d[k] < 0.15), key=lambda k: d[k] - d[k + 1])
+
+
+def sideways(s: Seen) -> Array:
+    """q_d − q of the slave."""
+    joints = s.simulation.avoiding.joints
+    return np.linalg.norm((s.simulation.history.desired(s.table) - s.q)[:, joints], axis=1)
+
+
+EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] = {
+    "distance_now": ("ball", {}, lambda s: s.gap(s.q[-1])[0], 1e-9),
+    "smallest_distance": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q), 1e-9),
+    "distance_margin": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q) - 0.15, 1e-9),
+    "distance_at": ("ball", {"time": 4.0}, lambda s: s.gap(s.q[200])[0], 1e-9),
+    "way_made": ("ball", {"since": 2.0, "until": 4.0}, lambda s: s.gap(s.q[100])[0] - s.gap(s.q[200])[0], 1e-9),
+    "largest_approach": ("push", {"within": 0.2}, lambda s: max(s.col("w")[s.col("d") < 0.2]), 0.0),
+    "approach_now": ("push", {}, lambda s: s.col("w")[-1], 0.0),
+    "pair_switches": ("wave", {}, lambda s: sum(a != b for a, b in pairwise(s.col("pair"))), 0.0),
+    "lever_now": ("ball", {}, lambda s: float(np.linalg.norm(s.lever(-1))), 1e-6),
+    "smallest_lever": ("short", {}, lambda s: min(float(np.linalg.norm(s.lever(k))) for k in range(len(s.table))), 1e-6),
+    "textbook_speed": (
+        "short",
+        {},
+        lambda s: max(0.3 * lam / float(np.linalg.norm(s.lever(k))) for k, lam in enumerate(s.col("lambda"))),
+        1e-4,
+    ),
+    "reached_speed": ("short", {}, lambda s: max(abs(x) for row in s.dq for x in row), 0.0),
+    "speed_share": (
+        "short",
+        {},
+        lambda s: float((abs(s.dq).max(axis=0) / np.radians([110, 110, 128, 128, 204, 184, 184])).max()),
+        1e-9,
+    ),
+    "time_without_authority": ("short", {}, lambda s: 0.01 * sum(a != 0 for a in s.col("authority")), 1e-12),
+    "joint_error_now": ("slave", {}, lambda s: s.col("e2")[-1] ** 0.5, 1e-9),
+    "largest_joint_error": ("slave", {}, lambda s: max(s.col("e2")) ** 0.5, 1e-9),
+    "joint_error_met": ("slave", {"distance": 0.25}, lambda s: sideways(s)[crossing(s, 0.25) + 1], 1e-12),
+    "joint_error_beyond": ("slave", {"distance": 0.25}, lambda s: max(sideways(s)[s.col("d") > 0.25]), 1e-12),
+    "null_dimension": ("pose", {}, lambda s: 7.0 - 6.0, 1e-6),
+    "hand_error_now": ("ball", {}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[-1]))), 1e-3),
+    "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(e(s)[150:]), 1e-12),
+    "hand_error_at": ("tail", {"time": 7.5}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[375]))), 1e-9),
+    "elbow_travel": ("elbow", {}, lambda s: float(pdist(s.path("elbow")).max()), 1e-6),
+    "mark_miss": ("elbow", {"angle": 0.0}, lambda s: 0.0, 1e-12),
+    "drift_per_lap": ("circle", {}, lambda s: float(np.linalg.norm(circle_error(s, 16.0) - circle_error(s, 8.0))), 1e-12),
+    "joint_drift_per_lap": ("circle", {}, lambda s: float(np.linalg.norm(s.q[800] - s.q[400])), 1e-12),
+    "lap_error": ("circle", {}, lambda s: max(float(np.linalg.norm(circle_error(s, 0.02 * k))) for k in range(400, 801)), 1e-9),
+    "gain_step": ("circle", {}, lambda s: 0.5 * 0.02, 1e-12),
+    "setting": ("circle", {"key": "dt"}, lambda s: 0.02, 0.0),
+    "activation_now": ("ball", {}, lambda s: (0.15 / s.gap(s.q[-1])[0]) ** 2, 1e-9),
+    "activation_met": ("ball", {"ratio": 1.5}, lambda s: 1.0 / 1.5**2, 2e-3),
+    "activation_formula": ("ball", {"ratio": 3.0}, lambda s: 1.0 / 9.0, 1e-12),
+    "pull_now": ("tail", {}, lambda s: -2.0 * float((s.place(s.q[0]) + PATH - s.place(s.q[-1])) @ away(s)), 2e-3),
+    "rest_now": ("tail", {}, lambda s: 0.15 * ((s.col("u")[-1] + 0.3) / s.col("u")[-1]) ** 0.5, 1e-9),
+    "stand_off_formula": ("tail", {"gap": 0.1}, lambda s: by_bisection(2.0, 0.3, 2.0, 0.1), 1e-9),
+    "bias_formula": ("tail", {"gap": 0.1}, lambda s: by_bisection(2.0, 0.3, 2.0, 0.1) - 0.1, 1e-9),
+    "euler_number": (
+        "steep",
+        {},
+        lambda s: max(
+            20.0 * (0.1 / d) ** 20 * (0.3 + u) * 0.02 / d for d, u in zip(s.col("d"), s.col("u"), strict=True) if d >= 0.1
+        ),
+        1e-9,
+    ),
+    "loss_rate": ("push", {}, lambda s: (s.col("d")[fall(s)] - s.col("d")[fall(s) + 1]) / 0.005, 1e-9),
+    "loss_formula": ("push", {}, lambda s: s.col("w")[fall(s)] - 0.3, 1e-9),
+    "velocity_step": ("ball", {}, lambda s: max(abs(a - b).max() for a, b in pairwise(s.dq)), 0.0),
+    "first_jump": ("switch", {}, lambda s: float(np.linalg.norm(s.dq[first_over_half(s)] - s.dq[first_over_half(s) - 1])), 0.0),
+    "first_jump_formula": (
+        "switch",
+        {},
+        lambda s: (0.3 + s.col("u")[first_over_half(s)]) / float(np.linalg.norm(s.lever(first_over_half(s)))),
+        1e-5,
+    ),
+    "switch_pull": ("switch", {}, lambda s: s.col("u")[first_over_half(s)], 0.0),
+    "switch_lever": ("switch", {}, lambda s: float(np.linalg.norm(s.lever(first_over_half(s)))), 1e-6),
+    "zigzag": ("steep", {}, lambda s: looped_zigzag(s.col("d")), 0.0),
+    "eigenvalue_now": ("beside", {}, lambda s: s.least(-1), 0.01),
+    "least_eigenvalue": ("beside", {"since": 5.5}, lambda s: min(s.least(k) for k in range(275, 300)), 0.01),
+    "rank_now": ("beside", {}, lambda s: rank_of(s), 0.0),
+    "survival_now": ("beside", {}, lambda s: 1.0 - s.col("lambda")[-1] * s.rho(-1) ** 2, 1e-6),
+    "coupling_now": ("beside", {}, lambda s: float(np.linalg.norm(s.lever(-1) @ np.linalg.pinv(s.hand_jacobian(-1)))), 1e-5),
+}
+"""Name → run, parameters, what it has to be, and how exactly."""
+
+
+def away(s: Seen) -> Array:
+    """Unit vector from the ball to the hand at the end."""
+    way = s.place(s.q[-1]) - s.q[-1][s.simulation.room.ball]
+    return np.asarray(way / np.linalg.norm(way), np.float64)
+
+
+def rank_of(s: Seen) -> float:
+    """Of both tasks' rows, by differences."""
+    return float(np.linalg.matrix_rank(np.vstack([s.lever(-1), s.hand_jacobian(-1)]), tol=1e-4))
+
+
+def by_bisection(n: float, v: float, K: float, inside: float) -> float:
+    """The d at which λ v = (1 − λ) K (d − inside), d_m = 0.15 m."""
+    low, high = 0.15, 10.0
+    for _ in range(100):
+        d = (low + high) / 2.0
+        lam = (0.15 / d) ** n
+        low, high = (d, high) if lam * v > (1.0 - lam) * K * (d - inside) else (low, d)
+    return low
+
+
+def test_every_measurement_is_tested() -> None:
+    """A new one has to come with what it is compared with."""
+    assert set(EXPECTED) == set(QUANTITIES)
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_measurement(name: str) -> None:
+    """As expected, not zero by chance, and read with its unit."""
+    run, parameters, expected, tolerance = EXPECTED[name]
+    value = measure(Evidence(seen(run).simulation), name, checked_parameters(name, parameters))
+    assert value is not None
+    assert value == pytest.approx(expected(seen(run)), abs=max(tolerance, 1e-14), rel=1e-9)
+    assert value != 0.0 or name in ("mark_miss", "time_without_authority")
+    quantity = QUANTITIES[name]
+    assert shown_value(value, name, quantity.shown, quantity.digits)[0] in "0123456789−"
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_nothing_is_measured_of_a_run_that_has_not_begun(name: str) -> None:
+    """None or a number that the settings give, in every scene; nothing raises."""
+    parameters = checked_parameters(name, EXPECTED[name][1])
+    for scene in ("solo", "ball", "hold", "master_slave", "imitation"):
+        simulation = Simulation(setup(scene=scene).run, 10)
+        value = measure(Evidence(simulation), name, parameters)
+        from_settings = {"gain_step", "setting", "activation_formula", "stand_off_formula", "bias_formula"}
+        assert (value is not None) == (name in from_settings)
+        for _ in range(3):
+            simulation.step(None)
+        measure(Evidence(simulation), name, parameters)
+        measure(Evidence(simulation, newest=1), name, parameters)
+
+
+def test_the_time_without_authority_is_not_always_zero() -> None:
+    """Where the elbow is pushed along the upper arm, joints run into their speed limits."""
+    assert measure(Evidence(seen("short").simulation), "time_without_authority") == pytest.approx(
+        0.01 * float(np.count_nonzero(seen("short").col("authority")))
+    )
+    steep = replace(RUNS["short"], start=Start(Place("elbow", "upper_arm", 0.1, 0.02)))
+    assert (measure(Evidence(simulated(steep)), "time_without_authority") or 0.0) > 0.03
+
+
+def test_null_dimension_counts_what_the_hand_does_not_feel() -> None:
+    """7 less the rank of a Jacobian by differences: 4 for the position; and 7 less 6 with the orientation."""
+    s = seen("elbow")
+    rank = np.linalg.matrix_rank(s.hand_jacobian(-1), tol=1e-4)
+    assert measure(Evidence(s.simulation), "null_dimension") == pytest.approx(7.0 - rank, abs=1e-9)
+
+
+def test_marks_are_missed_by_the_chord() -> None:
+    """A mark 0.9 rad away, of which the elbow turns about 0.6 at most: the chord between the two, on the elbow's circle."""
+    s = seen("turned")
+    data = s.simulation.room.model.createData()
+    pin.forwardKinematics(s.simulation.room.model, data, s.q[0])
+    arm = s.simulation.avoiding
+    shoulder, elbow, wrist = (data.oMi[j].translation.copy() for j in (arm.shoulder, arm.elbow, arm.wrist))
+    axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
+    radial = elbow - shoulder - axis * float(axis @ (elbow - shoulder))
+    offsets = s.path("elbow") - shoulder
+    radials = offsets - np.outer(offsets @ axis, axis)
+    turned = np.arctan2(np.cross(radial, radials) @ axis, radials @ radial)
+    for mark in (-0.9, 0.9):
+        chord = 2.0 * float(np.linalg.norm(radial)) * np.sin(np.abs(turned - mark).min() / 2.0)
+        assert measure(Evidence(s.simulation), "mark_miss", (("angle", mark),)) == pytest.approx(chord, abs=1e-3)
+
+
+# ---- closed forms in a run of the lessons' own kind ---------------------------------------------------------------------------
+
+
+def test_the_rank_is_one_less_where_the_hand_itself_keeps_clear() -> None:
+    """Eqs (14), (15): 4 at the elbow, 3 at the hand; and no eigenvalue above 0 there."""
+    at_hand, at_elbow = (Evidence(seen(name).simulation) for name in ("tail", "beside"))
+    assert (measure(at_hand, "rank_now"), measure(at_elbow, "rank_now")) == (3.0, 4.0)
+    assert (measure(at_hand, "eigenvalue_now") or 1.0) < 0.0
+    assert measure(at_hand, "survival_now") == pytest.approx(1.0 - (measure(at_hand, "activation_now") or 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [20.0, 10.0, 5.0, 1.0])
+def test_the_lever_of_an_elbow_is_its_upper_arm_times_the_sine(degrees: float) -> None:
+    """|J_d| = L sin φ with L = 0.4 m, and λ v / |J_d| in the first step; a joint's top speed is 1.92 rad/s."""
+    tilt = float(np.radians(degrees))
+    run = replace(RUNS["short"], start=Start(Place("elbow", "upper_arm", 0.1, tilt)), seconds=0.3)
+    evidence = Evidence(simulated(run))
+    assert measure(evidence, "smallest_lever") == pytest.approx(0.4 * np.sin(tilt), rel=1e-6)
+    assert measure(evidence, "textbook_speed") == pytest.approx(0.3 / (0.4 * np.sin(tilt)), rel=1e-6)
+    assert (measure(evidence, "reached_speed") or 9.0) <= 1.93
+
+
+def test_the_resting_place_is_the_formulas_up_to_a_slip_sideways() -> None:
+    """λ v = (1 − λ) K (d − gap): within 3 mm in the whole loop; line (R) itself holds to a tenth of that."""
+    evidence = Evidence(seen("tail").simulation)
+    rest, formula = measure(evidence, "distance_at", (("time", 7.9),)), measure(evidence, "stand_off_formula", (("gap", 0.1),))
+    assert rest == pytest.approx(formula, abs=3e-3)
+    assert measure(evidence, "rest_now") == pytest.approx(measure(evidence, "distance_now"), abs=3e-4)
+
+
+def test_the_jump_is_the_formula_at_every_step_length() -> None:
+    """(v + u)/|J_d| within 1 %, at 20, 10, 5 and 2.5 ms."""
+    for dt in (0.02, 0.01, 0.005, 0.0025):
+        evidence = Evidence(simulated(RUNS["switch"].with_changes((("dt", dt),))))
+        assert measure(evidence, "first_jump") == pytest.approx(measure(evidence, "first_jump_formula"), rel=0.01)
+
+
+def test_the_loss_below_the_threshold_is_the_difference() -> None:
+    """w − v within 2 mm/s."""
+    evidence = Evidence(seen("push").simulation)
+    assert measure(evidence, "loss_rate") == pytest.approx(measure(evidence, "loss_formula"), abs=2e-3)
+
+
+@given(
+    n=st.floats(1.0, 20.0), v=st.floats(0.01, 1.0), K=st.floats(0.1, 20.0), inside=st.floats(0.0, 0.6), d_m=st.floats(0.03, 0.3)
+)
+def test_balance_balances(n: float, v: float, K: float, inside: float, d_m: float) -> None:
+    """At the distance found the two speeds are equal, and it is where the law can rest: not below d_m, not inside the goal."""
+    d = balance(LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), K, inside)
+    lam = (d_m / d) ** n
+    assert lam * v == pytest.approx((1.0 - lam) * K * (d - inside), abs=1e-6)
+    assert d >= max(d_m, inside) - 1e-9
+
+
+def test_balance_where_nothing_pulls_or_nothing_pushes() -> None:
+    """K = 0: pushed away for ever. v = 0: not pushed at all."""
+    assert balance(LawSettings(), 0.0, 0.1) == np.inf
+    assert balance(LawSettings(nominal_velocity=0.0), 2.0, 0.4) == 0.4
+    assert balance(LawSettings(nominal_velocity=0.0), 2.0, 0.1) == 0.15
+
+
+@given(values=st.lists(st.floats(-1.0, 1.0), max_size=40))
+def test_zigzag_is_the_smallest_of_four_swings(values: list[float]) -> None:
+    """As a loop finds it."""
+    assert largest_zigzag(np.array(values)) == pytest.approx(looped_zigzag(np.array(values)), abs=1e-15)
+
+
+def test_a_quiet_fall_is_no_zigzag() -> None:
+    """A parabola is not; one that is shaken is."""
+    t = np.linspace(-1.0, 1.0, 200)
+    assert largest_zigzag(t * t) == 0.0
+    assert largest_zigzag(t * t + 0.01 * (-1.0) ** np.arange(200)) == pytest.approx(0.02, rel=0.5)
+
+
+# ---- parameters and reading ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "message"),
+    [
+        ("nothing", {}, "There is no measurement 'nothing'; choose from activation_formula"),
+        ("distance_at", {}, "needs the parameter 'time'"),
+        ("distance_at", {"time": "late"}, "is not a number"),
+        ("distance_at", {"time": True}, "is not a number"),
+        ("distance_at", {"time": float("nan")}, "is not a number"),
+        ("distance_at", {"time": 1e9}, "too large"),
+        ("distance_at", {"time": 1.0, "place": 2.0}, "has no parameter 'place'; choose from time"),
+        ("setting", {"key": 4}, "is not a text"),
+        ("smallest_distance", {"time": 1.0}, "it has none"),
+    ],
+)
+def test_bad_parameters_are_named(name: str, given: dict[str, Any], message: str) -> None:
+    """What is wrong, and the choices."""
+    with pytest.raises(BadSetting, match=message):
+        checked_parameters(name, given)
+
+
+def test_values_are_read_with_unit_and_true_signs() -> None:
+    """Minus, infinity, nothing, and no minus before zero."""
+    assert shown_value(-0.0123, "distance_margin", "mm", 1) == "−12.3 mm"
+    assert shown_value(-0.00001, "distance_margin", "mm", 1) == "0.0 mm"
+    assert shown_value(np.inf, "rest_now", "mm", 0) == "∞ mm"
+    assert shown_value(None, "rest_now", "mm", 0) == "–"
+    assert shown_value(np.pi / 2.0, "joint_error_now", "deg", 0) == "90°"
+    assert shown_value(4.0, "rank_now", "", 0) == "4"
+    assert shown_value(0.305, "speed_share", "%", 0) == "30%"
+
+
+def test_a_row_that_was_forgotten_is_not_taken_for_another() -> None:
+    """A history of 100 steps: what happened before is not known, rather than wrong."""
+    simulation = Simulation(setup(scene="solo", path="circle", dt=0.02, k=2.0).run, 100)
+    for _ in range(500):
+        simulation.step(None)
+    evidence = Evidence(simulation)
+    assert not evidence.whole and evidence.rows == 100
+    assert measure(evidence, "drift_per_lap") is None
+    assert measure(evidence, "hand_error_at", (("time", 1.0),)) is None
+    assert measure(evidence, "hand_error_at", (("time", 9.5),)) is not None
+
+
+def test_measuring_leaves_the_simulation_alone() -> None:
+    """The next step is the same to the last bit, whatever was measured before it."""
+    simulations = [Simulation(RUNS["ball"].run, 100) for _ in range(2)]
+    for i in range(50):
+        for simulation in simulations:
+            simulation.step(None)
+        if i % 10 == 0:
+            for name, (_, parameters, _, _) in EXPECTED.items():
+                measure(Evidence(simulations[0]), name, checked_parameters(name, parameters))
+    assert (simulations[0].history.table() == simulations[1].history.table())[~np.isnan(simulations[1].history.table())].all()
+    pose = simulations[0].kinematics.hand_pose(simulations[0].avoiding).translation.copy()
+    assert (pose == simulations[1].kinematics.hand_pose(simulations[1].avoiding).translation).all()

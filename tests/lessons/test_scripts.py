@@ -1,0 +1,208 @@
+"""Scripted people and places: they do what a lesson says, the same every time, and ask for nothing that is not there."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from app.lessons import FOLDER
+from app.lessons.lesson import Input, Setup, Start
+from app.lessons.places import Place, ball_centre, mark_places, start_positions
+from app.lessons.scripts import SCRIPTS, checked_script, script, to_and_fro
+from app.lessons.trials import begin, measured, person_of, simulated
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+from scenes.history import COLUMN
+from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS, build_alone, build_ball_room, build_room
+from scenes.settings import RunSettings, changed
+from scenes.simulation import Simulation
+from scenes.targets import BallTarget, HandTarget
+
+PLACE = Place("goal", (0.0, 0.0, 1.0), 0.3)
+MEANT: dict[str, dict[str, Any]] = {"push": {"speed": 0.2}, "ball_to": {"place": PLACE}, "ball_push": {"speed": 0.2}}
+
+
+def fresh(scene: str, **changes: object) -> Simulation:
+    """A simulation that has just begun."""
+    settings = changed(RunSettings(), "scene", scene)
+    for key, value in changes.items():
+        settings = changed(settings, key, value)
+    return Simulation(settings, 2000)
+
+
+def wishes(simulation: Simulation, name: str, times: list[float], **given: Any) -> list[Array]:
+    """Where a script wants hand or ball at some times."""
+    person = script(name, checked_script(name, given, simulation.settings.scene)).person(simulation)
+    targets = [person.target(time) for time in times]
+    return [target.position for target in targets if isinstance(target, (HandTarget, BallTarget))]
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_every_script_is_smooth_enough_the_same_every_time_and_moves_something(name: str) -> None:
+    """In every scene that it is for: finite wishes, equal the second time, and no step of the wish above 2 m/s."""
+    for scene in SCRIPTS[name].scenes:
+        given = MEANT.get(name, {})
+        times = [0.01 * i for i in range(600)]
+        paths = []
+        for _ in range(2):
+            simulation = fresh(scene)
+            person = script(name, checked_script(name, given, scene)).person(simulation)
+            row = []
+            for time in times:
+                target = person.target(time)
+                assert isinstance(target, (HandTarget, BallTarget))
+                elbow = target.elbow if isinstance(target, HandTarget) else None
+                row.append(target.position if elbow is None else elbow)
+                simulation.step(target)
+            paths.append(np.array(row))
+        assert_array_equal(paths[0], paths[1])
+        assert np.isfinite(paths[0]).all()
+        assert np.linalg.norm(np.diff(paths[0], axis=0), axis=1).max() / 0.01 < 2.0
+        if name != "hand_to":
+            assert np.ptp(paths[0], axis=0).max() > 0.05
+
+
+def test_a_push_is_a_straight_line_at_its_speed() -> None:
+    """From the hand towards the other one, after a second, and on past it."""
+    simulation = fresh("hold", rig="table")
+    start, early, one, two, far = wishes(simulation, "push", [0.0, 0.9, 2.0, 3.0, 6.0], speed=0.2)
+    goal = simulation.kinematics.hand_pose(simulation.avoiding).translation
+    assert_array_equal(start, early)
+    assert np.linalg.norm(two - one) == pytest.approx(0.2)
+    assert_allclose(np.cross(two - start, goal - start), 0.0, atol=1e-12)
+    assert np.linalg.norm(far - start) > np.linalg.norm(goal - start)
+    stopped = wishes(simulation, "push", [3.0, 9.0], speed=0.2, seconds=1.0)
+    assert_array_equal(stopped[0], stopped[1])
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.2, 0.4])
+def test_a_push_arrives_as_the_approach_that_was_asked_for(speed: float) -> None:
+    """With w_max as high, w along the line between the hands comes to within 2 % of it."""
+    changes = (("scene", "hold"), ("rig", "table"), ("pairs", "single"), ("wmax", speed), ("law", "unprotected"))
+    setup = Setup(changes, Input("script", "push", (("speed", speed),)), None, 1.0 + 0.3 / speed, FOLDER)
+    (w,) = measured(setup, (("largest_approach", ()),))
+    assert w == pytest.approx(speed, rel=0.02)
+
+
+def test_to_and_fro_begins_and_ends_at_rest() -> None:
+    """0 for the rest, 1 after the way, and back."""
+    assert [to_and_fro(t, 3.0, 1.0) for t in (0.0, 1.0, 4.0, 5.0, 8.0, 9.0)] == [0.0, 0.0, 1.0, 1.0, 0.0, 0.0]
+    path = np.array([to_and_fro(0.001 * i, 3.0, 1.0) for i in range(9000)])
+    assert path.min() >= 0.0 and path.max() <= 1.0
+    assert np.abs(np.diff(path, 2)).max() < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "scene", "message"),
+    [
+        ("shove", {}, "hold", "no script 'shove'; choose from push"),
+        ("push", {}, "hold", "needs the parameter 'speed'"),
+        ("push", {"speed": "fast"}, "hold", "not a number"),
+        ("push", {"speed": 0.2, "at": "nose"}, "hold", "choose from hand, wrist, elbow"),
+        ("push", {"speed": 0.2}, "ball", "choose from ball_to, ball_push, ball_circle"),
+        ("push", {"speed": 0.2}, "imitation", "nothing can be moved there"),
+        ("push", {"speed": 0.2, "to": PLACE}, "hold", "to is no place"),
+        ("ball_to", {}, "ball", "needs the place"),
+        ("ball_to", {"place": 3.0}, "ball", "no parameter 'place'|needs the place"),
+    ],
+)
+def test_bad_scripts_are_named(name: str, given: dict[str, Any], scene: str, message: str) -> None:
+    """What is wrong, and the choices."""
+    with pytest.raises(BadSetting, match=message):
+        checked_script(name, given, scene)
+
+
+# ---- places -------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("origin", ["hand", "goal", "middle", "elbow"])
+@pytest.mark.parametrize("gap", [0.0, 0.1, 0.5])
+def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
+    """Measured from where it is told, to the ball's surface and that of the control point."""
+    room = build_ball_room("lwr", "elbow" if origin == "elbow" else "hand")
+    centre = ball_centre(room, Place(origin, (1.0, 2.0, -0.5), gap))
+    simulation = fresh("ball", point="elbow" if origin == "elbow" else "hand")
+    simulation.kinematics.update(simulation.positions)
+    arm = simulation.avoiding
+    hand, elbow = simulation.kinematics.hand_pose(arm).translation, simulation.kinematics.joint_point(arm.elbow)
+    at = {"hand": hand, "goal": hand + PATH, "middle": hand + PATH / 2.0, "elbow": elbow}[origin]
+    assert np.linalg.norm(centre - at) == pytest.approx(gap + BALL_RADIUS + POINT_RADIUS)
+    assert_allclose(np.cross(centre - at, [1.0, 2.0, -0.5]), 0.0, atol=1e-12)
+    if origin in ("hand", "elbow"):
+        simulation.reset(start_positions(room, Start(Place(origin, (1.0, 2.0, -0.5), gap))))
+        simulation.step(None)
+        assert simulation.sample().distance == pytest.approx(gap, abs=1e-9)
+
+
+def test_a_tilt_is_the_angle_to_the_upper_arm() -> None:
+    """Upwards."""
+    room = build_ball_room("lwr", "elbow")
+    simulation = fresh("ball", point="elbow")
+    simulation.kinematics.update(simulation.positions)
+    arm = simulation.avoiding
+    elbow = simulation.kinematics.joint_point(arm.elbow)
+    along = elbow - simulation.kinematics.joint_point(arm.shoulder)
+    straight, tilted = (ball_centre(room, Place("elbow", "upper_arm", 0.2, tilt)) - elbow for tilt in (0.0, 0.3))
+    assert_allclose(np.cross(straight, along), 0.0, atol=1e-12)
+    assert float(straight @ tilted) / float(straight @ straight) == pytest.approx(np.cos(0.3))
+
+
+def test_places_that_are_not_possible_are_named() -> None:
+    """No ball, no direction, out of the room, a posture of another arm, a joint beyond its stop."""
+    with pytest.raises(BadSetting, match="scene = ball"):
+        ball_centre(build_alone(), PLACE)
+    with pytest.raises(BadSetting, match="no direction"):
+        ball_centre(build_ball_room(), Place("goal", (0.0, 0.0, 0.0), 0.1))
+    with pytest.raises(BadSetting, match="out of its room"):
+        ball_centre(build_ball_room(), Place("goal", (1.0, 0.0, 0.0), 2.9))
+    with pytest.raises(BadSetting, match="has 3 angles, but the arms of this room have 7"):
+        start_positions(build_alone(), Start(posture=(0.0, 0.0, 0.0)))
+    with pytest.raises(BadSetting, match="angle 2 is 9; it must be from"):
+        start_positions(build_room("table"), Start(posture=(0.0, 9.0, *(0.0,) * 12)))
+
+
+def test_a_posture_and_a_ball_together() -> None:
+    """Both are as told; without either the room's own start is meant."""
+    room = build_ball_room()
+    posture = (0.1, 0.4, 0.0, 1.5, 0.0, -1.0, 0.0)
+    positions = start_positions(room, Start(PLACE, posture))
+    assert positions is not None and room.ball is not None
+    assert_array_equal(positions[:7], posture)
+    assert_array_equal(positions[room.ball], ball_centre(room, PLACE))
+    assert start_positions(room, None) is None
+    assert start_positions(room, Start()) is not None and not np.shares_memory(start_positions(room, Start()), room.start)
+
+
+def test_a_mark_of_no_angle_is_where_the_elbow_is() -> None:
+    """And a full turn leads back to it."""
+    marks = mark_places(build_alone(), (0.0, 2.0 * np.pi, 1.0))
+    assert_allclose(marks[0], marks[1], atol=1e-12)
+    assert np.linalg.norm(marks[2] - marks[0]) > 0.1
+
+
+# ---- runs without a page ------------------------------------------------------------------------------------------------------
+
+
+def test_a_run_without_a_page_is_the_run_of_a_page() -> None:
+    """Step by step, with the same settings, start and person: the same bits."""
+    changes = (("scene", "ball"), ("pairs", "single"), ("dt", 0.02))
+    setup = Setup(changes, Input("script", "ball_push", (("speed", 0.3),)), Start(PLACE), 2.0, FOLDER)
+    simulation = Simulation(setup.run)
+    begin(simulation, setup)
+    person = person_of(simulation, setup)
+    for _ in range(100):
+        simulation.step(person.target(simulation.time))
+    mine, theirs = simulation.history.table(), simulated(setup).history.table()
+    assert_array_equal(mine, theirs)
+    assert mine[0, COLUMN["d"]] != mine[-1, COLUMN["d"]]
+
+
+def test_a_file_moves_the_hand(tmp_path: Any) -> None:
+    """A recording beside the lesson."""
+    (tmp_path / "push.csv").write_text("t,x,y,z\n0,0.3,0,1.1\n2,0.0,0,1.1\n", encoding="utf-8")
+    setup = Setup((("scene", "hold"), ("rig", "table")), Input("file", "push.csv"), None, 1.0, tmp_path)
+    simulation = Simulation(setup.run)
+    target = person_of(simulation, setup).target(1.0)
+    assert isinstance(target, HandTarget)
+    assert_allclose(target.position, [0.15, 0.0, 1.1])
