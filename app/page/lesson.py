@@ -40,10 +40,20 @@ class LessonPanel:
         width: of the panel [CSS px].
         operated: whether whoever sees it also operates it.
         narrow: whether the controls fold up for it until a challenge needs them.
+        sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
     """
 
-    def __init__(self, gui: viser.GuiApi, run: LessonRun, width: float, operated: bool, narrow: bool = False) -> None:
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        run: LessonRun,
+        width: float,
+        operated: bool,
+        narrow: bool = False,
+        sheet: Callable[[], str] = lambda: "",
+    ) -> None:
         self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
+        self._sheet = sheet
         self._folded = False
         self._panel: viser.PanelHandle | None = None
         self.tab: viser.GuiTabHandle | None = None
@@ -86,7 +96,7 @@ class LessonPanel:
             self._shown = state
             view = run.view()
             numbers = run.live() if view.phase is not Phase.PREDICT else ()
-            self._write("style", lesson_style(self._width, view))
+            self._write("style", self._sheet() + lesson_style(self._width, view))
             self._fold(view.phase is not Phase.CHALLENGE)
             if opened and self._narrow:
                 self._panel.expand()

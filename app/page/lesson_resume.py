@@ -98,16 +98,20 @@ def step_of(text: str) -> tuple[int, str]:
 
 
 def resume_script() -> str:
-    """Return JavaScript that gives every tab a word of its own, and reads out to those who listen what the lessons say."""
+    """Return JavaScript that gives every tab a word of its own, reads out to those who listen what the lessons
+    say, and begins every part of a step at its top."""
     return (
         "(()=>{try{let w=sessionStorage.getItem('duetResume');"
         "if(!w){w=[...crypto.getRandomValues(new Uint8Array(16))].map(b=>b.toString(16).padStart(2,'0')).join('');"
         "sessionStorage.setItem('duetResume',w);}duetQuery.resume=w;}catch{}"
-        "let said='';addEventListener('DOMContentLoaded',()=>{"
+        "let said='',place='';addEventListener('DOMContentLoaded',()=>{"
         "const live=document.createElement('div');live.id='duet-say';live.setAttribute('role','status');"
         "live.setAttribute('aria-live','polite');"
         "live.style.cssText='position:fixed;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)';"
         "document.body.append(live);"
         "setInterval(()=>{const text=[...document.querySelectorAll('.duet-say')].map(n=>n.innerText).join(' ');"
-        "if(text!==said){said=text;live.textContent=text;}},300);});})();"
+        "if(text!==said){said=text;live.textContent=text;}"
+        "const head=document.querySelector('.duet-l-head'),now=head?head.innerText:'';"
+        "if(now!==place){place=now;if(head)(innerWidth<577?head:head.closest('[data-dock-leaf]')?.querySelector('input')??head)"
+        ".scrollIntoView({block:'start'});}},300);});})();"
     )

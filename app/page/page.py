@@ -88,8 +88,9 @@ class View:
         self._stage = Stage(host.scene, session.simulation, page)
         private = isinstance(host, viser.ClientHandle)
         narrow = isinstance(host, viser.ClientHandle) and canvas_size(host)[0] < NARROW
+        width = (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile)
         self.lesson_panel = LessonPanel(
-            gui, self.lessons, (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile), private, narrow
+            gui, self.lessons, width, private, narrow, lambda: style_sheet(session.settings.page.profile)
         )
         self._lesson_step: tuple[object, ...] | None = None
 

@@ -1,0 +1,310 @@
+"""The lessons on the page, on the server's side: links, choices, runs, verdicts, challenges, and that nothing is stuck or lost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.hosts import House, LectureHost, PrivateHost
+from app.lessons.loading import load_lessons
+from app.lessons.walkthrough import Phase
+from app.page.keys import HOTKEYS, LESSON_KEYS
+from app.page.lesson import read_number
+from app.page.lesson_resume import KEEP, Keeper, open_link, step_of
+from app.page.lesson_run import LessonRun, Saved
+from app.page.lesson_text import formula, lesson_html, plain, spoken
+from app.session import Session
+from app.settings import Settings
+from app.wsclient import SyncVisitor
+from scenes.settings import changed, values
+from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
+
+BOOK = load_lessons()
+WORD = "0123456789abcdef0123456789abcdef"
+
+
+def run_of(house: House, guest: Guest) -> LessonRun:
+    """The lessons of a visitor."""
+    assert isinstance(house.host, PrivateHost)
+    return house.host._stands[guest.number].lessons
+
+
+def labels(visitor: SyncVisitor) -> list[str]:
+    """What stands on the buttons in view."""
+    found = [e for e in list(visitor.mirror.gui.values()) if e["type"] == "GuiButtonMessage" and e.get("visible", True)]
+    return [str(e["label"]) for e in found]
+
+
+def click(visitor: SyncVisitor, start: str) -> None:
+    """Press the button in view whose label begins like this."""
+    visitor.wait_for(lambda v: any(label.startswith(start) for label in labels(visitor)))
+    visitor.click(next(label for label in labels(visitor) if label.startswith(start)))
+
+
+def alone(lesson: int = 0, step: int = 0) -> tuple[Session, LessonRun]:
+    """A session without a page, in a lesson."""
+    session = Session(Settings())
+    run = LessonRun(session, BOOK)
+    run.enter(lesson, step)
+    return session, run
+
+
+def play(session: Session, run: LessonRun, frames: int = 4000) -> None:
+    """Draw frames, without waiting, until the run stands still."""
+    for _ in range(frames):
+        session.advance(0.05)
+        run.frame()
+        if session.paused and not run.computing and (run._ready() or session.simulation.steps == 0):
+            return
+    raise AssertionError("the run does not end")
+
+
+def finish(session: Session, run: LessonRun) -> None:
+    """Run to the end, and measure."""
+    run.act("run")
+    play(session, run)
+    run.frame()
+
+
+# ---- a session without a page ---------------------------------------------------------------------------------------------------
+
+
+def test_a_run_is_locked_until_an_answer_is_chosen() -> None:
+    session, run = alone()
+    for action in ("run", "next", "why", "check"):
+        run.act(action)
+        session.advance(0.1)
+        run.frame()
+        assert session.paused and session.simulation.steps == 0 and run.walk.phase is Phase.PREDICT, action
+    session.toggle_pause()
+    run.frame()
+    assert session.paused
+    run.act("choose", 0)
+    assert run.walk.phase is Phase.DO
+    run.act("run")
+    session.advance(0.1)
+    assert session.simulation.steps > 0
+
+
+def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -> None:
+    session, run = alone()
+    run.act("choose", 1)
+    finish(session, run)
+    verdict = run.view().verdict
+    assert run.walk.phase is Phase.OBSERVE and verdict is not None and not verdict.right and session.paused
+    assert run.view().verdict is not None and not run.walk.done.outcome.reference  # type: ignore[union-attr]
+    run.act("why")
+    assert run.view().showing and session.simulation.steps == 0
+    finish(session, run)
+    assert run.view().why_outcome
+    run.act("next")
+    assert not run.view().showing
+
+
+def test_leaving_gives_the_visitors_own_settings_back() -> None:
+    session = Session(changed(changed(Settings(), "dm", 0.11), "autopilot", False))
+    before = session.settings
+    run = LessonRun(session, BOOK)
+    for lesson in range(len(BOOK.lessons)):
+        run.enter(lesson)
+        session.advance(0.05)
+        run.frame()
+        assert values(session.settings)["scene"] == BOOK.lessons[lesson].steps[0].setup.run.scene
+    session.change("theme", "dark")
+    run.act("leave")
+    assert session.settings == changed(before, "theme", "dark") and not session.paused and not run.open
+    assert session.target() is None
+
+
+def test_reset_is_a_fresh_start_and_back_and_next_always_work() -> None:
+    session, run = alone()
+    fresh = run.walk.to_json(), values(session.settings)
+    run.act("choose", 2)
+    session.change("k", 9.0)
+    run.act("reset")
+    assert (run.walk.to_json(), values(session.settings)) == fresh
+    run.act("back")
+    assert run.walk.phase is Phase.PREDICT
+
+
+def test_another_experiment_in_the_middle_of_a_lesson_begins_the_run_anew() -> None:
+    session, run = alone()
+    run.act("choose", 2)
+    session.change("scene", "hold")
+    run.frame()
+    assert session.settings.run.scene == "solo" and run.notes
+    session.change("autopilot", False)
+    run.frame()
+    assert session.settings.page.autopilot
+
+
+def test_nonsense_does_no_harm() -> None:
+    session, run = alone()
+    for action, *given in (
+        ("go", 99, 0),
+        ("go", 0, 99),
+        ("choose", -1),
+        ("choose", "x"),
+        ("choose", 99),
+        ("fly",),
+        ("why",),
+        ("check",),
+    ):
+        run.act(str(action), *given)
+        run.frame()
+        session.advance(0.05)
+    assert run.open and run.walk.phase is Phase.PREDICT
+
+
+def test_a_challenge_says_what_failed() -> None:
+    session, run = alone(0, 2)
+    while run.walk.phase is not Phase.CHALLENGE:
+        run.act("next")
+        run.frame()
+    assert run.walk.yours and not run.hands_off and not session.paused
+    for _ in range(40):
+        session.advance(0.05)
+        run.frame()
+    run.act("check")
+    attempt = run.view().attempt
+    assert attempt is not None and not attempt.passed and attempt.failed
+    assert any("must be" in j.text for j in attempt.judgements)
+    run.act("hint")
+    assert len(run.view().hints) == 1
+
+
+# ---- texts ----------------------------------------------------------------------------------------------------------------------
+
+
+def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:
+    made = lesson_html("a <script>alert(1)</script> *b <i>c</i>* `<d>` $x<y$\n\n- <e>\n\n![<f>](g.svg)", Path("/nowhere"))
+    for bad in ("<script", "<i>", "<d>", "<e>", "<f>"):
+        assert bad not in made
+    assert "<em>b" in made and "<svg" in made
+
+
+def test_every_formula_of_our_lessons_is_drawn() -> None:
+    for lesson in BOOK.lessons:
+        for step in lesson.steps:
+            parts = [step.goal, step.do, step.observe, step.explain]
+            if step.question is not None:
+                parts += [step.question.text, *(c.text for c in step.question.choices), *(c.reply for c in step.question.choices)]
+            made = lesson_html("\n\n".join(parts))
+            assert "$" not in made and "\\" not in made.replace("\\n", ""), (lesson.id, step.id)
+            assert made.count("<svg") >= "\n\n".join(parts).count("$$") // 2
+
+
+def test_symbols_have_their_colours_and_a_name() -> None:
+    made = formula(r"\dot d = \lambda v - (1 - \lambda) u - w", True)
+    for name in ("lam", "v", "u", "w"):
+        assert f'class="{name}"' in made
+    assert 'role="img"' in made and "λ" in made and "λ" in spoken(r"\lambda")
+    assert plain("*half* of $d_m$, **not** `all`") == "half of dₘ, not all"
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("0.5", 0.5), ("0,5 rad/s", 0.5), ("−2", -2.0), ("", None), ("x", None), ("nan", None), ("1e99", None)]
+)
+def test_a_number_is_read_as_a_person_types_it(text: str, number: float | None) -> None:
+    assert read_number(text) == number
+
+
+def test_keys_are_told_once() -> None:
+    keys = [(h.key, h.modifier) for h in (*HOTKEYS, *LESSON_KEYS)]
+    assert len(set(keys)) == len(keys) and len({h.text for h in (*HOTKEYS, *LESSON_KEYS)}) == len(keys)
+
+
+# ---- what is kept ---------------------------------------------------------------------------------------------------------------
+
+
+def test_progress_is_kept_for_ten_minutes_and_for_its_own_tab() -> None:
+    keeper, saved = Keeper(), Saved("{}", Settings(), True)
+    keeper.keep({"resume": WORD, "lesson": "3"}, saved, 0.0)
+    keeper.keep({"resume": "../../etc"}, saved, 0.0)
+    assert keeper.find({"resume": WORD, "lesson": "3"}, KEEP - 1.0) == (saved, True)
+    assert keeper.find({"resume": WORD, "lesson": "4"}, KEEP - 1.0) == (saved, False)
+    assert keeper.find({"resume": WORD[::-1]}, 1.0) is None and keeper.find({}, 1.0) is None
+    assert keeper.find({"resume": WORD}, KEEP + 1.0) is None
+    assert step_of("2") == (1, "") and step_of("x")[1] and step_of("0")[1]
+
+
+# ---- the page -------------------------------------------------------------------------------------------------------------------
+
+
+def test_without_a_link_the_page_is_as_ever(house: OpenHouse, arrive: Arrive) -> None:
+    opened = house()
+    guest = arrive(opened)
+    assert not run_of(opened, guest).open and "Lessons" in labels(guest.visitor)
+    assert guest.session.settings == Settings()
+
+
+def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pytest.FixtureRequest) -> None:
+    opened = house()
+    visitor = SyncVisitor(opened.url, query=f"lesson=3&step=2&resume={WORD}")
+    with visitor:
+        visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS), 20.0)
+        (number,) = live_sessions(opened)
+        assert isinstance(opened.host, PrivateHost)
+        run, session = opened.host._stands[number].lessons, live_sessions(opened)[number]
+        assert (run.walk.lesson.id, run.walk._step) == ("strict-priority", 1)
+        visitor.wait_for(lambda _: "Run (predict first)" in labels(visitor))
+        click(visitor, "2 ")
+        visitor.wait_for(lambda _: "Run" in labels(visitor))
+        ask(session, lambda s: s.change("speed", 2.0))
+        click(visitor, "Run")
+        visitor.wait_for(lambda _: run.walk.phase is Phase.OBSERVE, 60.0)
+        visitor.wait_for(lambda _: "Next: explain" in labels(visitor))
+        kept = ask(session, lambda _: run.walk.to_json())
+    # The connection is lost; the same tab comes back by the same link.
+    visitor = SyncVisitor(opened.url, query=f"lesson=3&step=2&resume={WORD}")
+    request.addfinalizer(visitor.close)
+    visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS), 20.0)
+    number = max(live_sessions(opened))
+    again = opened.host._stands[number].lessons
+    assert again.open and again.walk.to_json() == kept
+    click(visitor, "Leave")
+    visitor.wait_for(lambda _: not again.open)
+    assert live_sessions(opened)[number].settings == Settings()
+
+
+def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:
+    opened = house()
+    for query in ("lesson=99", "lesson=%3Cb%3E", "step=2"):
+        guest = arrive(opened, query)
+        assert not run_of(opened, guest).open
+        guest.run_on(0.1)
+        guest.visitor.close()
+    run = LessonRun(Session(Settings()), BOOK)
+    assert "choose from 1" in open_link(run, {"lesson": "99"}, None)[0] and not run.open
+    assert open_link(run, {"lesson": "1", "step": "x"}, None) and run.open and run.walk.lesson is BOOK.lessons[0]
+    assert open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == () and run.walk.step.id == "switch"
+    open_link(run, {"lesson": "1", "step": "77"}, None)
+    assert run.notes
+
+
+def test_broken_files_are_named_and_the_others_load(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
+    (tmp_path / "01-good.md").write_text(
+        '# Good\n\nGoal.\n\n## One\n\n```duet\nsettings = { scene = "solo" }\n```\n\n### Goal\n\nG.\n\n### Do\n\nD.\n',
+        encoding="utf-8",
+    )
+    (tmp_path / "02-bad.md").write_text("# Bad\n", encoding="utf-8")
+    opened = house(lessons=tmp_path)
+    guest = arrive(opened)
+    run = run_of(opened, guest)
+    ask(guest.session, lambda _: run.enter(0))
+    assert run.open and len(run.book.lessons) == 1 and "02-bad.md" in str(run.book.problems[0])
+
+
+def test_a_lecture_shows_the_lesson_to_all_and_gives_the_buttons_to_one(
+    house: OpenHouse, join: Join, request: pytest.FixtureRequest
+) -> None:
+    opened = house(lecture=True)
+    first = join(opened)
+    click(first, "Lessons")
+    first.wait_for(lambda _: "Run (predict first)" in labels(first))
+    second = SyncVisitor(opened.url)
+    request.addfinalizer(second.close)
+    second.wait_for(lambda v: any("What is left over" in str(e.get("content")) for e in list(v.mirror.gui.values())))
+    assert not any(label.startswith("Run") for label in labels(second))
+    assert isinstance(opened.host, LectureHost) and opened.host.lessons.open
