@@ -46,7 +46,7 @@ class Stroke:
         width: [px].
         dash: [px]; none for a solid line.
         values: (k,), nan where there is nothing.
-        steps: whether it jumps from value to value.
+        steps: whether each value holds until the next: a strip, no line.
     """
 
     name: str
@@ -194,7 +194,7 @@ class Curves:
         names = tuple(pair_name(self._simulation, pair) for pair in shown.tolist())
         span = (-0.6, max(len(shown), 1) - 0.4)
         return Panel(
-            "the closest pair", "", self.times, (Stroke("", self._palette.distance, 2.6, (), values, True),), span, rows=names
+            "the closest pair", "", self.times, (Stroke("", self._palette.distance, 7.0, (), values, True),), span, rows=names
         )
 
     def _section(self) -> Panel:

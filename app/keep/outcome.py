@@ -75,9 +75,7 @@ class Difference:
     def words(self, error_unit: str) -> str:
         """Return what differs, where, and by how much."""
         unit = unit_of(self.column, error_unit)
-        if self.column in KINDS:
-            what = f"{self.column} ({self.then:g} then, {self.now:g} now)"
-        elif math.isinf(self.by):
+        if self.column in KINDS or math.isinf(self.by):
             what = f"{self.column} ({self.then:g} then, {self.now:g} now)"
         else:
             what = f"{self.column} by {self.by:.2g}{f' {unit}' if unit else ''}"
@@ -156,8 +154,8 @@ def compare(outcome: Outcome, table: Array, columns: tuple[str, ...]) -> Compari
     kept = outcome.places < steps
     places = outcome.places[kept].astype(np.int64)
     shared = [name for name in outcome.columns if name in columns]
-    then = outcome.rows[np.ix_(kept, [outcome.columns.index(name) for name in shared])]
-    now = table[np.ix_(places, [columns.index(name) for name in shared])]
+    then = outcome.rows[kept][:, [outcome.columns.index(name) for name in shared]]
+    now = table[places][:, [columns.index(name) for name in shared]]
     with np.errstate(invalid="ignore"):
         by = np.abs(then - now)
     by[np.isnan(by)] = np.inf

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from app.figures.style import COLOURS, DPI, FAINT, INK, STYLE, sheet
-from app.keep.curves import NOT_OVER_TIME, Curves, Panel
+from app.keep.curves import NOT_OVER_TIME, Curves, Panel, Stroke
 from app.keep.made import made_here
 from app.keep.replay import Replay
 from app.keep.table import changes, newest
@@ -21,6 +21,7 @@ from app.page.laws import LAW_NAMES, all_laws
 from app.page.theme import PALETTES
 from app.settings import Details
 from controllers.activation import activation
+from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.rerun import Stopped, never, rerun
@@ -116,6 +117,9 @@ def _course(axes: Axes, panel: Panel, marks: list[float]) -> None:
     for time in marks:
         axes.axvline(time, color=FAINT, linewidth=1.0, zorder=0.5)
     for stroke in panel.strokes:
+        if stroke.steps:
+            _strips(axes, panel.times, stroke)
+            continue
         axes.plot(
             panel.times,
             stroke.values,
@@ -123,7 +127,6 @@ def _course(axes: Axes, panel: Panel, marks: list[float]) -> None:
             # Widths and dashes of the page are in CSS pixels.
             linewidth=0.75 * stroke.width,
             linestyle=(0, tuple(d / stroke.width for d in stroke.dash)) if stroke.dash else "solid",
-            drawstyle="steps-post" if stroke.steps else "default",
             label=mathtext(stroke.name) if stroke.name else "_",
         )
     if panel.rows:
@@ -140,6 +143,16 @@ def _course(axes: Axes, panel: Panel, marks: list[float]) -> None:
     if panel.note:
         axes.text(0.5, 0.5, panel.note, transform=axes.transAxes, ha="center", va="center", fontsize=9.0)
         axes.set(yticks=[])
+
+
+def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
+    """Draw each value from its time to that of the next one."""
+    changed = np.flatnonzero(np.diff(stroke.values, prepend=np.nan) != 0.0)
+    for begin, end in zip(changed.tolist(), [*changed[1:].tolist(), len(times) - 1], strict=True):
+        if not np.isnan(stroke.values[begin]):
+            axes.plot(
+                times[[begin, end]], stroke.values[[begin, begin]], color=stroke.colour, linewidth=5.0, solid_capstyle="butt"
+            )
 
 
 def _largest(panel: Panel) -> float:

@@ -1,0 +1,224 @@
+"""A lab report as one HTML page that prints well: predictions beside outcomes, plots, settings, and a student's own words."""
+
+import html
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from app.keep.made import made_here
+from app.page.relevance import matters
+from app.settings import Settings
+from scenes.settings import RunSettings, Spec, specs, values
+
+LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+"""The page may load nothing and run nothing."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One step of a lesson. What is empty is left out.
+
+    Attributes:
+        title: of the step.
+        question: what was asked.
+        prediction: the answer that was chosen, before anything was seen.
+        right: whether it was the right one; None if nothing is known yet, or nothing was asked.
+        verdict: what was said to it.
+        outcome: lines with what was measured.
+        judgements: of the challenge's newest attempt: line, and whether it was met.
+        attempts: how often the challenge was tried.
+        passed: whether it was ever passed; None if there is none.
+        words: what the student wrote.
+    """
+
+    title: str
+    question: str = ""
+    prediction: str = ""
+    right: bool | None = None
+    verdict: str = ""
+    outcome: Sequence[str] = ()
+    judgements: Sequence[tuple[str, bool]] = ()
+    attempts: int = 0
+    passed: bool | None = None
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A picture.
+
+    Attributes:
+        svg: an <svg> element, as `app.keep.pictures.inline_svg` makes it.
+        caption: what it shows.
+    """
+
+    svg: str
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What the report itself says, for other languages."""
+
+    language: str = "en"
+    results: str = "Predictions and outcomes"
+    question: str = "Question"
+    prediction: str = "Prediction"
+    outcome: str = "Measured"
+    verdict: str = "Verdict"
+    challenge: str = "Challenge"
+    words: str = "In my own words"
+    plots: str = "Plots"
+    settings: str = "Settings"
+    setting: str = "setting"
+    value: str = "value"
+    meaning: str = "meaning"
+    right: str = "right"
+    wrong: str = "not so"
+    passed: str = "passed"
+    not_passed: str = "not passed"
+    attempts: str = "attempts"
+    nothing: str = "Nothing was answered yet."
+    on: str = "on"
+    off: str = "off"
+    made_by: str = "Made by Duet"
+
+
+ENGLISH: Final = Labels()
+
+
+def report_html(
+    title: str,
+    entries: Sequence[Entry],
+    settings: Settings | None,
+    plots: Sequence[Plot] = (),
+    own_words: str = "",
+    *,
+    about: str = "",
+    labels: Labels = ENGLISH,
+    rich: Callable[[str], str] = html.escape,
+) -> str:
+    """Return the page. Nothing in it loads anything or runs, and everything that a person wrote is escaped.
+
+    Args:
+        title: of the report.
+        entries: the steps, in order.
+        settings: of the last run; None to leave them out.
+        plots: pictures.
+        own_words: what the student wrote about all of it; "" leaves lines to write on by hand.
+        about: one line under the title, such as a name and a date.
+        labels: what the report itself says.
+        rich: makes HTML of a text of the lesson's author (question, prediction, verdict, outcome, judgement), for formulas; the
+            title, `about` and all words of the student are escaped whatever it is.
+
+    Raises:
+        ValueError: a plot is no plain <svg> element.
+    """
+    parts = [f"<h1>{html.escape(title)}</h1>"]
+    made = f"{labels.made_by} {made_here()['duet']}"
+    parts.append(f'<p class="about">{html.escape(f"{about} · {made}" if about else made)}</p>')
+    parts.append(f"<h2>{html.escape(labels.results)}</h2>")
+    parts += [_entry(entry, labels, rich) for entry in entries] or [f"<p>{html.escape(labels.nothing)}</p>"]
+    if plots:
+        parts.append(f"<h2>{html.escape(labels.plots)}</h2>")
+        parts += [_figure(plot) for plot in plots]
+    if settings is not None:
+        parts.append(f"<h2>{html.escape(labels.settings)}</h2>{_table(settings, labels)}")
+    parts.append(f"<h2>{html.escape(labels.words)}</h2>")
+    parts.append(f'<p class="words">{html.escape(own_words)}</p>' if own_words.strip() else '<p class="lines"></p>')
+    style = Path(__file__).with_name("report.css").read_text(encoding="utf-8")
+    return (
+        f'<!doctype html>\n<html lang="{html.escape(labels.language)}"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{html.escape(title)}</title><style>{style}</style></head><body>\n" + "\n".join(parts) + "\n</body></html>\n"
+    )
+
+
+@dataclass
+class _Rows:
+    """Pairs of a list of descriptions."""
+
+    parts: list[str] = field(default_factory=list)
+
+    def add(self, name: str, content: str) -> None:
+        self.parts.append(f"<dt>{html.escape(name)}</dt><dd>{content}</dd>")
+
+
+def _entry(entry: Entry, labels: Labels, rich: Callable[[str], str]) -> str:
+    rows = _Rows()
+    if entry.question:
+        rows.add(labels.question, rich(entry.question))
+    if entry.prediction:
+        mark = "" if entry.right is None else _mark(entry.right, labels.right, labels.wrong)
+        rows.add(labels.prediction, mark + rich(entry.prediction))
+    if entry.outcome:
+        rows.add(labels.outcome, _list([rich(line) for line in entry.outcome]))
+    if entry.verdict:
+        rows.add(labels.verdict, rich(entry.verdict))
+    if entry.passed is not None:
+        tries = f"{html.escape(labels.attempts)}: {entry.attempts}" if entry.attempts else ""
+        lines = [("✓ " if met else "✗ ") + rich(line) for line, met in entry.judgements]
+        rows.add(
+            labels.challenge, _mark(entry.passed, labels.passed, labels.not_passed) + tries + (_list(lines) if lines else "")
+        )
+    if entry.words.strip():
+        rows.add(labels.words, f'<span class="words">{html.escape(entry.words)}</span>')
+    return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(rows.parts)}</dl></article>"
+
+
+def _mark(good: bool, yes: str, no: str) -> str:
+    return f'<span class="mark {"right" if good else "wrong"}">{"✓" if good else "✗"} {html.escape(yes if good else no)}</span>'
+
+
+def _list(lines: list[str]) -> str:
+    return f"<ul>{''.join(f'<li>{line}</li>' for line in lines)}</ul>"
+
+
+def _figure(plot: Plot) -> str:
+    _check_svg(plot.svg)
+    caption = f"<figcaption>{html.escape(plot.caption)}</figcaption>" if plot.caption else ""
+    return f"<figure>{plot.svg}{caption}</figure>"
+
+
+_FOREIGN: Final = frozenset({"script", "foreignObject", "iframe", "image", "a", "animate", "set"})
+
+
+def _check_svg(svg: str) -> None:
+    try:
+        root = ET.fromstring(svg)
+    except ET.ParseError as error:
+        raise ValueError(f"a plot is no <svg> element: {error}") from None
+    names = [element.tag.rpartition("}")[2] for element in root.iter()]
+    keys = [key for element in root.iter() for key in element.attrib]
+    if names[0] != "svg" or _FOREIGN.intersection(names) or any(key.lower().startswith("on") for key in keys):
+        raise ValueError("a plot is no plain <svg> element: only shapes and text belong there")
+
+
+def _table(settings: Settings, labels: Labels) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in (labels.setting, labels.value, labels.meaning))
+    present = values(settings.run)
+    rows = "".join(
+        f"<tr><td>{_label(spec.label)}</td><td>{html.escape(_shown(spec, present[key], labels))}</td>"
+        f"<td>{html.escape(spec.help)}</td></tr>"
+        for key, spec in specs(RunSettings).items()
+        if matters(key, settings)
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _label(label: str) -> str:
+    """Return a label with its subscript: d_m → d<sub>m</sub>."""
+    stem, _, low = label.partition("_")
+    return f"{html.escape(stem)}<sub>{html.escape(low)}</sub>" if low and " " not in low else html.escape(label)
+
+
+def _shown(spec: Spec, value: Any, labels: Labels) -> str:
+    if spec.choices:
+        return spec.choice_labels[spec.choices.index(value)] if spec.choice_labels else str(value)
+    if isinstance(value, bool):
+        return labels.on if value else labels.off
+    number = f"{value * spec.page_scale:.6g}" if isinstance(value, float) else str(value)
+    return f"{number} {spec.page_unit}".strip()
