@@ -14,16 +14,15 @@ import time
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter_ns
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 
 from app.server import duet_version
 from app.wsclient import Visitor
 from controllers.errors import BadInputFile
-from scenes.autopilot import Autopilot
-from scenes.headless import Person
-from scenes.settings import RunSettings
+from scenes.cast import Person
+from scenes.settings import LawName, RunSettings, SceneName
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 
@@ -54,7 +53,8 @@ def _scenes() -> dict[str, RunSettings]:
             law=replace(soft.law, nominal_velocity=1.0, critical_distance=0.3),
         ),
         "hold, pose, soft minimum": replace(soft, task="pose"),
-        "hold, unprotected": replace(base, law=replace(base.law, law="unprotected")),
+        **{f"hold, {law}": replace(base, law=replace(base.law, law=law)) for law in get_args(LawName) if law != base.law.law},
+        **{f"{scene}, soft minimum": replace(soft, scene=scene) for scene in get_args(SceneName) if scene != base.scene},
     }
 
 
@@ -74,8 +74,7 @@ def measure_steps(steps: int) -> Figures:
     runs: dict[str, tuple[Simulation, Person]] = {}
     for name, settings in _scenes().items():
         simulation = Simulation(settings)
-        person = _Restless(simulation) if name == RESTLESS else Autopilot(simulation.room, settings.guided, settings.seed)
-        runs[name] = simulation, person
+        runs[name] = simulation, _Restless(simulation) if name == RESTLESS else simulation.person()
     times: dict[str, list[int]] = {name: [] for name in runs}
     bounded = dict.fromkeys(runs, 0)
     block = 200
