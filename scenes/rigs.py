@@ -83,7 +83,7 @@ def _table() -> Rig:
         pin.SE3(_turn(0.0, 0.0, 180.0), np.array([half, 0.0, TABLE_HEIGHT])),
         start,
         start.copy(),
-        Camera((0.0, 0.0, 1.15), (0.45, -2.75, 0.67), 1.75, 1.05, float(np.radians(32.0))),
+        Camera((0.0, 0.0, 1.27), (0.45, -2.75, 0.67), 1.75, 1.32, float(np.radians(32.0))),
     )
 
 

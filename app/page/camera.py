@@ -14,13 +14,13 @@ from scenes.simulation import Simulation
 IMITATION: Final = Camera((0.30, -0.24, 1.09), (2.45, -0.45, 0.69), 2.56, 1.34, float(np.radians(32.0)))
 """Shows the robots with their arms up, and the person beside them with arms stretched out."""
 
-LARGER: Final[dict[tuple[RobotName, RigName], tuple[float, float, float]]] = {
-    ("panda", "torso"): (1.00, 2.15, 1.20),
-    ("panda", "table"): (1.24, 1.85, 1.26),
-    ("ur5", "torso"): (0.97, 1.95, 1.00),
-    ("ur5", "table"): (1.20, 1.80, 1.20),
+OTHERS: Final[dict[tuple[RobotName, RigName], tuple[float, float, float]]] = {
+    ("panda", "torso"): (1.23, 1.60, 1.02),
+    ("panda", "table"): (1.34, 1.85, 1.44),
+    ("ur5", "torso"): (1.07, 1.90, 0.95),
+    ("ur5", "table"): (1.35, 1.85, 1.48),
 }
-"""Two arms that reach farther than the rig's own view was made for: height of its middle, what must be seen across and up [m]."""
+"""Arms for which the rig's own view was not made: height of its middle, what must be seen across and up [m]."""
 
 
 def view_of(simulation: Simulation) -> Camera:
@@ -28,8 +28,8 @@ def view_of(simulation: Simulation) -> Camera:
     room, camera = simulation.room, simulation.room.rig.camera
     if simulation.settings.scene == "imitation":
         return IMITATION
-    if len(room.arms) == 2 and (make := (robot_of(simulation), room.rig.name)) in LARGER:
-        z, width, height = LARGER[make]
+    if len(room.arms) == 2 and (make := (robot_of(simulation), room.rig.name)) in OTHERS:
+        z, width, height = OTHERS[make]
         x, y, _ = camera.centre
         return replace(camera, centre=(x, y, z), width=width, height=height)
     return camera
