@@ -1,0 +1,49 @@
+"""A moment of the past in the place of the session: what a page reads from a session in order to draw it."""
+
+from dataclasses import replace
+
+from app.keep.replay import Replay
+from app.session import Pace
+from app.settings import Settings
+from scenes.simulation import Simulation
+from scenes.targets import Target
+
+
+class Past:
+    """What can be seen of a session, at the moment where a replay stands. Nobody holds anything there, and nothing is computed beside it.
+
+    Args:
+        replay: where it stands.
+        settings: of the live session; the page stays as it is, the run is that of the past.
+    """
+
+    ghost = held = what_if = smoothness = None
+    computing = False
+    study_message = ""
+
+    def __init__(self, replay: Replay, settings: Settings) -> None:
+        self._replay, self._live = replay, settings
+
+    @property
+    def simulation(self) -> Simulation:
+        """As it was."""
+        return self._replay.simulation
+
+    @property
+    def settings(self) -> Settings:
+        """Those of the run then, with those of the page now."""
+        return replace(self._live, run=self._replay.simulation.settings, page=replace(self._live.page, ghost="off"))
+
+    @property
+    def paused(self) -> bool:
+        """Whether the replay rests."""
+        return not self._replay.playing
+
+    @property
+    def pace(self) -> Pace:
+        """How fast the replay goes."""
+        return Pace(self.paused, self._replay.speed, False)
+
+    def target(self) -> Target | None:
+        """Return what the person wanted then."""
+        return self._replay.target

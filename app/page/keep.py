@@ -1,0 +1,192 @@
+"""Replay with a scrubber, and what a visitor may take home or bring along: the run, a table, pictures, a page that plays, Python."""
+
+import html
+from collections.abc import Callable
+from typing import Final
+
+import viser
+
+from app.background import Background
+from app.keep.past import Past
+from app.keep.shelf import KINDS, Shelf
+from app.page.buttons import ChoiceButtons
+from app.session import Session
+from scenes.inputs import KEEP
+
+LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, "All": KEEP}
+"""What is said → how much of the newest part of the run is meant [s]."""
+
+LABELS: Final = ("Run", "CSV", "PNG", "SVG", "HTML", "Python")
+"""Of the buttons, in the order of `app.keep.shelf.KINDS`."""
+
+HINT: Final = (
+    "Run: a file that can be loaded again. CSV: every step. PNG, SVG: the plots. HTML: a page that plays scene and plots offline. "
+    "Python: lines that make the run again."
+)
+
+WRITE: Final = 0.1
+"""Time between two writes of the slider while the replay plays [s] …"""
+
+HANDS_OFF: Final = 0.4
+"""… and after the visitor has moved it [s]."""
+
+_COPY: Final = (
+    "const b=this,p=b.parentElement.querySelector('pre'),say=()=>{b.textContent='Copied'};"
+    "(navigator.clipboard?navigator.clipboard.writeText(p.textContent):Promise.reject()).then(say,"
+    "()=>{getSelection().selectAllChildren(p);document.execCommand('copy');say()})"
+)
+
+
+class ReplayBar:
+    """All controls of the shelf.
+
+    Args:
+        gui: of whoever operates it; the caller has opened the container.
+        session: what is kept.
+        background: where everything is computed.
+        send: gives the visitor a file: name and content.
+        notify: shows a message to the visitor.
+
+    Attributes:
+        shelf: what they operate.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        session: Session,
+        background: Background,
+        send: Callable[[str, bytes], None],
+        notify: Callable[[str, str], None],
+    ) -> None:
+        self._gui, self._session, self._send, self._notify = gui, session, send, notify
+        self.shelf = shelf = Shelf(session, background)
+        self._length = LENGTHS["30 s"]
+        self._said = ""
+        self._clock = self._next = 0.0
+        lengths = tuple(LENGTHS)
+        self._lengths = ChoiceButtons(gui, "the last", lengths, "How much of the run is meant below.", self._choose)
+        self._lengths.mark(lengths.index("30 s"))
+        self._replay = ChoiceButtons(
+            gui,
+            "replay",
+            ("Watch", "Play", "Back to live"),
+            "The run waits while you look at what was; Space plays and rests, . goes one step.",
+            lambda i: session.post((self._watch, self._toggle, shelf.leave)[i]),
+        )
+        self._replay.offer((0,))
+        self._slider = gui.add_slider(
+            "moment [s]", 0.0, 1.0, 0.01, 0.0, visible=False, hint="Any moment of what is kept, on the clock of the run."
+        )
+        self._save = ChoiceButtons(
+            gui, "save as", LABELS, HINT, lambda i: session.post(lambda: shelf.ask(KINDS[i], self._length))
+        )
+        self._upload = gui.add_upload_button(
+            "Load a run",
+            icon=viser.Icon.UPLOAD,
+            hint="A file saved with Run: it is made again, compared with what came out then, and replayed.",
+        )
+        self._state = gui.add_html("")
+
+        @self._slider.on_update
+        async def _(event: viser.GuiEvent[viser.GuiSliderHandle]) -> None:
+            # What the server writes comes back here too, without a client.
+            if event.client_id is not None:
+                time = event.target.value
+                session.post(lambda: self._drag(time))
+
+        @self._upload.on_upload
+        async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+            file = event.target.value
+            session.post(lambda: shelf.load(file.content, file.name))
+
+    @property
+    def past(self) -> Past | None:
+        """What is to be drawn in the place of the session; None while live."""
+        return self.shelf.past
+
+    def advance(self, elapsed: float) -> bool:
+        """Play on; return whether there is another moment to draw. Once a frame, after the session's own `advance`."""
+        self._clock += elapsed
+        return self.shelf.advance(elapsed)
+
+    def take(self, action: str) -> bool:
+        """Do what a hotkey stands for, if it is about the replay; return whether it was."""
+        return self.shelf.take(action)
+
+    def close(self) -> None:
+        """Drop everything that is being computed."""
+        self.shelf.close()
+
+    def _choose(self, index: int) -> None:
+        def choose() -> None:
+            self._length = tuple(LENGTHS.values())[index]
+            self._lengths.mark(index)
+
+        self._session.post(choose)
+
+    def _watch(self) -> None:
+        self.shelf.watch(self._length)
+
+    def _toggle(self) -> None:
+        self.shelf.take("pause")
+
+    def _drag(self, time: float) -> None:
+        self._next = self._clock + HANDS_OFF
+        self.shelf.seek(time)
+
+    def show(self) -> None:
+        """Hand over what is ready, and bring the controls up to date."""
+        shelf, replay = self.shelf, self.shelf.replay
+        for file in shelf.take_files():
+            self._send(*file)
+        for news in shelf.take_news():
+            self._notify(*news)
+        snippet = shelf.take_snippet()
+        if snippet is not None:
+            self._show_snippet(snippet)
+        self._replay.offer((0,) if replay is None else (1, 2))
+        self._replay.mark(1 if replay is not None and replay.playing else -1)
+        if self._slider.visible != (replay is not None):
+            self._slider.visible = replay is not None
+        if replay is not None and self._clock >= self._next:
+            self._next = self._clock + WRITE
+            self._write(round(replay.begin, 2), round(replay.end, 2), round(replay.time, 2))
+        self._say(self._words())
+
+    def _write(self, begin: float, end: float, time: float) -> None:
+        slider = self._slider
+        # A slider of no length has no place for its knob.
+        end = max(end, begin + 0.01)
+        if slider.min != begin:
+            slider.min = begin
+        if slider.max != end:
+            slider.max = end
+        if abs(slider.value - time) > 0.004:
+            slider.value = min(max(time, begin), end)
+
+    def _words(self) -> str:
+        shelf = self.shelf
+        if shelf.busy:
+            return f"Making {shelf.busy} …"
+        if shelf.replay is None:
+            return ""
+        return f"This is {shelf.loaded}, not the live run." if shelf.loaded else "This is the past; the live run waits."
+
+    def _say(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            self._state.content = f'<div class="duet duet-tip" role="status">{html.escape(text)}</div>' if text else ""
+
+    def _show_snippet(self, snippet: str) -> None:
+        with self._gui.add_modal("This run in Python") as modal:
+            self._gui.add_html(
+                '<div class="duet"><pre style="max-height:50vh;overflow:auto;white-space:pre-wrap;overflow-wrap:anywhere;'
+                f'font-size:12px" tabindex="0">{html.escape(snippet)}</pre><button type="button" onclick="{_COPY}">Copy</button></div>'
+            )
+            close = self._gui.add_button("Close")
+
+        @close.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            del event
+            modal.close()
