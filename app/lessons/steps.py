@@ -31,7 +31,7 @@ from app.lessons.measures import QUANTITIES, checked_parameters, read_parameters
 from app.lessons.own_law import TESTS
 from app.lessons.places import start_positions
 from app.lessons.setups import read_changes, read_setup, read_start
-from app.lessons.texts import placeholder_problems
+from app.lessons.texts import picture_problems, placeholder_problems
 from scenes.room import room_of
 from scenes.settings import LawName, specs
 
@@ -357,5 +357,5 @@ def _check_placeholders(part: StepPart, step: Step) -> None:
         for number, line in enumerate(section.lines, section.line + 1):
             # A reply, quoted under its answer, is read after the run.
             before = section.title in ("Goal", "Predict", "Do") and not line.lstrip().startswith(">")
-            for problem in placeholder_problems(line, step, before):
+            for problem in (*placeholder_problems(line, step, before), *picture_problems(line, step.setup.folder)):
                 raise Fault(number, problem)
