@@ -14,6 +14,7 @@ from app.own_law.own_law import OwnLaw
 from app.people import NOBODY_ELSE, People
 from app.settings import Settings
 from app.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
+from app.trade_off import TradeOffMap
 from controllers.kinematics import Array
 from scenes.cast import Person
 from scenes.inputs import KEEP, InputsLog, Recorded
@@ -93,6 +94,8 @@ class Session:
         # What is computed apart knows the settings' laws only, and would answer for another one.
         with_studies = background is not None and self._own_law is None
         self._studies = Studies(background, wake) if with_studies and background is not None else None
+        self.trade_off = TradeOffMap(background, wake) if with_studies and background is not None else None
+        """Distance against error over n and v; None where nothing is computed apart."""
         self._posts: deque[Callable[[], None]] = deque()
         self._debt = 0.0
         self._steps_asked = 0
@@ -111,6 +114,8 @@ class Session:
             self._own_law.close()
         if self._studies is not None:
             self._studies.forget()
+        if self.trade_off is not None:
+            self.trade_off.forget()
 
     @property
     def own_law(self) -> str | None:

@@ -10,9 +10,9 @@ from scenes.settings import RunSettings, Spec, changed
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
 Picture = Literal["fine", "fast"]
-Details = Literal["none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "pairs", "stability"]
+Details = Literal["none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "pairs", "stability"]
 """What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
-in one plot; which pair is closest; section III."""
+in one plot; distance against error over n and v; which pair is closest; section III."""
 Ghost = Literal[
     "off",
     "frozen",
@@ -77,7 +77,7 @@ class PageSettings:
                 "more plots",
                 "A third plot.",
                 choices=get_args(Details),
-                choice_labels=("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "Pairs", "M"),
+                choice_labels=("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "Pairs", "M"),
             )
         },
     )

@@ -13,6 +13,7 @@ from scenes.settings import RunSettings, specs
 CHARTS: Final[dict[str, str]] = {
     "curve": 'Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]',
     "laws": "what each law makes of it: J<sub>d</sub>q̇ [m/s] over d [m]",
+    "map": "trade-off of n and v",
     "pairs": "the closest pair",
     "stability": "section III: does the paper’s condition hold?",
 }
@@ -31,6 +32,8 @@ def possible_details(run: RunSettings) -> tuple[str, ...]:
         details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "pairs", "stability")
     if run.scene in _TWO_OF_A_KIND:
         details += ("follow",)
+    if run.scene == "hold":
+        details += ("map",)
     order = specs(PageSettings)["plot"].choices
     return tuple(sorted(details, key=order.index))
 

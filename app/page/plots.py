@@ -12,6 +12,7 @@ from app.page.courses import Course, Line, colour_of, course_of
 from app.page.curve import curve_html
 from app.page.details import CHARTS, PLACES, DetailsChooser, cells, layout_html, makes_room
 from app.page.laws import laws_html
+from app.page.map import map_html
 from app.page.pairs import pairs_html
 from app.page.section import section_html
 from app.page.theme import PALETTES, scale
@@ -95,7 +96,7 @@ class Plots:
             self._drawn[name] = state
             if name in CHARTS:
                 self._next[name] = now + SLOW_PERIOD
-                self._charts[name].content = self._chart_html(name, simulation, ghost)
+                self._charts[name].content = self._chart_html(name, session)
             else:
                 course, plot = self._courses[name]
                 self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
@@ -194,7 +195,8 @@ class Plots:
                 data.append(next(found[line.run]))
         return tuple(data)
 
-    def _chart_html(self, name: str, simulation: Simulation, ghost: Simulation | None) -> str:
+    def _chart_html(self, name: str, session: Session) -> str:
+        simulation, ghost = session.simulation, session.ghost
         sample = simulation.sample()
         match name:
             case "curve":
@@ -202,6 +204,11 @@ class Plots:
                 return f'<div class="duet">{chart}</div>'
             case "laws":
                 return laws_html(simulation, ghost, contact(simulation, sample), self._height)
+            case "map":
+                if session.trade_off is None:
+                    return '<div class="duet duet-tip">A law of your own is not computed apart.</div>'
+                points = session.trade_off.points(session.settings.run)
+                return map_html(points, session.trade_off.size, session.settings.run, self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
             case _:
