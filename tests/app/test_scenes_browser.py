@@ -13,8 +13,8 @@ from scenes.room import BALL_RADIUS, PATH
 from scenes.settings import RunSettings, SceneName, specs
 from scenes.targets import BallTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
-from tests.app.test_browser import CUT, FREE, GIZMO, GRIP, LATE_UPDATE, drag_through, hand, run_on, until, visit
-from tests.browser import PageAt, screenshot, wait_frames, world_position, world_to_px
+from tests.app.test_browser import CUT, FREE, GIZMO, GRIP, LATE_UPDATE, drag_through, hand, run_on, visit
+from tests.browser import PageAt, screenshot, until, wait_frames, world_position, world_to_px
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
 KEYS = dict(zip(SCENES, "12345", strict=True))
