@@ -63,14 +63,14 @@ class LessonPanel:
         self._next = 0.0
 
     def _make(self) -> None:
-        self._panel = self._gui.add_panel()
-        self.tab = self._panel.add_tab("Lesson", viser.Icon.SCHOOL)
-        with self.tab:
+        panel = self._panel = self._gui.add_panel()
+        tab = self.tab = panel.add_tab("Lesson", viser.Icon.SCHOOL)
+        with tab:
             self._style = self._gui.add_html("", order=0.0)
             for name in BLOCKS:
                 self._blocks[name] = self._gui.add_html("", order=_ORDER[name])
-        self._panel.dock_left()
-        self._panel.set_width(self._width)
+        panel.dock_left()
+        panel.set_width(self._width)
 
     def show(self, now: float) -> bool:
         """Bring it up to date; return whether it was opened or closed, or is about another run, so that views have to follow."""

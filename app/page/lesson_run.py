@@ -329,6 +329,7 @@ class LessonRun:
     def _adopt(self, settings: Settings) -> None:
         """Take on settings, whatever order makes them possible one by one."""
         session, wanted = self._session, values(settings)
+        problem: BadSetting | None = None
         for _ in range(3):
             refused: BadSetting | None = None
             for key, value in wanted.items():
