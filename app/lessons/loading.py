@@ -18,14 +18,14 @@ LANGUAGES: Final[tuple[Language, ...]] = ("en", "de", "sl")
 MOST_BYTES: Final = 200_000
 """Largest lesson file."""
 
-_NAME: Final = re.compile(r"^(\d{1,3})-([a-z0-9-]+)(?:\.([a-z]{2}))?\.md$")
+_NAME: Final = re.compile(r"^(\d{1,3})-([a-z0-9-]+)(?:\.([a-z]{2}|notes))?\.md$")
 
 
 def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook:
     """Return the lessons of a folder in their order, and what was wrong with those that could not be read. Never raises.
 
-    A lesson is a file `NN-name.md`; `NN-name.de.md` beside it carries its texts in another language. Files whose name does not begin
-    with a digit are none of ours.
+    A lesson is a file `NN-name.md`; `NN-name.de.md` beside it carries its texts in another language, `NN-name.notes.md` what only a
+    teacher reads, see `load_notes`. Files whose name does not begin with a digit are none of ours.
 
     Args:
         folder: where the files are.
@@ -50,10 +50,10 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
                 lessons.append(lesson)
             except Fault as fault:
                 problems.append(Problem(path.name, fault.line, fault.message))
-        elif name[3] not in LANGUAGES[1:]:
+        elif name[3] not in (*LANGUAGES[1:], "notes"):
             problems.append(Problem(path.name, 1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}."))
         elif not (folder / f"{name[1]}-{name[2]}.md").is_file():
-            problems.append(Problem(path.name, 1, f"is a translation of {name[1]}-{name[2]}.md, which is not there."))
+            problems.append(Problem(path.name, 1, f"belongs to {name[1]}-{name[2]}.md, which is not there."))
     if language != "en":
         lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
     if not lessons and not problems:
@@ -61,6 +61,25 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
             Problem(str(folder), 1, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
         )
     return LessonBook(tuple(sorted(lessons, key=lambda lesson: lesson.number)), tuple(problems))
+
+
+def load_notes(folder: Path = FOLDER) -> dict[str, str]:
+    """Return the teacher's notes by the id of their lesson, as Markdown; a file that cannot be read is left out. Never raises.
+
+    They are in files of their own, and in no `Lesson`, so that they cannot reach a student's page by mistake.
+    """
+    notes: dict[str, str] = {}
+    try:
+        names = [(path, _NAME.match(path.name)) for path in sorted(folder.iterdir())]
+    except OSError:
+        return notes
+    for path, name in names:
+        if name is not None and name[3] == "notes":
+            try:
+                notes[name[2]] = _text(path)
+            except Fault:
+                continue
+    return notes
 
 
 def _text(path: Path) -> str:

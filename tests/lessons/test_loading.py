@@ -3,6 +3,7 @@
 import dataclasses
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from hypothesis import given, settings
@@ -10,10 +11,12 @@ from hypothesis import strategies as st
 
 from app.lessons import FOLDER
 from app.lessons.check import Lessons, check_lesson, lessons
+from app.lessons.labels import LABELS, label_of
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, Lesson
-from app.lessons.loading import LANGUAGES, load_lessons
+from app.lessons.loading import LANGUAGES, load_lessons, load_notes
 from app.lessons.measures import QUANTITIES
 from app.lessons.scripts import SCRIPTS
+from app.lessons.words import WORDS
 from controllers.errors import BadSetting
 from tests.lessons.helpers import SMALL, book_of, our_book
 
@@ -390,3 +393,98 @@ def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) 
     assert "fails by nothing instead of ('n',)" in walks["attempt", "less"].text
     assert not walks["lesson", "wrong paths"].ok
     assert not any(walks[key].ok for key in (("reference", "the right answers"), ("answer", "answer 2"), ("attempt", "less")))
+
+
+# ---- notes, pictures, words ---------------------------------------------------------------------------------------------------
+
+
+def test_every_lesson_has_notes_that_no_lesson_contains() -> None:
+    """Only `load_notes` has them; nothing of them is in what a student's page is made from."""
+    notes = load_notes()
+    for lesson in our_book().lessons:
+        note = notes.pop(lesson.id)
+        assert "**Answers.**" in note
+        everything = repr(lesson)
+        assert not any(line in everything for line in note.splitlines() if len(line) > 20)
+    assert not notes
+
+
+def test_notes_without_a_lesson_are_a_problem_and_bad_ones_are_left_out(tmp_path: Path) -> None:
+    """As with a translation."""
+    book_of(tmp_path)
+    (tmp_path / "01-small.notes.md").write_bytes(b"\xff\xfe")
+    (tmp_path / "02-other.notes.md").write_text("x", encoding="utf-8")
+    assert [problem.file for problem in load_lessons(tmp_path).problems] == ["02-other.notes.md"]
+    assert load_notes(tmp_path) == {"other": "x"}
+    assert load_notes(tmp_path / "none") == {}
+
+
+@pytest.mark.parametrize(
+    ("picture", "message"),
+    [
+        ("![](a.svg)", "says nothing"),
+        ("![x](b.svg)", "there is no picture"),
+        ("![x](../a.svg)", "no picture beside the lesson"),
+        ("![x](https://example.org/a.svg)", "there is no picture"),
+        ("![x](01-small.md)", "must be an .svg or .png"),
+        ("![x](large.svg)", "larger than"),
+        ("![x](a.svg)", ""),
+    ],
+)
+def test_pictures_are_beside_the_lesson_and_described(tmp_path: Path, picture: str, message: str) -> None:
+    """What a student's page is asked to show is there, small, and can be told to those who do not see it."""
+    (tmp_path / "a.svg").write_text("<svg/>", encoding="utf-8")
+    (tmp_path / "large.svg").write_text("x" * 400_000, encoding="utf-8")
+    book = book_of(tmp_path, SMALL.replace("Because $x$.", f"Because {picture}."))
+    assert (message in book.problems[0].message) if message else not book.problems
+
+
+def test_our_pictures_are_svg_with_a_title() -> None:
+    """Each is used, can be read, and says what it is."""
+    texts = "".join(path.read_text(encoding="utf-8") for path in FOLDER.glob("*.md"))
+    pictures = sorted(FOLDER.glob("pictures/*"))
+    assert len(pictures) >= 5
+    for path in pictures:
+        root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+        assert root.tag.endswith("svg") and (root[0].text or "").strip()
+        assert f"(pictures/{path.name})" in texts
+
+
+def holes(text: str) -> set[str]:
+    """What is filled into a sentence."""
+    return set(re.findall(r"\{(\w+)\}", text))
+
+
+def test_every_sentence_is_there_in_every_language() -> None:
+    """With the same things to fill in; and each label with no others than the English one has."""
+    for words in WORDS.values():
+        assert words.keys() == WORDS["en"].keys()
+        for key, sentence in words.items():
+            assert holes(sentence) == holes(WORDS["en"][key])
+    for labels in LABELS.values():
+        for name, label in labels.items():
+            assert holes(label) == holes(QUANTITIES[name].label)
+
+
+def test_what_translated_lessons_measure_is_named_in_their_language() -> None:
+    """Of lessons 1 to 3, but for symbols, which are the same everywhere."""
+    for language in LANGUAGES[1:]:
+        for lesson in our_book(language).lessons[:3]:
+            for step in lesson.steps:
+                measured = [*step.measurements, *step.numbers]
+                if step.challenge:
+                    measured += [c.measurement for c in step.challenge.criteria]
+                for m in measured:
+                    name = label_of(m, language)
+                    assert name and "{" not in name
+                    assert name != label_of(m) or m.name in ("gain_step", "first_jump_formula", "setting")
+
+
+def test_the_documents_for_teachers_name_what_exists() -> None:
+    """Commands and options in the plan are those of the program; the model names the closed forms."""
+    plan = (FOLDER / "lecture-plan.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"--([a-z][a-z-]+)", plan)) <= {"lecture", "key", "profile", "sessions"}
+    minutes = [int(row.split("|")[2]) for row in plan.splitlines() if re.match(r"\| \d:\d\d ", row)]
+    assert sum(minutes) == 90
+    model = (FOLDER / "model.md").read_text(encoding="utf-8")
+    assert all(word in model for word in ("Simplified", "leaves open", "Euler", "out of authority"))
