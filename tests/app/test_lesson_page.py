@@ -52,6 +52,8 @@ def alone(lesson: int = 0, step: int = 0) -> tuple[Session, LessonRun]:
 
 def play(session: Session, run: LessonRun, frames: int = 4000) -> None:
     """Draw frames, without waiting, until the run stands still."""
+    if run._runs is not None:
+        run._runs[1].result(60.0)
     for _ in range(frames):
         session.advance(0.05)
         run.frame()
