@@ -158,12 +158,19 @@ class PlotBuffer:
         return (rows[:, 0], *(rows[:, c] * scale for c in columns))
 
     def beside(self, leader: "PlotBuffer", columns: tuple[int, ...], scale: float = 1.0) -> tuple[Array, ...]:
-        """Return the columns asked for at the leader's bins, nan where there is nothing; of the lengths of its `series`."""
+        """Return the columns asked for at the leader's bins, of the lengths of its `series`; nan where there is nothing yet.
+
+        Up to where this run begins it was the leader's.
+        """
         numbers = leader._numbers()
         if len(numbers) < 2:
             return tuple(np.full(2, np.nan) for _ in columns)
         rows = self._bins[numbers % POINTS]
         rows[(numbers > self._last_bin) | (numbers <= self._last_bin - POINTS)] = np.nan
+        known = ~np.isnan(rows[:, 0])
+        # The page finds no range for an axis if a line's first value is missing.
+        before = numbers[: int(known.argmax())] if self._last_bin >= 0 else numbers
+        rows[: len(before)] = leader._bins[before % POINTS]
         return tuple(rows[:, c] * scale for c in columns)
 
     def along(self, curve: "Curve") -> Array:

@@ -43,11 +43,11 @@ SPECS = specs(Settings)
 ON_PAGE = (*PICKER, *(key for _, _, keys in TABS for key in keys))
 USUAL_STAGE = {"scene": "hold", "law": "smooth_priority"}
 STAGES: dict[str, dict[str, str]] = {
-    **dict.fromkeys(("path", "kx"), {"scene": "solo"}),
-    **dict.fromkeys(("point", "ball"), {"scene": "ball"}),
-    **dict.fromkeys(("source", "clip"), {"scene": "imitation", "source": "clips"}),
+    **{key: {"scene": "solo"} for key in ("path", "kx")},
+    **{key: {"scene": "ball"} for key in ("point", "ball")},
+    **{key: {"scene": "imitation", "source": "clips"} for key in ("source", "clip")},
     "following": {"scene": "master_slave"},
-    **dict.fromkeys(("d0", "eta"), {"law": "potential_field"}),
+    **{key: {"law": "potential_field"} for key in ("d0", "eta")},
     "gamma": {"law": "barrier_qp"},
     "beta": {"pairs": "soft"},
     "coupled": {"avoid": "both"},
@@ -745,6 +745,22 @@ def test_the_last_step_before_a_pause_is_on_the_plot(house: OpenHouse, arrive: A
         press(one, "step")
         newest = one.ask(lambda s: s.simulation.sample().time)
         one.visitor.wait_for(lambda _, newest=newest: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
+
+
+def test_what_the_ghost_does_and_what_would_have_been_are_on_the_plots(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "whatif=1")
+    one.run_on(1.0)
+    own = len([row for row in plots(one.visitor)[0][1:] if len(row)])
+    press(one, "ghost")
+    one.run_on(0.5)
+    # The ghost has a line beside that of the run, the same one as long as nothing was changed.
+    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 1)
+    times, distance, *_, ghost, _ = plots(one.visitor)[0]
+    assert len(ghost) == len(times) > 9 and np.isfinite(ghost[:-1]).all() and np.allclose(ghost[:-1], distance[:-1])
+    # A line whose first value is missing would leave the page without a range for its axis.
+    assert all(np.isfinite(row[0]) for plot in plots(one.visitor) for row in plot if len(row))
+    one.visitor.set_value(page_label("dm"), 250.0)
+    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 2, 20.0)
 
 
 def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
