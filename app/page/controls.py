@@ -1,12 +1,14 @@
 """The controls, made from the settings' own declarations: a slider, a drop-down or a box for every field a visitor may change."""
 
 from collections.abc import Callable
+from time import perf_counter
 from typing import Any, Final
 
 import viser
 
 from app.page.buttons import ChoiceButtons
 from app.page.compare import ComparePanel
+from app.page.joint_sliders import JointSliders
 from app.page.keys import help_html
 from app.page.relevance import matters
 from app.page.sources import Sources
@@ -77,6 +79,7 @@ class Controls:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Arms":
                     self._sources = Sources(gui, session, notify)
+                    self._joints = JointSliders(gui, session)
                 if name == "Compare":
                     self._compare = ComparePanel(gui, session)
                     self._note = gui.add_html("")
@@ -146,6 +149,7 @@ class Controls:
         self._clock.mark(0 if self._session.paused else -1)
         settings = self._session.settings
         self._sources.show()
+        self._joints.show(perf_counter())
         self._compare.show(matters("ghost", settings))
         if settings is self._settings and len(self._shown) == len(self._handles):
             return

@@ -1,5 +1,6 @@
 """A hand that keeps its place, or goes where its place goes."""
 
+import math
 from collections.abc import Callable
 from typing import Final
 
@@ -41,6 +42,7 @@ class Keeper:
         self.place_rotation: Array = np.eye(3)
         """How it should be turned (3, 3)."""
         self._home = self.place
+        self._since = math.nan
         self._overdriven = overdriven
         self._kinematics, self._arm, self._path, self._movable = world.kinematics, arm, path, movable
         self._pose = world.kinematics.hand_pose(arm)
@@ -51,13 +53,17 @@ class Keeper:
         self.place = self._pose.translation.copy()
         self.place_rotation = self._pose.rotation.copy()
         self._home = self.place.copy()
+        self._since = math.nan
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇_n (n,) inside the arm's bounds [rad/s]."""
         kinematics, arm, task = self._kinematics, self._arm, settings.task
         speed: Array | None = None
         if self._path is not None:
-            self.place, speed = self._path(time, self._home)
+            if self._since != self._since:
+                # The way begins where the hand is, whenever it is chosen.
+                self._since = time
+            self.place, speed = self._path(time - self._since, self._home)
         pull: Array | None = None
         if self._movable and isinstance(target, HandTarget):
             self._carry(target, settings)
@@ -83,8 +89,9 @@ class Keeper:
 
     def memory(self) -> Memory:
         """Return the place, how the hand is to be turned, and where the path begins."""
-        return self.place.copy(), self.place_rotation.copy(), self._home.copy()
+        return self.place.copy(), self.place_rotation.copy(), self._home.copy(), np.array(self._since)
 
     def remember(self, memory: Memory) -> None:
         """Keep this place."""
-        self.place, self.place_rotation, self._home = (array.copy() for array in memory)
+        self.place, self.place_rotation, self._home = (array.copy() for array in memory[:3])
+        self._since = float(memory[3])

@@ -237,6 +237,19 @@ def test_drift_without_feedback_and_rattling_with_too_much() -> None:
     assert error(20.0, 0.02, 5.5) > 20.0 * error(20.0, 0.02)
 
 
+def test_a_path_begins_where_the_hand_is_whenever_it_is_chosen() -> None:
+    """Chosen in mid-run, the circle begins at the hand: its place does not leap to where it would be by now."""
+    simulation = Simulation(experiment("solo"))
+    for _ in range(777):
+        simulation.step(None)
+    simulation.apply(experiment("solo", path="circle"))
+    simulation.step(None)
+    assert simulation.sample().error < 0.002
+    for _ in range(200):
+        simulation.step(None)
+    assert simulation.sample().error < 0.01
+
+
 def test_the_elbow_swings_while_the_hand_stays() -> None:
     """Eq. (4): N q̇₀ moves the elbow by decimetres and the hand by less than a millimetre."""
     result = long_run(experiment("solo"), 10.0)
