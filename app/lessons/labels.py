@@ -2,8 +2,9 @@
 
 from typing import Final
 
-from app.lessons.lesson import Compared, Measurement, settings_text
+from app.lessons.lesson import Compared, Measurement
 from app.lessons.measures import QUANTITIES, shown_parameter
+from app.lessons.runs import settings_text
 from app.lessons.words import say
 from app.settings import Settings
 from scenes.settings import specs

@@ -1,24 +1,15 @@
 """What a lesson is, as data: steps, questions, runs, measurements, challenges. `loading` makes it from Markdown files."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Final, Literal, TypeVar
+from typing import Final, Literal
 
 from app.lessons.measures import Value, shown_value
 from app.lessons.places import Start
-from app.settings import Settings
+from app.lessons.runs import Pairs, Setup
 from controllers.errors import BadSetting
-from scenes.settings import RunSettings, Spec, changed, specs
-
-Pairs = tuple[tuple[str, Any], ...]
-"""Key and value, in order: a dictionary that can be compared and hashed."""
 
 Camera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
-
-InputKind = Literal["autopilot", "nobody", "yours", "script", "file", "kept"]
-"""Who moves what can be moved: the experiment's own seeded person, nobody, the student, a script, a recorded file, or what the student
-did in an earlier step."""
 
 _ALWAYS: Final = ("joints", "rates")
 _OBSTACLE: Final = ("distance", "error", "lambda", *_ALWAYS, "speeds", "curve", "laws", "pairs", "stability")
@@ -35,71 +26,6 @@ PLOTS: Final[dict[str, tuple[str, ...]]] = {
 MOST_PLOTS: Final = 2
 MOST_NUMBERS: Final = 3
 HINTS: Final = 3
-
-LONGEST: Final = 60.0
-"""Longest run of a step [s]."""
-
-S = TypeVar("S", RunSettings, Settings)
-
-
-@dataclass(frozen=True)
-class Input:
-    """Who moves what can be moved.
-
-    Attributes:
-        kind: see `InputKind`.
-        name: of a script, of a file beside the lesson, or of what was kept.
-        parameters: of a script.
-        fallback: who moves as long as nothing was kept under that name.
-    """
-
-    kind: InputKind
-    name: str = ""
-    parameters: Pairs = ()
-    fallback: "Input | None" = None
-
-
-AUTOPILOT: Final = Input("autopilot")
-
-
-@dataclass(frozen=True)
-class Setup:
-    """One run: everything that decides how it goes.
-
-    Attributes:
-        changes: settings by key that are not as they are at first, of the run and of the page.
-        input: who moves.
-        start: where everything begins; None for the room's start.
-        seconds: after which the outcome is measured [s].
-        folder: where its files are.
-    """
-
-    changes: Pairs
-    input: Input
-    start: Start | None
-    seconds: float
-    folder: Path
-
-    def settings(self, start: Settings) -> Settings:
-        """Return these settings: the run wholly the lesson's, the page as it was but for what the lesson says."""
-        settings = replace(start, run=RunSettings())
-        for key, value in self.changes:
-            settings = changed(settings, key, value)
-        return settings
-
-    @property
-    def run(self) -> RunSettings:
-        """Return the settings of the run."""
-        return self.settings(Settings()).run
-
-    def with_changes(self, changes: Pairs) -> "Setup":
-        """Return the same run with further settings."""
-        return replace(self, changes=merged(self.changes, changes))
-
-
-def merged(first: Pairs, then: Pairs) -> Pairs:
-    """Return both; what is in both is as in the second."""
-    return tuple((dict(first) | dict(then)).items())
 
 
 @dataclass(frozen=True)
@@ -360,21 +286,3 @@ class LessonBook:
                 return i
         names = ", ".join(lesson.id for lesson in self.lessons) or "none: the folder holds no lesson"
         raise BadSetting(f"There is no lesson {id[:40]!r}; choose from {names}.")
-
-
-def page_value(key: str, value: object) -> str:
-    """Return a setting's value as a person reads it on the page, with its unit."""
-    spec: Spec = specs(Settings)[key]
-    if spec.choices:
-        return spec.choice_labels[spec.choices.index(str(value))] if spec.choice_labels else str(value)
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    if isinstance(value, (int, float)):
-        return f"{value * spec.page_scale:.6g} {spec.page_unit}".rstrip()
-    return str(value)
-
-
-def settings_text(changes: Pairs) -> str:
-    """Return settings as a person reads them: "n = 2, dt = 5 ms"."""
-    known = specs(Settings)
-    return ", ".join(f"{known[key].label} = {page_value(key, value)}" for key, value in changes)

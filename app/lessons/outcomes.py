@@ -5,19 +5,9 @@ from dataclasses import dataclass
 
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of
-from app.lessons.lesson import (
-    Challenge,
-    Criterion,
-    Forecast,
-    Measurement,
-    Pairs,
-    Question,
-    Setup,
-    Step,
-    page_value,
-    settings_text,
-)
+from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
 from app.lessons.measures import Value, measure
+from app.lessons.runs import Pairs, Setup, page_value, settings_text
 from app.lessons.texts import Measured
 from app.lessons.trials import comparisons, measured, wanted
 from app.lessons.words import say

@@ -18,10 +18,11 @@ import numpy as np
 
 from app.lessons import FOLDER
 from app.lessons.evidence import Evidence
-from app.lessons.lesson import Criterion, Input, Measurement, Pairs, Setup, merged
+from app.lessons.lesson import Criterion, Measurement
 from app.lessons.measures import QUANTITIES, measure
 from app.lessons.outcomes import Attempt, Judgement, judged
 from app.lessons.places import Place, Start
+from app.lessons.runs import Input, Pairs, Setup, merged
 from app.lessons.trials import begin, person_of
 from controllers.activation import activation
 from controllers.errors import DuetError

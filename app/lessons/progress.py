@@ -5,9 +5,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.lessons.lesson import Pairs
 from app.lessons.measures import Value
 from app.lessons.outcomes import Attempt, Judgement, Outcome
+from app.lessons.runs import Pairs
 from app.settings import Settings
 from scenes.settings import specs
 

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any, Final, cast, get_args
 
 from app.lessons.blocks import NEEDED, Table, is_number, shown
-from app.lessons.lesson import LONGEST, Input, Pairs, Setup, merged
 from app.lessons.markdown import Fault
 from app.lessons.places import Anchor, Place, Start, ball_centre, start_positions
+from app.lessons.runs import LONGEST, Input, Pairs, Setup, merged
 from app.lessons.scripts import checked_script
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from app.lessons.lesson import Measurement, Setup, Step, page_value
+from app.lessons.lesson import Measurement, Step
 from app.lessons.measures import Value
+from app.lessons.runs import Setup, page_value
 from app.settings import Settings
 from scenes.settings import specs, values
 

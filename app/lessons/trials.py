@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 from app.lessons.evidence import Evidence
-from app.lessons.lesson import Compared, Input, Measurement, Pairs, Setup
+from app.lessons.lesson import Compared, Measurement
 from app.lessons.measures import Value, measure
 from app.lessons.places import start_positions
+from app.lessons.runs import Input, Pairs, Setup
 from app.lessons.scripts import script
 from scenes.cast import Nobody, Person
 from scenes.recording import read_inputs

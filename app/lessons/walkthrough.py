@@ -5,18 +5,20 @@ The page shows `view`, calls what the student does (`choose`, `next`, `back`, `r
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
+from math import inf
 from typing import Final
 
 from app.lessons.evidence import Evidence
-from app.lessons.lesson import Lesson, LessonBook, Measurement, Setup, Step, settings_text
+from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures import measure
 from app.lessons.outcomes import Attempt, Judgement, Outcome, Verdict, judge, observed, reference
+from app.lessons.phases import Phase, first_phase, fitting, furthest_phase, phases_of
 from app.lessons.places import mark_places, start_positions
 from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
-from app.lessons.texts import asks_for_numbers, filled
+from app.lessons.runs import Setup
 from app.lessons.trials import person_of
+from app.lessons.view import Place, View, has_why, make_view, verdict
 from app.lessons.words import say
 from app.settings import Settings
 from controllers.errors import BadSetting
@@ -25,74 +27,7 @@ from scenes.cast import Person
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
-
-class Phase(StrEnum):
-    """Where in a step the student is."""
-
-    PREDICT = "predict"
-    """The question is asked; nothing runs until an answer is chosen."""
-    DO = "do"
-    """The run."""
-    OBSERVE = "observe"
-    """What was measured, beside the answer."""
-    EXPLAIN = "explain"
-    """Why, with the equation."""
-    CHALLENGE = "challenge"
-    """Now the student."""
-
-
-@dataclass(frozen=True)
-class View:
-    """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in.
-
-    Attributes:
-        lesson, step: which.
-        index, count: of the step, from 0, and how many the lesson has.
-        phase, phases: where, and which the step has.
-        texts: (phase or "goal", text), those that may be seen by now, in order.
-        choices: the answers; empty where nothing is asked.
-        chosen: index of the answer given.
-        locked: whether Run is locked, because no answer is chosen yet.
-        verdict: what is said to the answer, once the outcome is known.
-        outcome: lines with what was measured.
-        why_outcome: lines with what was measured in the run that shows why the answer is wrong.
-        why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
-        challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
-        forecasts: what the student has to say beforehand, one line each.
-        hints: those that are open; `more_hints` if there are others.
-        yours: whether the student moves.
-        can_next, can_back: whether there is something in that direction.
-    """
-
-    lesson: Lesson
-    step: Step
-    index: int
-    count: int
-    phase: Phase
-    phases: tuple[Phase, ...]
-    texts: tuple[tuple[str, str], ...]
-    choices: tuple[str, ...]
-    chosen: int | None
-    locked: bool
-    verdict: Verdict | None
-    outcome: tuple[str, ...]
-    why_outcome: tuple[str, ...]
-    why: bool
-    showing: bool
-    challenge: bool
-    attempts: int
-    passed: bool
-    attempt: Attempt | None
-    forecasts: tuple[str, ...]
-    hints: tuple[str, ...]
-    more_hints: bool
-    yours: bool
-    can_next: bool
-    can_back: bool
-
-
-_AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
-"""Texts that are read after the run."""
+__all__ = ["Phase", "View", "Walkthrough"]
 
 LIVE_ROWS: Final = 2
 """Newest rows that a live number looks at."""
@@ -176,7 +111,7 @@ class Walkthrough:
         if not 0 <= step < len(steps):
             raise BadSetting(f"There is no step {step + 1} in {self.book.lessons[index].id}; give 1 to {len(steps)}.")
         self._lesson, self._step = index, step
-        self._enter(_furthest(self.step, self.done))
+        self._enter(furthest_phase(self.step, self.done))
 
     # ---- what the student does ---------------------------------------------------------------------------------------------
 
@@ -198,7 +133,7 @@ class Walkthrough:
             self._end_why()
             return True
         phases, place = self.phases, self.phases.index(self._phase)
-        if self.locked:
+        if self.locked and self.done.choice is None:
             return False
         if self._phase is Phase.DO and self.done.outcome is None and self.step.measurements:
             # Whoever does not want to wait sees the reference run's outcome: nobody is stuck.
@@ -212,7 +147,7 @@ class Walkthrough:
             self._lesson, self._step = self._lesson + 1, 0
         else:
             return False
-        self._enter(_first(self.step, self.done))
+        self._enter(first_phase(self.step, self.done))
         return True
 
     def back(self) -> bool:
@@ -220,9 +155,9 @@ class Walkthrough:
         if self._showing:
             self._end_why()
             return True
-        place = self.phases.index(self._phase)
-        if place > 0 and not (self.phases[place - 1] is Phase.PREDICT and self.done.outcome is not None):
-            self._enter(self.phases[place - 1])
+        before = self._before()
+        if before is not None:
+            self._enter(before)
             return True
         if self._step > 0:
             self._step -= 1
@@ -231,7 +166,7 @@ class Walkthrough:
             self._step = len(self.lesson.steps) - 1
         else:
             return False
-        self._enter(_furthest(self.step, self.done))
+        self._enter(furthest_phase(self.step, self.done))
         return True
 
     def reset(self) -> None:
@@ -252,7 +187,7 @@ class Walkthrough:
 
     def show_why(self) -> bool:
         """Begin the run that shows why the answer is wrong. Returns whether there is one."""
-        if self._showing or self._why() is None or self._phase not in (Phase.OBSERVE, Phase.EXPLAIN):
+        if self._showing or not has_why(self._place()):
             return False
         self._showing = True
         self._begin()
@@ -275,9 +210,9 @@ class Walkthrough:
     @property
     def setup(self) -> Setup:
         """Return the present run."""
-        why = self._why()
-        if self._showing and why is not None:
-            return why
+        question, choice = self.step.question, self.done.choice
+        if self._showing and question is not None and choice is not None:
+            return question.choices[choice].why or self.step.setup
         if self._phase is Phase.CHALLENGE and self.step.challenge is not None:
             return self.step.challenge.setup
         return self.step.setup
@@ -333,7 +268,7 @@ class Walkthrough:
     def observe(self, simulation: Simulation) -> Outcome:
         """Measure the present run. At its end the outcome is kept, and a run that is not the student's own goes on to OBSERVE."""
         setup = self.setup if self._phase is not Phase.CHALLENGE else self.step.setup
-        until = float("inf") if self.yours else setup.seconds
+        until = inf if self.yours else setup.seconds
         outcome = observed(self.step, setup, Evidence(simulation, until), simulation.time)
         if outcome.complete and self._showing:
             self.done.why = outcome
@@ -353,9 +288,13 @@ class Walkthrough:
         challenge = self.step.challenge
         if challenge is None or self._phase is not Phase.CHALLENGE or challenge.own_law:
             return None
-        attempt = judge(challenge, Evidence(simulation), said, self.lesson.language)
-        if self._mixed and challenge.criteria:
+        until = inf if self.yours else challenge.setup.seconds
+        attempt = judge(challenge, Evidence(simulation, until), said, self.lesson.language)
+        if challenge.criteria and self._mixed:
             attempt = replace(attempt, passed=False, note=say(self.lesson.language, "mixed"))
+        elif challenge.criteria and not self.yours and not self.finished(simulation):
+            seconds = f"{challenge.setup.seconds:g} s"
+            attempt = replace(attempt, passed=False, note=say(self.lesson.language, "unfinished", seconds=seconds))
         if attempt.passed and challenge.keep and person is not None:
             self._kept[challenge.keep] = person
         self._note(attempt)
@@ -375,60 +314,15 @@ class Walkthrough:
     @property
     def verdict(self) -> Verdict | None:
         """Return what is said to the prediction; None before the outcome is known."""
-        question, done = self.step.question, self.done
-        if question is None or done.choice is None or done.outcome is None or self._phase in (Phase.PREDICT, Phase.DO):
-            return None
-        right = done.choice == question.right
-        language = self.lesson.language
-        reply = self._filled(
-            question.choices[done.choice].reply, done.why if done.why is not None and not right else done.outcome
-        )
-        lines = done.outcome.lines(self.step, language)
-        return Verdict(right, say(language, "right" if right else "wrong"), reply, lines)
+        return verdict(self._place())
 
     def view(self) -> View:
         """Return everything that a page shows now."""
-        step, done, phases = self.step, self.done, self.phases
-        question, challenge = step.question, step.challenge
-        place = phases.index(self._phase)
-        texts: list[tuple[str, str]] = [("goal", step.goal)]
-        by_phase = {
-            Phase.PREDICT: question.text if question else "",
-            Phase.DO: step.do,
-            Phase.OBSERVE: step.observe,
-            Phase.EXPLAIN: step.explain,
-            Phase.CHALLENGE: challenge.text if challenge else "",
-        }
-        texts += [(phase.value, by_phase[phase]) for phase in phases[: place + 1] if by_phase[phase]]
-        outcome = done.outcome if self._phase not in (Phase.PREDICT, Phase.DO) else None
-        last_step = self._step + 1 == len(self.lesson.steps) and self._lesson + 1 == len(self.book.lessons)
-        return View(
-            self.lesson,
-            step,
-            self._step,
-            len(self.lesson.steps),
-            self._phase,
-            phases,
-            tuple((name, self._filled(text, outcome if name in _AFTER else None)) for name, text in texts),
-            tuple(self._filled(choice.text, None) for choice in question.choices) if question else (),
-            done.choice,
-            self.locked,
-            self.verdict,
-            outcome.lines(step, self.lesson.language) if outcome else (),
-            done.why.lines(step, self.lesson.language) if outcome and done.why else (),
-            self._why() is not None and self._phase in (Phase.OBSERVE, Phase.EXPLAIN),
-            self._showing,
-            challenge is not None,
-            done.attempts,
-            done.passed,
-            done.last,
-            self._forecasts(),
-            step.hints[: done.hints],
-            done.hints < len(step.hints),
-            self.yours,
-            not self.locked and (self._showing or place + 1 < len(phases) or not last_step),
-            self._showing or place > 0 or self._step > 0 or self._lesson > 0,
-        )
+        last = self._step + 1 == len(self.lesson.steps) and self._lesson + 1 == len(self.book.lessons)
+        waits = self.locked and self.done.choice is None
+        can_next = not waits and (self._showing or self._phase is not self.phases[-1] or not last)
+        can_back = self._showing or self._before() is not None or self._step > 0 or self._lesson > 0
+        return make_view(self._place(), self.yours, can_next, can_back)
 
     def to_json(self) -> str:
         """Return everything that survives a reload."""
@@ -449,12 +343,12 @@ class Walkthrough:
         for i, lesson in enumerate(self.book.lessons):
             for j, step in enumerate(lesson.steps):
                 if (lesson.id, step.id) in progress.steps:
-                    kept[lesson.id, step.id] = _fitting(step, progress.steps[lesson.id, step.id])
+                    kept[lesson.id, step.id] = fitting(step, progress.steps[lesson.id, step.id])
                 if (lesson.id, step.id) == (progress.lesson, progress.step):
                     self._lesson, self._step = i, j
         progress.steps = kept
-        allowed = self.phases[: self.phases.index(_furthest(self.step, self.done)) + 1]
-        self._enter(next((phase for phase in allowed if phase.value == progress.phase), _first(self.step, self.done)))
+        allowed = self.phases[: self.phases.index(furthest_phase(self.step, self.done)) + 1]
+        self._enter(next((phase for phase in allowed if phase.value == progress.phase), first_phase(self.step, self.done)))
 
     def _enter(self, phase: Phase) -> None:
         """Be in a phase of the present step; a run begins where it is another than before."""
@@ -472,66 +366,18 @@ class Walkthrough:
         self._showing = False
         self._begin()
 
-    def _why(self) -> Setup | None:
-        question, done = self.step.question, self.done
-        if question is None or done.choice is None or done.choice == question.right:
+    def _place(self) -> Place:
+        return Place(self.lesson, self.step, self._step, self._phase, self.done, self._showing)
+
+    def _before(self) -> Phase | None:
+        """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""
+        place = self.phases.index(self._phase)
+        if place == 0 or (self.phases[place - 1] is Phase.PREDICT and self.done.outcome is not None):
             return None
-        return question.choices[done.choice].why
+        return self.phases[place - 1]
 
     def _note(self, attempt: Attempt) -> None:
         done = self.done
         done.attempts += 1
         done.last = attempt
         done.passed = done.passed or attempt.passed
-
-    def _filled(self, text: str, outcome: Outcome | None) -> str:
-        step = self.step
-        if outcome is None and asks_for_numbers(text):
-            # What is told before the student's run is what the software has measured in its own.
-            outcome = reference(step, step.setup)
-        return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup)
-
-    def _forecasts(self) -> tuple[str, ...]:
-        challenge = self.step.challenge
-        return tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else ()
-
-
-def phases_of(step: Step) -> tuple[Phase, ...]:
-    """Return the phases of a step, in their order."""
-    return (
-        *((Phase.PREDICT,) if step.question is not None else ()),
-        Phase.DO,
-        *((Phase.OBSERVE,) if step.measurements or step.observe else ()),
-        *((Phase.EXPLAIN,) if step.explain else ()),
-        *((Phase.CHALLENGE,) if step.challenge is not None else ()),
-    )
-
-
-def _first(step: Step, done: StepProgress) -> Phase:
-    """Return where a student who comes from the step before begins."""
-    phases = phases_of(step)
-    return Phase.DO if phases[0] is Phase.PREDICT and done.choice is not None else phases[0]
-
-
-def _furthest(step: Step, done: StepProgress) -> Phase:
-    """Return the last phase that a student has reached."""
-    phases = phases_of(step)
-    if done.outcome is not None or (not step.measurements and not done.untouched):
-        return phases[-1]
-    return _first(step, done)
-
-
-def _fitting(step: Step, done: StepProgress) -> StepProgress:
-    """Return progress that fits a step which may have changed since."""
-    question, fitting = step.question, replace(done)
-    if question is None or (done.choice is not None and done.choice >= len(question.choices)):
-        fitting.choice = None
-    widths = [1 + len(m.compare) for m in step.measurements]
-    for name in ("outcome", "why"):
-        outcome: Outcome | None = getattr(done, name)
-        if outcome is not None and [len(row) for row in outcome.values] != widths:
-            setattr(fitting, name, None)
-    if question is not None and fitting.choice is None:
-        fitting.outcome = fitting.why = None
-    fitting.hints = min(done.hints, len(step.hints))
-    return fitting

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from app.lessons.check import Walk, check_lesson, table_text
-from app.lessons.lesson import Lesson, Setup, Step
+from app.lessons.lesson import Lesson, Step
 from app.lessons.measures import Value
 from app.lessons.outcomes import Outcome, reference
+from app.lessons.runs import Setup
 from app.lessons.trials import measured
 from controllers import budget
 from controllers.activation import activation

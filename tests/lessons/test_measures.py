@@ -14,12 +14,13 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 
 from app.lessons.evidence import Evidence
-from app.lessons.lesson import Input, Setup, Start
+from app.lessons.lesson import Start
 from app.lessons.measures import QUANTITIES, checked_parameters, measure, shown_value
 from app.lessons.measures.line import balance
 from app.lessons.measures.smoothness import largest_zigzag
 from app.lessons.own_law import TESTS
 from app.lessons.places import Place
+from app.lessons.runs import Input, Setup
 from app.lessons.trials import simulated
 from controllers.errors import BadSetting
 from controllers.kinematics import Array

@@ -7,8 +7,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from app.lessons import FOLDER
-from app.lessons.lesson import Input, Setup, Start
+from app.lessons.lesson import Start
 from app.lessons.places import Place, ball_centre, mark_places, start_positions
+from app.lessons.runs import Input, Setup
 from app.lessons.scripts import SCRIPTS, checked_script, script, to_and_fro
 from app.lessons.trials import begin, measured, person_of, simulated
 from controllers.errors import BadSetting

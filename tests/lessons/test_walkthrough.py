@@ -1,5 +1,6 @@
 """A student in the lessons: what is locked, what is remembered, and that nothing gets stuck, whatever they do."""
 
+import ast
 import json
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from app.lessons import FOLDER
 from app.lessons.lesson import LessonBook
 from app.lessons.own_law import TESTS, FunctionLaw, LawBroke, examine, stand_in
 from app.lessons.progress import Progress, from_json, to_json
@@ -28,6 +30,15 @@ from tests.lessons.helpers import SMALL, book_of, our_book, run_out, small_walk,
 def walk(tmp_path: Path) -> Walkthrough:
     """A fresh walkthrough of the small lesson."""
     return small_walk(tmp_path)
+
+
+def test_the_engine_knows_no_page() -> None:
+    """Nothing in the package imports what draws, nor the page that will show it."""
+    for path in FOLDER.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not any(name.split(".")[0] in ("viser", "tyro") or name.startswith("app.page") for name in names), path.name
 
 
 # ---- the order of things ------------------------------------------------------------------------------------------------------
@@ -108,6 +119,16 @@ def test_a_prediction_can_be_changed_until_the_outcome_is_known(walk: Walkthroug
     assert not walk.choose(0) and walk.done.choice == 1
     walk.back()
     assert walk.phase is Phase.DO and not walk.choose(0)
+    assert not walk.back() and walk.phase is Phase.DO
+
+
+def test_looking_back_at_the_question_keeps_the_answer(walk: Walkthrough) -> None:
+    """Nothing runs while the question is read again; the answer is still there, and `next` leads on with it."""
+    walk.choose(0)
+    assert walk.back() and walk.locked and walk.done.choice == 0 and walk.view().can_next
+    assert walk.next() and walk.phase is Phase.DO and walk.done.choice == 0
+    walk.back()
+    assert walk.choose(1) and walk.phase is Phase.DO and walk.done.choice == 1
 
 
 def test_the_run_that_shows_why(walk: Walkthrough) -> None:
@@ -200,11 +221,25 @@ def test_settings_that_change_in_the_middle_of_a_run_do_not_count(walk: Walkthro
         attempt = walk.attempt(simulation)
         assert attempt is not None and attempt.passed is counts and bool(attempt.note) is not counts
     simulation.reset()
-    walk.watch(simulation)
-    simulation.step(None)
-    walk.watch(simulation)
+    for _ in range(101):
+        walk.watch(simulation)
+        simulation.step(None)
     attempt = walk.attempt(simulation)
     assert attempt is not None and attempt.passed
+
+
+def test_a_run_that_is_not_over_does_not_count(walk: Walkthrough) -> None:
+    """Whatever its inequalities say so far; and what happens after its end does not count either."""
+    to_challenge(walk)
+    simulation = Simulation(changed(walk.settings().run, "n", 7.0))
+    for _ in range(99):
+        simulation.step(None)
+    early = walk.attempt(simulation)
+    assert early is not None and not early.passed and early.failed == () and "2 s" in early.note
+    for _ in range(50):
+        simulation.step(None)
+    late = walk.attempt(simulation)
+    assert late is not None and late.passed and not late.note
 
 
 def test_forecasts_are_compared_with_runs_of_their_own() -> None:
@@ -348,9 +383,7 @@ class Student:
             case "next":
                 assert walk.view().can_next == walk.next()
             case "back":
-                can = walk.view().can_back
-                moved = walk.back()
-                assert not moved or can
+                assert walk.view().can_back == walk.back()
             case "reset":
                 walk.reset()
             case "reset_all":

@@ -1,0 +1,97 @@
+"""One run as data: who stands where, who moves, for how long; and settings as a person reads them."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from app.lessons.places import Start
+from app.settings import Settings
+from scenes.settings import RunSettings, Spec, changed, specs
+
+Pairs = tuple[tuple[str, Any], ...]
+"""Key and value, in order: a dictionary that can be compared and hashed."""
+
+InputKind = Literal["autopilot", "nobody", "yours", "script", "file", "kept"]
+"""Who moves what can be moved: the experiment's own seeded person, nobody, the student, a script, a recorded file, or what the student
+did in an earlier step."""
+
+LONGEST: Final = 60.0
+"""Longest run of a step [s]."""
+
+
+@dataclass(frozen=True)
+class Input:
+    """Who moves what can be moved.
+
+    Attributes:
+        kind: see `InputKind`.
+        name: of a script, of a file beside the lesson, or of what was kept.
+        parameters: of a script.
+        fallback: who moves as long as nothing was kept under that name.
+    """
+
+    kind: InputKind
+    name: str = ""
+    parameters: Pairs = ()
+    fallback: "Input | None" = None
+
+
+AUTOPILOT: Final = Input("autopilot")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One run: everything that decides how it goes.
+
+    Attributes:
+        changes: settings by key that are not as they are at first, of the run and of the page.
+        input: who moves.
+        start: where everything begins; None for the room's start.
+        seconds: after which the outcome is measured [s].
+        folder: where its files are.
+    """
+
+    changes: Pairs
+    input: Input
+    start: Start | None
+    seconds: float
+    folder: Path
+
+    def settings(self, start: Settings) -> Settings:
+        """Return these settings: the run wholly the lesson's, the page as it was but for what the lesson says."""
+        settings = replace(start, run=RunSettings())
+        for key, value in self.changes:
+            settings = changed(settings, key, value)
+        return settings
+
+    @property
+    def run(self) -> RunSettings:
+        """Return the settings of the run."""
+        return self.settings(Settings()).run
+
+    def with_changes(self, changes: Pairs) -> "Setup":
+        """Return the same run with further settings."""
+        return replace(self, changes=merged(self.changes, changes))
+
+
+def merged(first: Pairs, then: Pairs) -> Pairs:
+    """Return both; what is in both is as in the second."""
+    return tuple((dict(first) | dict(then)).items())
+
+
+def page_value(key: str, value: object) -> str:
+    """Return a setting's value as a person reads it on the page, with its unit."""
+    spec: Spec = specs(Settings)[key]
+    if spec.choices:
+        return spec.choice_labels[spec.choices.index(str(value))] if spec.choice_labels else str(value)
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, (int, float)):
+        return f"{value * spec.page_scale:.6g} {spec.page_unit}".rstrip()
+    return str(value)
+
+
+def settings_text(changes: Pairs) -> str:
+    """Return settings as a person reads them: "n = 2, dt = 5 ms"."""
+    known = specs(Settings)
+    return ", ".join(f"{known[key].label} = {page_value(key, value)}" for key, value in changes)
