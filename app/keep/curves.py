@@ -12,8 +12,8 @@ from app.keep.replay import Replay
 from app.page.bins import DRIVEN, FARTHEST, JOINTS, RESTING, resting
 from app.page.contact import contact
 from app.page.courses import Course, colour_of, course_of
+from app.page.details import cells
 from app.page.pairs import ROWS, pair_name
-from app.page.plots import cells
 from app.page.section import task_error
 from app.page.swivel import Swivel
 from app.page.theme import PALETTES, Palette
@@ -34,6 +34,9 @@ MOMENTS: Final = 240
 
 NOT_OVER_TIME: Final = ("curve", "laws")
 """What can be chosen beside the first two plots and is no course over time."""
+
+OF_OTHER_RUNS: Final = ("map",)
+"""What can be chosen there and does not show this run: left out."""
 
 
 @dataclass(frozen=True)
@@ -113,9 +116,8 @@ class Curves:
 
     def panels(self, details: Details) -> tuple[Panel, ...]:
         """Return the paper's pair of plots and what is chosen beside it; `NOT_OVER_TIME` gives λ over time here."""
-        run = self.settings
-        details = "lambda" if details in NOT_OVER_TIME else details
-        return tuple(self._panel(name) for name in cells(run, details))
+        shown = "lambda" if details in NOT_OVER_TIME else "none" if details in OF_OTHER_RUNS else details
+        return tuple(self._panel(name) for name in cells(self.settings, shown))
 
     def _panel(self, name: str) -> Panel:
         if name == "pairs":

@@ -5,6 +5,7 @@ from dataclasses import replace
 from app.keep.replay import Replay
 from app.session import Pace
 from app.settings import Settings
+from app.trade_off import TradeOffMap
 from scenes.simulation import Simulation
 from scenes.targets import Target
 
@@ -15,14 +16,15 @@ class Past:
     Args:
         replay: where it stands.
         settings: of the live session; the page stays as it is, the run is that of the past.
+        trade_off: of the live session.
     """
 
-    ghost = held = what_if = smoothness = None
+    ghost = held = what_if = smoothness = own_law = None
     computing = False
-    study_message = ""
+    study_message = own_law_problem = ""
 
-    def __init__(self, replay: Replay, settings: Settings) -> None:
-        self._replay, self._live = replay, settings
+    def __init__(self, replay: Replay, settings: Settings, trade_off: TradeOffMap | None = None) -> None:
+        self._replay, self._live, self.trade_off = replay, settings, trade_off
 
     @property
     def simulation(self) -> Simulation:

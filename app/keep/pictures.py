@@ -40,13 +40,21 @@ LONGEST: Final = 2.4
 Kind = Literal["png", "svg"]
 
 
-def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: Kind, stopped: Callable[[], bool] = never) -> bytes:
+def picture_bytes(
+    recorded: Recorded,
+    seconds: float,
+    details: Details,
+    kind: Kind,
+    table: Array | None = None,
+    stopped: Callable[[], bool] = never,
+) -> bytes:
     """Return a picture of the plots as a file's content.
 
     Args:
         recorded: the piece; its last `seconds` are shown, inf for all.
         details: what is shown beside the first two plots.
         kind: of file.
+        table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
@@ -55,7 +63,7 @@ def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: Ki
     """
     # The style belongs to this picture, not to whoever else draws in this process.
     with matplotlib.rc_context(STYLE):
-        figure = _figure(recorded, seconds, details, stopped)
+        figure = _figure(recorded, seconds, details, table, stopped)
         out = io.BytesIO()
         if kind == "png":
             figure.savefig(out, format="png", dpi=DPI, metadata={"Software": None})
@@ -64,14 +72,21 @@ def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: Ki
     return out.getvalue()
 
 
-def inline_svg(recorded: Recorded, seconds: float, details: Details, name: str, stopped: Callable[[], bool] = never) -> str:
+def inline_svg(
+    recorded: Recorded,
+    seconds: float,
+    details: Details,
+    name: str,
+    table: Array | None = None,
+    stopped: Callable[[], bool] = never,
+) -> str:
     """Return a picture as an <svg> element for an HTML page.
 
     Args:
         name: letters and digits; keeps its ids apart from those of other pictures on the page.
-        recorded, seconds, details, stopped: as in `picture_bytes`.
+        recorded, seconds, details, table, stopped: as in `picture_bytes`.
     """
-    return embedded(picture_bytes(recorded, seconds, details, "svg", stopped).decode(), name)
+    return embedded(picture_bytes(recorded, seconds, details, "svg", table, stopped).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:
@@ -85,8 +100,11 @@ def embedded(svg: str, name: str) -> str:
     return re.sub(r"url\(#", f"url(#{name}-", svg)
 
 
-def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Callable[[], bool]) -> Figure:
-    whole = rerun(recorded, stopped=stopped).table
+def _figure(recorded: Recorded, seconds: float, details: Details, table: Array | None, stopped: Callable[[], bool]) -> Figure:
+    if table is not None and (details in NOT_OVER_TIME or details == "stability"):
+        # They ask the laws of the settings.
+        details = "none"
+    whole = rerun(recorded, stopped=stopped).table if table is None else table
     curves = Curves(recorded, newest(recorded, whole, seconds), stopped=stopped)
     other = details if details in NOT_OVER_TIME else ""
     panels = curves.panels("none" if other else details)

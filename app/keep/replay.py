@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from app.page.bins import POINTS, WINDOW
 from controllers.kinematics import Array
 from scenes.history import COLUMN, SCALARS, History
 from scenes.inputs import WIDTHS, Recorded, decoded
@@ -28,8 +29,9 @@ APART: Final = 25
 MOST_STATES: Final = 4_000
 """… unless that would make more states than this."""
 
-PERIOD: Final = 0.04
-"""Simulated time of which one row is kept for the curves [s]: the one with the smallest distance, so that no dip is lost."""
+PERIOD: Final = WINDOW / POINTS / 4.0
+"""Simulated time of which one row is kept for the curves [s]: the one with the smallest distance, so that no dip is lost. Four of them
+are one bin of the page's plots."""
 
 PAST: Final = 22.0
 """How much of what came before a moment its history holds [s]: as much as the plots show."""
@@ -90,7 +92,7 @@ def film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Film:
                 raise Stopped
             if made % apart == 0:
                 states.append(_packed(simulation))
-            number = int(simulation.time / PERIOD + 1e-9)
+            number = int(simulation.time / PERIOD)
             simulation.step(target)
             row = simulation.history.table(1)[0]
             if number != period:

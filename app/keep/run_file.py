@@ -24,6 +24,9 @@ from scenes.simulation import Simulation
 SUFFIX: Final = ".duet.npz"
 """Of a file's name."""
 
+LONGEST: Final = 660.0
+"""Of a run in a file [s]: a little more than a session keeps."""
+
 MADE: Final = "made"
 """Name of the part that says what made the file."""
 
@@ -109,6 +112,8 @@ def saved_from(data: bytes, name: str) -> Saved:
         BadInputFile: it is not a file of a run, is damaged, or is of something impossible.
     """
     recorded = recorded_from(data, name)
+    if recorded.seconds > LONGEST:
+        raise BadInputFile(f"{name}: is a run of {recorded.seconds:.0f} s; at most {LONGEST:.0f} s can be made again here.")
     try:
         # All parts have been unpacked once by now, within limits.
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:

@@ -16,6 +16,7 @@ from app.keep.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
 from app.keep.snippet import as_python
 from app.keep.table import csv_bytes
 from app.session import Session
+from controllers.kinematics import Array
 from scenes.inputs import KEEP, Recorded
 from scenes.settings import RunSettings
 
@@ -33,6 +34,9 @@ WORDS: Final[dict[Kind, str]] = {
 
 DRAFT: Final = 20.0
 """The newest part of a long replay, which is there first [s]."""
+
+NOT_AGAIN: Final = "{} runs in a process of its own and is not made again; the table and the pictures can be had."
+"""Of a law of one's own."""
 
 TITLES: Final[dict[Verdict, str]] = {
     "exact": "Loaded: the same run",
@@ -89,13 +93,19 @@ class Shelf:
             self._news.append(News("There is nothing to keep yet", "Let it run for a moment."))
             return
         page, name = self._session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
+        table: Array | None = None
+        if self._own_law is not None:
+            if kind in ("run", "html", "python"):
+                self._news.append(News("This cannot be made of this run", NOT_AGAIN.format(self._own_law)))
+                return
+            table = self._session.simulation.history.table(recorded.steps)
         match kind:
             case "run":
                 live = self._session.simulation.history
                 last = live.table(1).tobytes() if self.replay is None else None
                 self._submit(kind, lambda data: self._keep(name + SUFFIX, data), saved_bytes, recorded, last)
             case "csv":
-                self._submit(kind, lambda data: self._keep(name + ".csv", data), csv_bytes, recorded, seconds)
+                self._submit(kind, lambda data: self._keep(name + ".csv", data), csv_bytes, recorded, seconds, table)
             case "html":
                 self._submit(kind, lambda data: self._keep(name + ".html", data), player_html, recorded, seconds, page)
             case "python":
@@ -104,8 +114,12 @@ class Shelf:
                 chosen = whole if fresh and whole is not None else recorded
                 self._submit(kind, self._tell, as_python, chosen.settings, chosen, name + SUFFIX)
             case _:
-                arguments = recorded, seconds, page.details, kind
+                arguments = recorded, seconds, page.details, kind, table
                 self._submit(kind, lambda data: self._keep(f"{name}.{kind}", data), picture_bytes, *arguments)
+
+    @property
+    def _own_law(self) -> str | None:
+        return self._session.own_law if self.replay is None else None
 
     def load(self, data: bytes, name: str) -> None:
         """Read a file, make its run again, say how it compares, and replay it."""
@@ -128,6 +142,9 @@ class Shelf:
 
     def watch(self, seconds: float) -> None:
         """Look at the last `seconds` of the live run; it waits meanwhile."""
+        if self._own_law is not None:
+            self._news.append(News("This run cannot be replayed", NOT_AGAIN.format(self._own_law)))
+            return
         whole, draft = self._session.recorded(seconds), self._session.recorded(min(seconds, DRAFT))
         if whole is None or draft is None:
             self._news.append(News("There is nothing to replay yet", "Let it run for a moment."))
@@ -141,7 +158,8 @@ class Shelf:
             if self._was_running:
                 self._session.toggle_pause()
         self._run = self._session.settings.run
-        self._submit("film", self._show, film, recorded, urgent=True)
+        # Others wait for what is urgent.
+        self._submit("film", self._show, film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
 
     def _show(self, kept: Film) -> None:
         self.replay = Replay(kept.recorded, kept)
@@ -189,7 +207,7 @@ class Shelf:
     @property
     def past(self) -> Past | None:
         """What is to be drawn in the place of the session; None while live."""
-        return None if self.replay is None else Past(self.replay, self._session.settings)
+        return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off)
 
     # --- every frame -----------------------------------------------------------------------------------------------------------
 

@@ -42,19 +42,20 @@ def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
     return tuple(found)
 
 
-def csv_bytes(recorded: Recorded, seconds: float, stopped: Callable[[], bool] = never) -> bytes:
+def csv_bytes(recorded: Recorded, seconds: float, table: Array | None = None, stopped: Callable[[], bool] = never) -> bytes:
     """Return the table as a file's content; the same piece gives the same bytes.
 
     Args:
         recorded: the piece; its last `seconds` are written.
         seconds: inf for all.
+        table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
         stopped: see `scenes.rerun.rerun`.
 
     Raises:
         BadSetting: it cannot be made here.
         Stopped: see there.
     """
-    table = newest(recorded, rerun(recorded, stopped=stopped).table, seconds)
+    table = newest(recorded, rerun(recorded, stopped=stopped).table if table is None else table, seconds)
     if stopped():
         raise Stopped
     first = float(table[0, COLUMN["t"]])
