@@ -137,6 +137,11 @@ class Simulation:
         return self.cast.task.place if isinstance(self.cast.task, Keeper) else None
 
     @property
+    def home(self) -> Array | None:
+        """Where the avoiding hand was when everything began (3,), world [m]; None if it follows joints."""
+        return self.cast.task.home if isinstance(self.cast.task, Keeper) else None
+
+    @property
     def place_rotation(self) -> Array | None:
         """How the avoiding hand should be turned (3, 3); None if it follows joints."""
         return self.cast.task.place_rotation if isinstance(self.cast.task, Keeper) else None

@@ -77,6 +77,9 @@ class View:
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots_panel = gui.add_panel()
         self.plots_tab = self._plots_panel.add_tab("Live plots", viser.Icon.CHART_LINE)
+        with self.plots_tab:
+            # A folded panel takes its style sheet with it; either one keeps the other dressed.
+            self._style_too = gui.add_html(style_sheet(page.profile), order=-1.0)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
         self._plots_panel.float(x=14, y=-14, width=760)
         if isinstance(host, viser.ClientHandle) and canvas_size(host)[1] < LOW_CANVAS:
@@ -169,7 +172,7 @@ class View:
     def _change_look(self) -> None:
         page = self._session.settings.page
         self._look = page.theme, page.profile
-        self._style.content = style_sheet(page.profile)
+        self._style.content = self._style_too.content = style_sheet(page.profile)
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots.dress(page)
         self._configure_theme()

@@ -48,8 +48,8 @@ class PathLine:
     def show(self, simulation: Simulation, sample: Sample) -> None:
         """Draw the path where it begins now."""
         del sample
-        home = simulation.cast.task.memory()[-1]
-        if tuple(home.tolist()) == self._home:
+        home = simulation.home
+        if home is None or tuple(home.tolist()) == self._home:
             return
         self._home = tuple(home.tolist())
         way = circle_points(home) if self._circle else np.array([home, home + PATH])

@@ -63,9 +63,8 @@ class Trace:
         """Go on to where the hand is now."""
         del sample
         time, points = simulation.time, self._points
-        # What a mover remembers last is where its way begins; a new beginning is a new trace.
-        memory = simulation.cast.task.memory()
-        home = tuple(memory[-1].tolist()) if simulation.place is not None and memory else None
+        # A new beginning is a new trace.
+        home = None if simulation.home is None else tuple(simulation.home.tolist())
         if time < self._time or home != self._home:
             self._home = home
             points.clear()

@@ -87,6 +87,11 @@ class Keeper:
         if target.rotation is not None:
             self.place_rotation = target.rotation
 
+    @property
+    def home(self) -> Array:
+        """Where the hand was when everything began (3,), world [m]; the path is told from there."""
+        return self._home
+
     def memory(self) -> Memory:
         """Return the place, how the hand is to be turned, and where the path begins."""
         return self.place.copy(), self.place_rotation.copy(), self._home.copy(), np.array(self._since)
