@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import tyro
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -52,6 +53,8 @@ def test_every_lesson_is_complete() -> None:
             assert len(step.hints) == (HINTS if step.challenge else 0)
             assert step.measurements
             if step.question:
+                wrong = [choice for i, choice in enumerate(step.question.choices) if i != step.question.right]
+                assert all(choice.why for choice in wrong), (lesson.id, step.id)
                 assert step.explain and "measured:" in "".join(choice.reply for choice in step.question.choices)
 
 
@@ -100,6 +103,9 @@ def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(tmp_path: P
     (tmp_path / "01-nearer.md").write_text(example, encoding="utf-8")
     assert lessons(Lessons(check=True, folder=tmp_path, out=tmp_path / "check.json")) == 0
     assert "0 went otherwise" in capsys.readouterr().out
+    assert tyro.cli(Lessons, args=["--check", "--only", "nearer", "--folder", str(tmp_path)]) == Lessons(
+        True, ("nearer",), tmp_path
+    )
     assert '"nearer"' in (tmp_path / "check.json").read_text(encoding="utf-8")
 
 
