@@ -11,6 +11,7 @@ import shutil
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -186,12 +187,17 @@ def artefacts() -> Path:
     return folder
 
 
-def screenshot(page: Page, name: str) -> Path:
-    """Save a picture as `name`.png, without viser's note about software rendering."""
+def close_software_note(page: Page) -> None:
+    """Close viser's note about software rendering, which nobody with a graphics card gets."""
     page.evaluate(
         """() => { for (const note of document.querySelectorAll('[class*=Notification-root]'))
              if (/software webgl/i.test(note.textContent)) note.querySelector('button')?.click(); }"""
     )
+
+
+def screenshot(page: Page, name: str) -> Path:
+    """Save a picture as `name`.png, without viser's note about software rendering."""
+    close_software_note(page)
     page.wait_for_function(
         """() => ![...document.querySelectorAll('[class*=Notification-root]')]
              .some(note => /software webgl/i.test(note.textContent))"""
@@ -207,6 +213,29 @@ def wait_frames(page: Page, count: int = 2) -> None:
         "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })",
         count,
     )
+
+
+def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 10.0) -> None:
+    """Return as soon as something is true, asked again after every drawn frame."""
+    deadline = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < deadline, f"{what}: not within {seconds:g} s"
+        wait_frames(page, 1)
+
+
+CAMERA = "[...__viserMutable.camera.position.toArray(), ...__viserMutable.camera.quaternion.toArray()]"
+
+
+def settled_view(page: Page, frames: int = 20) -> np.ndarray:
+    """The camera, once it has been put right for the page's layout and has stayed where it is for so many drawn frames."""
+    seen: list[np.ndarray] = []
+
+    def still() -> bool:
+        seen.append(np.array(page.evaluate(CAMERA)))
+        return len(seen) > frames and bool(np.allclose(seen[-frames:], seen[-1], atol=1e-6))
+
+    until(page, still, "a view that stays")
+    return seen[-1]
 
 
 _CANVAS = "(__viserMutable.canvas.querySelector?.('canvas') ?? document.querySelector('canvas[data-engine]'))"
@@ -246,6 +275,41 @@ def world_to_px(page: Page, point: Sequence[float] | np.ndarray) -> tuple[float,
         [float(value) for value in point],
     )
     return float(x), float(y)
+
+
+def point_at(page: Page, point: Sequence[float] | np.ndarray) -> None:
+    """Move the mouse to a point of the scene, which nothing may cover, and wait until the page has seen it there."""
+    x, y = world_to_px(page, point)
+    on_top = page.evaluate("([x, y]) => document.elementFromPoint(x, y) === __viserMutable.canvas", [x, y])
+    assert on_top, f"something covers the scene at ({x:.0f}, {y:.0f}) px"
+    page.mouse.move(x, y)
+    wait_frames(page, 3)
+
+
+def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], object], attempts: int = 5) -> None:
+    """Press the mouse on a handle, and again if the view or the handle was still on its way.
+
+    Args:
+        page: a tab wider than 576 px.
+        point: where to take it, in the scene; asked before every attempt.
+        held: whether somebody has hold of it.
+        attempts: after the last one, an AssertionError.
+    """
+    for attempt in range(1, attempts + 1):
+        settled_view(page, 5)
+        x, y = world_to_px(page, point())
+        # A handle looks for the pointer when it moves, so it must have seen it there before the button goes down.
+        page.mouse.move(x - 3, y - 3)
+        wait_frames(page)
+        point_at(page, point())
+        page.mouse.down()
+        try:
+            until(page, held, "taking hold", 3.0)
+            return
+        except AssertionError:
+            page.mouse.up()
+            if attempt == attempts:
+                raise
 
 
 def drag_arrow(

@@ -49,6 +49,9 @@ def place_camera(client: viser.ClientHandle, camera: Camera, covered: float) -> 
     # Looking below the middle lifts it out of the part that is covered.
     target = np.array(camera.centre) - up * (distance * slope * covered)
     client.camera.up_direction = (0.0, 0.0, 1.0)
+    # viser sends nothing that equals what it last heard from the browser, which may have been said before our last move arrived there.
+    client.camera.position = target + toward * (distance + 1.0)
     client.camera.position = target + toward * distance
     client.camera.look_at = target
+    client.camera.fov = 0.9 * camera.fov
     client.camera.fov = camera.fov
