@@ -64,7 +64,7 @@ def csv_bytes(recorded: Recorded, seconds: float, table: Array | None = None, st
         if time <= first + 1e-9:
             settings[key] = value
         else:
-            settings[f"from t = {time:.6g}: {key}"] = value
+            settings[f"from {time:.6g} s on: {key}"] = value
     out = io.StringIO()
     write_table(out, Simulation(recorded.settings, 1), table, settings)
     return out.getvalue().encode()

@@ -57,7 +57,7 @@ def test_settings_that_changed_stand_with_their_time() -> None:
         (2.105, "v", 0.4),
     ]
     settings, _, _ = read(csv_bytes(recorded, math.inf))
-    assert (settings["dm"], settings["from t = 1.355: dm"], settings["from t = 2.105: k"]) == ("0.15", "0.11", "3.0")
+    assert (settings["dm"], settings["from 1.355 s on: dm"], settings["from 2.105 s on: k"]) == ("0.15", "0.11", "3.0")
     # What changed before the first row of a shorter table is simply as it is there.
     settings, _, rows = read(csv_bytes(recorded, 0.6))
     assert settings["dm"] == "0.11" and settings["k"] == "3.0" and not any(key.startswith("from") for key in settings)
