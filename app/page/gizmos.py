@@ -56,7 +56,14 @@ class Gizmos:
     def _make(self) -> None:
         settings = self._session.settings
         figure = settings.run.scene == "imitation" and settings.page.source == "figure"
-        made = settings.run.scene, settings.run.path, id(self._session.simulation.room), settings.run.guided, figure, self._offered
+        made = (
+            settings.run.scene,
+            settings.run.path,
+            id(self._session.simulation.room),
+            settings.run.guided,
+            figure,
+            self._offered,
+        )
         if made == self._made:
             return
         self._made = made

@@ -86,6 +86,11 @@ def hand(s: Session) -> Array:
     return s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy()
 
 
+def home(s: Session) -> Array:
+    assert s.simulation.home is not None
+    return s.simulation.home.copy()
+
+
 def ball(s: Session) -> Array:
     assert s.simulation.room.ball is not None
     return s.simulation.positions[s.simulation.room.ball].copy()
@@ -290,7 +295,7 @@ def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
     change(one, scene="ball")
     way = np.array(one.visitor.mirror.nodes["/path/line"]["points"], float).reshape(2, 3)
     assert_allclose(way[1] - way[0], PATH, atol=1e-6)
-    assert_allclose(way[0], one.ask(lambda s: s.simulation.home), atol=1e-6)
+    assert_allclose(way[0], one.ask(home), atol=1e-6)
     for name, end in (("A", way[0]), ("B", way[1])):
         assert one.visitor.mirror.nodes[f"/path/{name}"]["text"] == name
         assert np.linalg.norm(place(one, f"/path/{name}") - end) < 0.05
