@@ -126,7 +126,10 @@ class Shelf:
         self._submit("load", lambda loaded: self._take(loaded, name), load_run, data, name)
 
     def _shown(self, seconds: float) -> Recorded | None:
-        return self._session.recorded(seconds) if self.replay is None else self.replay.recorded
+        if self.replay is not None:
+            return self.replay.recorded
+        # After a reset the log still has the run before, until the first step.
+        return self._session.recorded(seconds) if self._session.simulation.history.count else None
 
     def _keep(self, name: str, data: bytes) -> None:
         self._files.append(File(name, data))
@@ -145,7 +148,8 @@ class Shelf:
         if self._own_law is not None:
             self._news.append(News("This run cannot be replayed", NOT_AGAIN.format(self._own_law)))
             return
-        whole, draft = self._session.recorded(seconds), self._session.recorded(min(seconds, DRAFT))
+        self.leave()
+        whole, draft = self._shown(seconds), self._shown(min(seconds, DRAFT))
         if whole is None or draft is None:
             self._news.append(News("There is nothing to replay yet", "Let it run for a moment."))
             return

@@ -1,0 +1,52 @@
+"""A background that computes in this very process, when it is told to."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+from app.background import Background, Job
+from controllers.errors import DuetError
+
+
+class Inline(Background):
+    """Jobs wait for `work`."""
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.jobs: list[Job] = []
+        self._count = itertools.count(1)
+
+    def submit(
+        self,
+        owner: object,
+        kind: str,
+        function: Callable[..., Any],
+        *arguments: Any,
+        urgent: bool = False,
+        wake: Callable[[], None] = lambda: None,
+    ) -> Job:
+        """Note a job; an older one of the same owner and kind is dropped."""
+        self.cancel(owner, kind)
+        job = Job(next(self._count), owner, kind, function, arguments, urgent)
+        job.wake = wake
+        self.jobs.append(job)
+        return job
+
+    def cancel(self, owner: object, kind: str | None = None) -> None:
+        """Drop jobs."""
+        for job in [j for j in self.jobs if j.owner is owner and kind in (None, j.kind)]:
+            job.state = "dropped"
+            self.jobs.remove(job)
+
+    def work(self) -> list[str]:
+        """Do everything that waits; the kinds of what was done."""
+        jobs, self.jobs = self.jobs, []
+        for job in jobs:
+            try:
+                job.result, job.state = job.function(*job.arguments, lambda: False), "done"
+            except DuetError as error:
+                job.state, job.message = "failed", str(error)
+            job.wake()
+        return [job.kind for job in jobs]
