@@ -14,7 +14,7 @@ from app.keep.player import player_html
 from app.keep.replay import Film, Replay, film
 from app.keep.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
 from app.keep.snippet import as_python
-from app.keep.table import csv_bytes
+from app.keep.table import csv_bytes, csv_suffix
 from app.session import Session
 from controllers.kinematics import Array
 from scenes.inputs import KEEP, Recorded
@@ -105,7 +105,7 @@ class Shelf:
                 last = live.table(1).tobytes() if self.replay is None else None
                 self._submit(kind, lambda data: self._keep(name + SUFFIX, data), saved_bytes, recorded, last)
             case "csv":
-                self._submit(kind, lambda data: self._keep(name + ".csv", data), csv_bytes, recorded, seconds, table)
+                self._submit(kind, lambda data: self._keep(name + csv_suffix(data), data), csv_bytes, recorded, seconds, table)
             case "html":
                 self._submit(kind, lambda data: self._keep(name + ".html", data), player_html, recorded, seconds, page)
             case "python":

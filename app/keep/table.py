@@ -1,9 +1,10 @@
 """Every step of the newest part of a recorded run as CSV, with the settings on top."""
 
+import gzip
 import io
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from scenes.recording import write_table
 from scenes.rerun import Stopped, never, rerun
 from scenes.settings import values
 from scenes.simulation import Simulation
+
+LARGEST: Final = 16_000_000
+"""Of a table that is not compressed [B]: two minutes at the usual time step."""
 
 
 def newest(recorded: Recorded, table: Array, seconds: float) -> Array:
@@ -43,7 +47,7 @@ def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
 
 
 def csv_bytes(recorded: Recorded, seconds: float, table: Array | None = None, stopped: Callable[[], bool] = never) -> bytes:
-    """Return the table as a file's content; the same piece gives the same bytes.
+    """Return the table as a file's content, compressed if it is larger than `LARGEST`; the same piece gives the same bytes.
 
     Args:
         recorded: the piece; its last `seconds` are written.
@@ -67,4 +71,10 @@ def csv_bytes(recorded: Recorded, seconds: float, table: Array | None = None, st
             settings[f"from {time:.6g} s on: {key}"] = value
     out = io.StringIO()
     write_table(out, Simulation(recorded.settings, 1), table, settings)
-    return out.getvalue().encode()
+    data = out.getvalue().encode()
+    return data if len(data) <= LARGEST else gzip.compress(data, 6, mtime=0)
+
+
+def csv_suffix(data: bytes) -> str:
+    """Return the ending of a table's name."""
+    return ".csv.gz" if data[:2] == b"\x1f\x8b" else ".csv"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import math
 import xml.etree.ElementTree as ET
@@ -12,9 +13,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from app.keep import table as table_module
 from app.keep.curves import MOMENTS, NOT_OVER_TIME, OF_OTHER_RUNS, POINTS, Curves, Panel, legend_names, plain, thinned
 from app.keep.pictures import Kind, caption, embedded, inline_svg, mathtext, picture_bytes
-from app.keep.table import changes, csv_bytes, newest
+from app.keep.table import changes, csv_bytes, csv_suffix, newest
 from app.page.bins import COLUMNS, NAMES, PlotBuffer
 from app.page.courses import course_of
 from app.page.details import possible_details
@@ -62,6 +64,15 @@ def test_settings_that_changed_stand_with_their_time() -> None:
     settings, _, rows = read(csv_bytes(recorded, 0.6))
     assert settings["dm"] == "0.11" and settings["k"] == "3.0" and not any(key.startswith("from") for key in settings)
     assert float(rows[0][0]) == pytest.approx(2.4, abs=0.005)
+
+
+def test_a_large_table_is_compressed(monkeypatch: pytest.MonkeyPatch) -> None:
+    recorded, _ = piece("hold", 1.0)
+    plain_table = csv_bytes(recorded, 1.0)
+    monkeypatch.setattr(table_module, "LARGEST", 1000)
+    small = csv_bytes(recorded, 1.0)
+    assert gzip.decompress(small) == plain_table and small == csv_bytes(recorded, 1.0)
+    assert (csv_suffix(plain_table), csv_suffix(small)) == (".csv", ".csv.gz")
 
 
 def test_the_newest_rows_are_at_least_one_and_at_most_all() -> None:
