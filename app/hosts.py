@@ -16,10 +16,11 @@ import viser
 from app.background import Background
 from app.lessons.lesson import LessonBook
 from app.lessons.loading import load_lessons
-from app.page.keys import picture_script, relay_script
+from app.page.keys import relay_script
 from app.page.lesson_resume import Keeper, open_link, resume_script
 from app.page.lesson_run import LessonRun, Saved
 from app.page.page import Operation, View
+from app.page.software import software_script
 from app.people import NOBODY_ELSE, People
 from app.server import DuetServer, request_query, start_server
 from app.session import Session
@@ -344,7 +345,7 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=None if lecture else sessions,
-        script=picture_script() + relay_script() + resume_script(),
+        script=software_script() + relay_script() + resume_script(),
     )
     server.scene.world_axes.visible = False
     background = Background()

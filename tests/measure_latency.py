@@ -71,7 +71,7 @@ def measure(page: Page, host: PrivateHost) -> list[float]:
         shift = ahead * (1.0 if i % 2 == 0 else 0.4)
         page.mouse.move(x + shift[0], y + shift[1])
         # A move that the handle does not feel (a pixel beside it) is left out.
-        wait_frames(page, 25)
+        wait_frames(page, 8)
     page.mouse.up()
     return page.evaluate("duet.seen")
 
@@ -92,7 +92,7 @@ def main() -> None:
     finally:
         house.close()
     if not delays:
-        raise SystemExit("no move of the mouse turned a link within 25 frames; this machine is too slow to be measured like this")
+        raise SystemExit("no move of the mouse turned a link within 8 frames; this machine is too slow to be measured like this")
     print(
         f"pointer to picture, {len(delays)} moves: median {statistics.median(delays):.0f} ms, p90 {np.percentile(delays, 90):.0f} ms"
     )

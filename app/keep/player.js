@@ -261,7 +261,8 @@
   // --- the scene, as soon as viser has put it up
   const there = () => {
     const page = window.__viserMutable;
-    if (page?.nodeRefFromName?.[film.ready] && page.messageQueue.length === 0) {
+    const nodes = page?.nodeRefFromName;
+    if (nodes && film.bodies.every((name) => nodes[name]) && page.messageQueue.length === 0) {
       viser = page;
       show();
       window.duet.ready = true;

@@ -34,9 +34,6 @@ LOCKED: Final = (
 
 SPEEDS: Final = ("0.25", "0.5", "1", "2", "4")
 
-READY: Final = "/room"
-"""A node that is always there."""
-
 _HERE: Final = Path(__file__).parent
 
 
@@ -149,7 +146,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:
         "begin": filmed.times[0],
         "rate": RATE,
         "frames": len(filmed.times),
-        "ready": READY,
+        "bodies": filmed.bodies,
         "play": False,
         "tracks": tracks,
         "panels": drawn,

@@ -73,11 +73,13 @@ class Filmed:
         scene: a still recording in viser's own format, of everything that is ever seen.
         tracks: what moves in it.
         times: of the frames [s], on the clock of the run.
+        bodies: names of the nodes that must be there before anything moves: furniture, links, a person's limbs.
     """
 
     scene: bytes
     tracks: tuple[Track, ...]
     times: tuple[float, ...]
+    bodies: tuple[str, ...] = ()
 
 
 def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: Callable[[], bool] = never) -> Filmed:
@@ -190,7 +192,8 @@ def _split(data: bytes, times: tuple[float, ...]) -> Filmed:
             _hide_before(tracks.setdefault((node, SEEN), Track(node, SEEN, [0], [True])), frame)
     used = {old: new for new, old in enumerate(sorted(_indices(still)))}
     scene = packed({**content, "durationSeconds": 0.0, "messages": _with(still, used)}, [arrays[i] for i in used])
-    return Filmed(scene, tuple(track for track in tracks.values() if len(track.frames) > 1), times)
+    bodies = tuple(node for node, frame in since.items() if frame == 0 and made[node]["type"] == "GlbMessage")
+    return Filmed(scene, tuple(track for track in tracks.values() if len(track.frames) > 1), times, bodies)
 
 
 def _changes(message: dict[str, Any], again: bool, arrays: list[bytes]) -> Iterator[tuple[str, Any]]:

@@ -82,25 +82,6 @@ def relay_script() -> str:
     )
 
 
-def picture_script() -> str:
-    """Return JavaScript that asks for the fast picture where the browser draws without a graphics card, unless the link chose.
-
-    Smoothed edges are left out of it too: there they cost a third of the time that a picture takes.
-    """
-    return (
-        "(()=>{const gl=document.createElement('canvas').getContext('webgl');if(!gl)return;"
-        "const info=gl.getExtension('WEBGL_debug_renderer_info');"
-        "const name=info?gl.getParameter(info.UNMASKED_RENDERER_WEBGL):'';"
-        "gl.getExtension('WEBGL_lose_context')?.loseContext();"
-        "if(!/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name))return;"
-        "duetQuery.picture='fast';"
-        "if(new URLSearchParams(location.search).get('picture')==='fine')return;"
-        "const get=HTMLCanvasElement.prototype.getContext;"
-        "HTMLCanvasElement.prototype.getContext=function(kind,options){"
-        "return get.call(this,kind,/^webgl/.test(kind)?{...options,antialias:false}:options);};})();"
-    )
-
-
 def help_html() -> str:
     """Return the table as HTML."""
     rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{h.text}</td></tr>" for h in (*HOTKEYS, *LESSON_KEYS))

@@ -42,7 +42,7 @@ class Keeper:
         self.place_rotation: Array = np.eye(3)
         """How it should be turned (3, 3)."""
         self._home = self.place
-        self._since = math.nan
+        self._since = -1.0
         self._overdriven = overdriven
         self._kinematics, self._arm, self._path, self._movable = world.kinematics, arm, path, movable
         self._pose = world.kinematics.hand_pose(arm)
@@ -53,14 +53,14 @@ class Keeper:
         self.place = self._pose.translation.copy()
         self.place_rotation = self._pose.rotation.copy()
         self._home = self.place.copy()
-        self._since = math.nan
+        self._since = -1.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇_n (n,) inside the arm's bounds [rad/s]."""
         kinematics, arm, task = self._kinematics, self._arm, settings.task
         speed: Array | None = None
         if self._path is not None:
-            if self._since != self._since:
+            if self._since < 0.0:
                 # The way begins where the hand is, whenever it is chosen.
                 self._since = time
             self.place, speed = self._path(time - self._since, self._home)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
@@ -21,13 +23,22 @@ from tests.app.keep.runs import given, piece
 ROOT = Path(__file__).parents[3]
 
 
-def printed(text: str, folder: Path) -> str:
-    """What the lines print, in a process and a folder of their own."""
+def printed(text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """What the lines print, in a folder."""
     assert len(text.splitlines()) <= 15
-    code = f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{text}"
-    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    monkeypatch.chdir(folder)
+    out = io.StringIO()
+    with redirect_stdout(out):
+        exec(compile(text, "snippet", "exec"), {})
+    return out.getvalue()
+
+
+def test_the_lines_need_nothing_but_python(tmp_path: Path) -> None:
+    recorded, _ = piece("ball", 1.0)
+    code = f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{as_python(recorded.settings, recorded)}"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    return done.stdout
+    assert done.stdout.startswith(plain(run(recorded.settings, 1.0).summary))
 
 
 def plain(summary: Summary) -> str:
@@ -35,11 +46,11 @@ def plain(summary: Summary) -> str:
     return repr(summary).rsplit(", step_us_median", 1)[0]
 
 
-def test_settings_alone_make_the_run_again(tmp_path: Path) -> None:
+def test_settings_alone_make_the_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recorded, _ = piece("ball", 1.0)
     text = as_python(recorded.settings, recorded)
     assert "base64" not in text and "scene='ball'" in text and "LawSettings" not in text
-    assert printed(text, tmp_path).startswith(plain(run(recorded.settings, 1.0).summary))
+    assert printed(text, tmp_path, monkeypatch).startswith(plain(run(recorded.settings, 1.0).summary))
 
 
 def test_nothing_recorded_is_a_fresh_run_of_the_settings() -> None:
@@ -49,11 +60,11 @@ def test_nothing_recorded_is_a_fresh_run_of_the_settings() -> None:
     compile(text, "snippet", "exec")
 
 
-def test_what_a_person_did_stands_in_the_text(tmp_path: Path) -> None:
+def test_what_a_person_did_stands_in_the_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recorded, _ = piece("hold", 2.0, 0.9, lively=True)
     text = as_python(recorded.settings, recorded)
     assert "b64decode" in text and "t = 1" in text
-    assert printed(text, tmp_path).startswith(plain(rerun(recorded).summary))
+    assert printed(text, tmp_path, monkeypatch).startswith(plain(rerun(recorded).summary))
 
 
 def test_too_much_for_a_text_is_read_from_the_saved_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,7 +73,7 @@ def test_too_much_for_a_text_is_read_from_the_saved_run(tmp_path: Path, monkeypa
     text = as_python(recorded.settings, recorded, "mine.duet.npz")
     assert "Path('mine.duet.npz')" in text
     (tmp_path / "mine.duet.npz").write_bytes(saved_bytes(recorded))
-    assert printed(text, tmp_path).startswith(plain(rerun(recorded).summary))
+    assert printed(text, tmp_path, monkeypatch).startswith(plain(rerun(recorded).summary))
 
 
 def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:
