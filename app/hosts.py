@@ -18,7 +18,8 @@ from app.lessons.lesson import LessonBook
 from app.lessons.loading import load_lessons
 from app.page.keys import relay_script
 from app.page.lesson_resume import Keeper, open_link, resume_script
-from app.page.lesson_run import LessonRun, Saved
+from app.page.lesson_run import LessonRun
+from app.page.lesson_saved import Saved
 from app.page.page import Operation, View
 from app.page.software import software_script
 from app.people import NOBODY_ELSE, People

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import Final
 
-from app.page.lesson_run import LessonRun, Saved
+from app.page.lesson_run import LessonRun
+from app.page.lesson_saved import Saved
 
 KEEP: Final = 600.0
 """How long progress is kept after a visitor has gone [s]."""

@@ -5,61 +5,20 @@ Everything here belongs to the session's thread, but for the further runs that a
 
 import logging
 from collections import deque
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from typing import Final
+from collections.abc import Callable
 
-from app.lessons.lesson import LessonBook, Setup, Step
-from app.lessons.outcomes import reference
-from app.lessons.trials import measured, wanted
+from app.lessons.labels import label_of
+from app.lessons.lesson import LessonBook
 from app.lessons.walkthrough import Phase, View, Walkthrough
+from app.page.lesson_runs import FurtherRuns
+from app.page.lesson_saved import Again, Saved
+from app.page.lesson_settings import adopt, with_look
 from app.session import Session
-from app.settings import PageSettings, Settings
+from app.settings import Settings
 from controllers.errors import BadSetting, DuetError
 from scenes.cast import Person
-from scenes.settings import values
-from scenes.targets import Target
 
 log = logging.getLogger("duet.lessons")
-
-_RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
-"""Where further runs are made; one after another, so that pages go on."""
-
-_KEPT_LOOK: Final = ("theme", "profile", "picture")
-
-
-@dataclass(frozen=True)
-class Saved:
-    """What outlives a connection.
-
-    Attributes:
-        progress: the walkthrough's JSON.
-        own: the visitor's settings outside the lessons.
-        open: whether a lesson was open.
-    """
-
-    progress: str
-    own: Settings
-    open: bool
-
-
-class Again:
-    """Somebody who does a recorded run again.
-
-    Args:
-        targets: one for every step.
-        dt: of the steps [s].
-    """
-
-    def __init__(self, targets: Sequence[Target | None], dt: float) -> None:
-        self._targets, self._dt = targets, dt
-
-    def target(self, time: float) -> Target | None:
-        """Return what was wanted then; at the end the last of it."""
-        if not self._targets:
-            return None
-        return self._targets[min(max(round(time / self._dt), 0), len(self._targets) - 1)]
 
 
 class LessonRun:
@@ -84,7 +43,7 @@ class LessonRun:
         self._walk: Walkthrough | None = None
         self._own = session.settings
         self._turn = self._measured = -1
-        self._runs: tuple[object, Future[None]] | None = None
+        self._runs = FurtherRuns()
         self._waiting: tuple[str, tuple[object, ...]] | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
@@ -117,9 +76,8 @@ class LessonRun:
         if not self.open:
             return
         self.open, self._waiting = False, None
-        look = {name: getattr(self._session.settings.page, name) for name in _KEPT_LOOK}
         self._session.invite(None)
-        self._adopt(replace(self._own, page=replace(self._own.page, **look)))
+        self._adopt(with_look(self._own, self._session))
         self._session.reset()
         self._session.paused = False
         self.version += 1
@@ -180,7 +138,7 @@ class LessonRun:
 
     def _act(self, action: str, given: tuple[object, ...]) -> None:
         walk, session = self.walk, self._session
-        if action in ("next", "check") and not self._ready():
+        if action in ("next", "check") and not self._runs.ready:
             self._waiting = action, given
             return
         match action:
@@ -275,7 +233,7 @@ class LessonRun:
             session.paused = True
         simulation = session.simulation
         walk.watch(simulation)
-        if self._waiting is not None and self._ready():
+        if self._waiting is not None and self._runs.ready:
             action, given = self._waiting
             self.act(action, *given)
             return
@@ -286,7 +244,7 @@ class LessonRun:
             return
         if not walk.yours:
             session.paused = True
-        if not self._ready():
+        if not self._runs.ready:
             return
         self._measured = walk.turn
         if walk.phase is not Phase.CHALLENGE or self._showing:
@@ -307,10 +265,8 @@ class LessonRun:
     def _begin(self) -> None:
         walk, session = self.walk, self._session
         self._turn, self._measured = walk.turn, -1
-        self._prepare()
-        page = PageSettings()
-        look = {name: getattr(session.settings.page, name) for name in _KEPT_LOOK}
-        self._adopt(walk.settings(Settings(page=replace(page, **look))))
+        self._runs.prepare(walk.lesson.id, walk.step, walk.setup if self._showing else None)
+        self._adopt(walk.settings(with_look(Settings(), session)))
         session.reset()
         start = walk.start(session.simulation)
         if start is not None:
@@ -327,33 +283,9 @@ class LessonRun:
         self.version += 1
 
     def _adopt(self, settings: Settings) -> None:
-        """Take on settings, whatever order makes them possible one by one."""
-        session, wanted = self._session, values(settings)
-        problem: BadSetting | None = None
-        for _ in range(3):
-            refused: BadSetting | None = None
-            for key, value in wanted.items():
-                if values(session.settings)[key] == value:
-                    continue
-                try:
-                    session.change(key, value)
-                except BadSetting as error:
-                    refused = error
-            if refused is None:
-                return
-            problem = refused
-        self.notes.append(("A setting of the lesson is not possible here", str(problem)))
-
-    # ---- further runs ------------------------------------------------------------------------------------------------------
-
-    def _prepare(self) -> None:
-        walk = self.walk
-        key = walk.lesson.id, walk.step.id, self._showing
-        if self._runs is None or self._runs[0] != key:
-            self._runs = key, _RUNS.submit(_make_runs, walk.step, walk.setup if self._showing else None)
-
-    def _ready(self) -> bool:
-        return self._runs is None or self._runs[1].done()
+        problem = adopt(self._session, settings)
+        if problem:
+            self.notes.append(("A setting of the lesson is not possible here", problem))
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 
@@ -363,26 +295,9 @@ class LessonRun:
 
     def live(self) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are now."""
-        from app.lessons.labels import label_of
-
         language = self.walk.lesson.language
         try:
             return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(self._session.simulation))
         except Exception:
             log.exception("the numbers of a lesson could not be measured")
             return ()
-
-
-def _make_runs(step: Step, why: Setup | None) -> None:
-    """Make every further run that a step compares with, so that they are known when they are needed."""
-    try:
-        if why is not None:
-            reference(step, why)
-            return
-        if step.measurements:
-            reference(step, step.setup)
-        if step.challenge is not None:
-            for forecast in step.challenge.forecasts:
-                measured(step.challenge.setup.with_changes(forecast.changes), wanted((forecast.measurement,)))
-    except Exception:
-        log.exception("the runs that a step compares with could not be made")

@@ -17,8 +17,9 @@ from app.page.camera import place_camera, view_of
 from app.page.controls import Controls
 from app.page.gizmos import NUDGE, Gizmos
 from app.page.keys import HOTKEYS
-from app.page.lesson import NARROW_WIDTH, WIDTH, LessonDesk, LessonPanel
 from app.page.lesson_camera import lesson_view
+from app.page.lesson_desk import LessonDesk
+from app.page.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
 from app.page.lesson_run import LessonRun
 from app.page.logo import titlebar
 from app.page.plots import DetailsChooser, Plots

@@ -10,9 +10,10 @@ from app.hosts import House, LectureHost, PrivateHost
 from app.lessons.loading import load_lessons
 from app.lessons.walkthrough import Phase
 from app.page.keys import HOTKEYS, LESSON_KEYS
-from app.page.lesson import read_number
+from app.page.lesson_forecasts import read_number
 from app.page.lesson_resume import KEEP, Keeper, open_link, step_of
-from app.page.lesson_run import LessonRun, Saved
+from app.page.lesson_run import LessonRun
+from app.page.lesson_saved import Saved
 from app.page.lesson_text import formula, lesson_html, plain, spoken
 from app.session import Session
 from app.settings import Settings
@@ -52,12 +53,11 @@ def alone(lesson: int = 0, step: int = 0) -> tuple[Session, LessonRun]:
 
 def play(session: Session, run: LessonRun, frames: int = 4000) -> None:
     """Draw frames, without waiting, until the run stands still."""
-    if run._runs is not None:
-        run._runs[1].result(60.0)
+    run._runs.wait(60.0)
     for _ in range(frames):
         session.advance(0.05)
         run.frame()
-        if session.paused and not run.computing and (run._ready() or session.simulation.steps == 0):
+        if session.paused and not run.computing and (run._runs.ready or session.simulation.steps == 0):
             return
     raise AssertionError("the run does not end")
 

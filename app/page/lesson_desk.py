@@ -1,4 +1,4 @@
-"""The panel of lessons: what is seen of it, for everybody, and what is operated of it, by one."""
+"""The buttons and keys of the lessons: what is operated, by one."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -8,127 +8,18 @@ import viser
 from app.lessons.walkthrough import Phase, View
 from app.page.buttons import ChoiceButtons
 from app.page.keys import LESSON_KEYS, Hotkey
-from app.page.lesson_html import BLOCKS, PHASES, blocks_html, choice_label
+from app.page.lesson_forecasts import Forecasts
+from app.page.lesson_html import PHASES, choice_label
+from app.page.lesson_panel import ORDER, LessonPanel
 from app.page.lesson_run import LessonRun
 from app.page.lesson_text import plain
 from app.session import Session
 
-PERIOD: Final = 0.2
-"""Wall time between two refreshes of the numbers [s]."""
-
-WIDTH: Final = 340
-"""Width of the panel [CSS px], and …"""
-
-NARROW_WIDTH: Final = 300
-"""… on a narrow window."""
-
 MOST_STEPS: Final = 12
 MOST_CHOICES: Final = 6
-MOST_FORECASTS: Final = 4
 
-_ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
 _ANSWERS: Final = ("solo", "ball", "hold", "master_slave", "imitation")
 _MOVES: Final = ("left", "right", "up", "down", "away", "near")
-
-
-class LessonPanel:
-    """What is seen: the panel at the left and its texts. It is made when a lesson is opened for the first time.
-
-    Args:
-        gui: of whoever sees it.
-        run: the lessons.
-        width: of the panel [CSS px].
-        operated: whether whoever sees it also operates it.
-        narrow: whether the controls fold up for it until a challenge needs them.
-        sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
-    """
-
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        run: LessonRun,
-        width: float,
-        operated: bool,
-        narrow: bool = False,
-        sheet: Callable[[], str] = lambda: "",
-    ) -> None:
-        self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
-        self._sheet = sheet
-        self._folded = False
-        self._panel: viser.PanelHandle | None = None
-        self.tab: viser.GuiTabHandle | None = None
-        self._blocks: dict[str, viser.GuiHtmlHandle] = {}
-        self._texts: dict[str, str] = {}
-        self._shown: tuple[object, ...] = ()
-        self._next = 0.0
-
-    def _make(self) -> None:
-        panel = self._panel = self._gui.add_panel()
-        tab = self.tab = panel.add_tab("Lesson", viser.Icon.SCHOOL)
-        with tab:
-            self._style = self._gui.add_html("", order=0.0)
-            for name in BLOCKS:
-                self._blocks[name] = self._gui.add_html("", order=_ORDER[name])
-        panel.dock_left()
-        panel.set_width(self._width)
-
-    def show(self, now: float) -> bool:
-        """Bring it up to date; return whether it was opened or closed, or is about another run, so that views have to follow."""
-        run = self._run
-        if not run.open:
-            if self._panel is None or not self._panel.visible:
-                return False
-            self._panel.visible = False
-            self._write("style", "")
-            self._fold(False)
-            return True
-        if self._panel is None:
-            self._make()
-        assert self._panel is not None
-        opened = not self._texts or not self._panel.visible
-        if not self._panel.visible:
-            self._panel.visible = True
-            self._panel.dock_left()
-            self._panel.set_width(self._width)
-        state = run.version, run.computing
-        if opened or state != self._shown or now >= self._next:
-            self._next = now + PERIOD
-            self._shown = state
-            view = run.view()
-            numbers = run.live() if view.phase is not Phase.PREDICT else ()
-            self._write("style", self._sheet() + lesson_style(self._width, view))
-            self._fold(view.phase is not Phase.CHALLENGE)
-            if opened and self._narrow:
-                self._panel.expand()
-            for name, text in blocks_html(view, numbers, run.computing, self._operated).items():
-                self._write(name, text)
-        return opened
-
-    def _fold(self, folded: bool) -> None:
-        if self._narrow and folded != self._folded:
-            self._folded = folded
-            if folded:
-                self._gui.main_panel.minimize()
-            else:
-                self._gui.main_panel.expand()
-
-    def _write(self, name: str, text: str) -> None:
-        if self._texts.get(name) == text:
-            return
-        self._texts[name] = text
-        handle = self._style if name == "style" else self._blocks[name]
-        handle.content = text
-        if name != "style":
-            handle.visible = bool(text)
-
-
-def lesson_style(width: float, view: View) -> str:
-    """Return the style that makes room for the panel, and keeps the law's equation for after the experience."""
-    early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
-    hidden = ".duet-tiles,.duet-live,.duet-tip" + (",.duet-eq" if early else "")
-    return (
-        f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hidden}{{display:none!important}}</style></div>'
-    )
 
 
 class LessonDesk:
@@ -155,7 +46,6 @@ class LessonDesk:
         self._handles: dict[str, Any] = {}
         self._set: dict[tuple[str, str], object] = {}
         self._choices: list[viser.GuiButtonHandle] = []
-        self._forecasts: list[viser.GuiTextHandle] = []
         self._commands: list[viser.CommandHandle] = []
         self._shown: tuple[object, ...] = ()
         self._said_for: tuple[str, str] | None = None
@@ -222,23 +112,22 @@ class LessonDesk:
                 gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
             )
             for i in range(MOST_CHOICES):
-                self._choices.append(self._button(f"choice {i}", "choose", i, order=_ORDER["choices"] + 1.0 + i))
-            self._button("run", "run", order=_ORDER["choices"] + 8.0)
-            self._button("why", "why", order=_ORDER["verdict"] + 1.0)
-            for i in range(MOST_FORECASTS):
-                self._forecasts.append(self._forecast(i))
-            self._button("check", "check", order=_ORDER["after"] + 6.0)
-            self._button("hint", "hint", order=_ORDER["hints"] + 1.0)
+                self._choices.append(self._button(f"choice {i}", "choose", i, order=ORDER["choices"] + 1.0 + i))
+            self._button("run", "run", order=ORDER["choices"] + 8.0)
+            self._button("why", "why", order=ORDER["verdict"] + 1.0)
+            self._forecasts = Forecasts(gui, self._session, run)
+            self._button("check", "check", order=ORDER["after"] + 6.0)
+            self._button("hint", "hint", order=ORDER["hints"] + 1.0)
             self._nav = ChoiceButtons(
                 gui,
                 "",
                 ("Back", "Reset step"),
                 "B goes back, N goes on. Reset begins the step anew.",
                 lambda i: self._post(("back", "reset")[i]),
-                order=_ORDER["hints"] + 6.0,
+                order=ORDER["hints"] + 6.0,
             )
-            self._button("next", "next", order=_ORDER["hints"] + 5.0)
-            self._button("leave", "leave", order=_ORDER["hints"] + 7.0)
+            self._button("next", "next", order=ORDER["hints"] + 5.0)
+            self._button("leave", "leave", order=ORDER["hints"] + 7.0)
 
         @picker.on_update
         async def _(event: viser.GuiEvent[Any]) -> None:
@@ -267,25 +156,6 @@ class LessonDesk:
             self._post(action, *given)
 
         return button
-
-    def _forecast(self, index: int) -> viser.GuiTextHandle:
-        name = f"forecast {index}"
-        box = self._client.gui.add_text(name, "", visible=False, order=_ORDER["after"] + 1.0 + index)
-        self._handles[name] = box
-        self._set[name, "visible"] = False
-
-        @box.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client_id is not None:
-                number = read_number(event.target.value)
-                self._session.post(lambda: self._say(index, number))
-
-        return box
-
-    def _say(self, index: int, number: float | None) -> None:
-        said = self._run.said
-        said.extend([None] * (index + 1 - len(said)))
-        said[index] = number
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
@@ -352,21 +222,7 @@ class LessonDesk:
 
     def _arrange_challenge(self, view: View) -> None:
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
-        here = view.lesson.id, view.step.id
-        if self._said_for != here:
-            self._said_for = here
-            self._run.said.clear()
-            for box in self._forecasts:
-                if box.value:
-                    box.value = ""
-        for i in range(MOST_FORECASTS):
-            shown = challenge is not None and i < len(view.forecasts)
-            if shown:
-                assert challenge is not None
-                unit = challenge.forecasts[i].measurement.unit
-                self._write(f"forecast {i}", "label", view.forecasts[i])
-                self._write(f"forecast {i}", "hint", f"Your number, in {unit}." if unit else "Your number.")
-            self._write(f"forecast {i}", "visible", shown)
+        self._forecasts.show(view, challenge)
         self._write("check", "label", "Check my run" if challenge is None or not challenge.forecasts else "Check my numbers")
         self._write("check", "visible", challenge is not None and not challenge.own_law)
 
@@ -389,14 +245,3 @@ def next_label(view: View) -> str:
             return "Skip the run"
         return f"Next: {PHASES[view.phases[place + 1].value].lower()}"
     return "Next step" if view.index + 1 < view.count else "Next lesson"
-
-
-def read_number(text: object) -> float | None:
-    """Return the number that a person typed, with a point or a comma and perhaps a unit behind it; None if there is none."""
-    if not isinstance(text, str):
-        return None
-    try:
-        number = float(text[:40].strip().split(" ")[0].replace(",", ".").replace("−", "-"))
-    except (ValueError, IndexError):
-        return None
-    return number if abs(number) < 1e9 else None
