@@ -10,6 +10,8 @@ from scenes.settings import RunSettings, Spec, changed
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
 Picture = Literal["fine", "fast"]
+Language = Literal["auto", "en", "de", "sl", "pseudo"]
+"""What the page speaks: as the browser asks, or one of ours; `pseudo` is longer than all, to see what is cut off."""
 Details = Literal["none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "pairs", "stability"]
 """What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
 in one plot; distance against error over n and v; which pair is closest; section III."""
@@ -59,6 +61,18 @@ class PageSettings:
                 "Fast leaves out shadows and reflections; a browser without a graphics card starts with it.",
                 choices=("fine", "fast"),
                 choice_labels=("Fine", "Fast"),
+            )
+        },
+    )
+    language: Language = field(
+        default="auto",
+        metadata={
+            "spec": Spec(
+                "lang",
+                "language",
+                "Of everything on the page, and of lessons 1 to 3.",
+                choices=("auto", "en", "de", "sl", "pseudo"),
+                choice_labels=("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
             )
         },
     )

@@ -1,0 +1,35 @@
+"""A language that nobody speaks: every text is longer and bears accents and brackets, so that one sees what is cut off and what was
+never translated."""
+
+import re
+from functools import lru_cache
+from typing import Final
+
+GROWTH: Final = 0.4
+"""How much longer a text becomes; a short German word is longer by as much."""
+
+FIRST: Final = "⟦"
+LAST: Final = "⟧"
+FILL: Final = "·"
+
+_ACCENTS: Final = str.maketrans("aceinostuyzACEINOSTUYZ", "áčéíñöšţüýžÁČÉÍÑÖŠŢÜÝŽ")
+_LEFT_ALONE: Final = re.compile(r"(<[^>]*>|\{[^{}]*\}|&#?\w+;|https?://\S+|--\w[\w-]*)")
+
+
+@lru_cache(maxsize=4096)
+def pseudo(text: str) -> str:
+    """Return a text as pseudo-language; tags, entities, {names} and options of the command line stay as they are."""
+    if not re.search(r"[A-Za-z]", text) or text.startswith(FIRST):
+        return text
+    pieces = _LEFT_ALONE.split(text)
+    letters = sum(len(piece) for piece in pieces[::2])
+    for i in range(0, len(pieces), 2):
+        pieces[i] = pieces[i].translate(_ACCENTS)
+    return f"{FIRST}{''.join(pieces)}{_fill(letters)}{LAST}"
+
+
+def _fill(letters: int) -> str:
+    """Return what makes a text longer, in words of up to five so that lines can break."""
+    count = max(round(GROWTH * letters) - 2, 0)
+    words = [FILL * min(5, count - begin) for begin in range(0, count, 6)]
+    return "".join(f" {word}" if letters > 12 else word for word in words if word)

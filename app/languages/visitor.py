@@ -1,0 +1,64 @@
+"""Which language a visitor reads, by what their browser says."""
+
+import viser
+
+from app.languages.words import Words
+from app.settings import Language, Settings
+from scenes.settings import changed
+
+KNOWN: tuple[Language, ...] = ("en", "de", "sl")
+"""What a browser can ask for."""
+
+
+def preferred(accept: str) -> Language:
+    """Return the language of ours that a browser likes best, by its header `Accept-Language` (RFC 9110, 12.5.4): English if none.
+
+    A region does not matter: de-AT is German. What is equally liked counts in the order given.
+    """
+    best: tuple[float, Language] = (0.0, "en")
+    for entry in accept[:1000].split(","):
+        tag, _, weight = entry.partition(";")
+        name = tag.strip().lower().split("-")[0]
+        found: Language | None = next((one for one in KNOWN if name in (one, "*")), None)
+        liking = _quality(weight)
+        if found is not None and liking > best[0]:
+            best = liking, found
+    return best[1]
+
+
+def _quality(text: str) -> float:
+    """Return the number behind `q=`, 1 without one, 0 for what is none."""
+    name, mark, number = text.strip().partition("=")
+    if not name and not mark:
+        return 1.0
+    try:
+        quality = float(number)
+    except ValueError:
+        return 0.0
+    return quality if name.strip().lower() == "q" and 0.0 <= quality <= 1.0 else 0.0
+
+
+def with_language(settings: Settings, accept: str) -> Settings:
+    """Return the settings with a language: the one that was chosen, or the one that the browser likes best."""
+    return settings if settings.page.language != "auto" else changed(settings, "lang", preferred(accept))
+
+
+def mark_html(words: Words) -> str:
+    """Return what tells the page which language it is in; see `language_script`."""
+    return f'<i class="duet-language" data-language="{"en" if words.language == "pseudo" else words.language}"></i>'
+
+
+def language_script() -> str:
+    """Return JavaScript that keeps the page's own `lang` right, by which a screen reader finds its voice."""
+    return (
+        "setInterval(()=>{const found=document.querySelector('.duet-language')?.dataset.language;"
+        "if(found&&document.documentElement.lang!==found)document.documentElement.lang=found;},500);"
+    )
+
+
+def accepted_by(client: viser.ClientHandle) -> str:
+    """Return the header `Accept-Language` of a visitor's browser; "" if it sent none or is gone."""
+    connection = client._viser_server._websock_server._live_connections.get(client.client_id)
+    if connection is None or connection.request is None:
+        return ""
+    return ",".join(connection.request.headers.get_all("Accept-Language"))
