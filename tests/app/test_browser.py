@@ -315,7 +315,8 @@ def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
 PLOTS = """() => [...document.querySelectorAll('.duet-title')].map(title => {
   const caption = title.parentElement.parentElement, plot = caption.nextElementSibling, canvas = plot?.querySelector('canvas');
   const box = caption.getBoundingClientRect(), high = plot?.getBoundingClientRect().height ?? 0;
-  const seen = { title: title.textContent, top: Math.round(box.top), high, drawn: false };
+  const wide = box.width / title.closest('[data-floating-window]').clientWidth;
+  const seen = { title: title.textContent, top: Math.round(box.top), high, wide, drawn: false };
   if (!box.height) return null;
   if (canvas?.width) {
     const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
@@ -330,13 +331,18 @@ PLOTS = """() => [...document.querySelectorAll('.duet-title')].map(title => {
 
 
 def see_plots(page: Page, titles: tuple[str, ...]) -> None:
-    """Wait until these plots, and no others, stand side by side with something drawn in each; titles by their beginnings."""
+    """Wait until these plots, and no others, stand side by side over the whole of their panel, with something drawn in each.
+
+    Args:
+        titles: by their beginnings.
+    """
     seen: list[dict[str, Any]] = []
 
     def as_expected() -> bool:
         seen[:] = page.evaluate(PLOTS)
         as_named = len(seen) == len(titles) and all(p["title"].startswith(t) for p, t in zip(seen, titles, strict=True))
-        return as_named and all(p["drawn"] and p["high"] > 60 for p in seen) and len({p["top"] for p in seen}) == 1
+        fair = all(p["drawn"] and p["high"] > 60 and p["wide"] > 0.2 for p in seen) and sum(p["wide"] for p in seen) > 0.9
+        return as_named and fair and len({p["top"] for p in seen}) == 1
 
     try:
         until(page, as_expected)
