@@ -149,7 +149,7 @@ def page_at(browser: Browser, request: pytest.FixtureRequest) -> Iterator[PageAt
 
     def open_page(width: int = 800, height: int = 600, *, expect: Sequence[str] = (), **options: Any) -> Page:
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        context.set_default_timeout(30_000)
+        context.set_default_timeout(60_000)
         page = context.new_page()
         forgiven = re.compile("|".join((*_HARMLESS, *expect)))
 
@@ -215,7 +215,7 @@ def wait_frames(page: Page, count: int = 2) -> None:
     )
 
 
-def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 10.0) -> None:
+def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 60.0) -> None:
     """Return as soon as something is true, asked again after every drawn frame."""
     deadline = time.monotonic() + seconds
     while not true():
@@ -241,7 +241,7 @@ def settled_view(page: Page, frames: int = 20) -> np.ndarray:
 _CANVAS = "(__viserMutable.canvas.querySelector?.('canvas') ?? document.querySelector('canvas[data-engine]'))"
 
 
-def wait_ready(page: Page, node: str, timeout: float = 30.0) -> None:
+def wait_ready(page: Page, node: str, timeout: float = 60.0) -> None:
     """Wait until the scene node `node` exists and the canvas has faded in."""
     page.wait_for_function(
         f"name => window.__viserMutable?.nodeRefFromName?.[name] && +{_CANVAS}?.style.opacity === 1",

@@ -649,11 +649,11 @@ def test_first_sight(house: OpenHouse, page_at: PageAt, width: int, height: int,
 
         # The view is corrected once the panels have found their places.
         try:
-            until(page, free, "both arms in free sight", 8.0)
+            until(page, free, "both arms in free sight", 30.0)
         except AssertionError:
             pytest.fail(f"{rig}: " + "\n".join(hidden))
         # On its way back the hand moves away from the other arm: the numbers are longest then.
-        until(page, lambda: session.simulation.time > 3.0 and session.simulation.sample().law_approach < -0.02, "a retreat", 20.0)
+        until(page, lambda: session.simulation.time > 3.0 and session.simulation.sample().law_approach < -0.02, "a retreat", 60.0)
         ask(session, lambda s: s.toggle_pause())
         page.get_by_text("paused", exact=True).wait_for()
         faults: dict[str, list[str]] = {}

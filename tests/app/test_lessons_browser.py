@@ -163,7 +163,7 @@ def test_on_a_phone_a_lesson_begins_at_its_top(house: OpenHouse, page_at: PageAt
     page = page_at(width, height)
     enter(page, opened, "lesson=1")
     head = page.locator(".duet-l-head")
-    until(page, lambda: (head.bounding_box() or {"y": 9e9})["y"] < height - 250, "the lesson in view", 20.0)
+    until(page, lambda: (head.bounding_box() or {"y": 9e9})["y"] < height - 250, "the lesson in view")
     box = head.bounding_box()
     assert box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= width + 1.0
     screenshot(page, "lesson-phone")

@@ -151,7 +151,7 @@ def test_first_sight_of_every_scene(house: OpenHouse, page_at: PageAt, width: in
             return not hidden
 
         try:
-            until(page, free, "the arms in free sight", 8.0)
+            until(page, free, "the arms in free sight", 30.0)
         except AssertionError:
             pytest.fail(f"{scene}: " + "\n".join(hidden))
         if scene == "ball":
