@@ -21,7 +21,7 @@ def spoken() -> Words:
     return _WORDS.get() or words_of("en")
 
 
-def say(text: str, **parts: object) -> str:
+def say(text: str, /, **parts: object) -> str:
     """Return an English text in the language that is spoken here, with its {names} filled in."""
     return spoken()(text, **parts)
 

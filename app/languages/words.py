@@ -34,7 +34,7 @@ class Words:
     texts: Mapping[str, str]
     otherwise: Callable[[str], str] = str
 
-    def __call__(self, text: str, **parts: object) -> str:
+    def __call__(self, text: str, /, **parts: object) -> str:
         """Return an English text in this language, with its {names} filled in."""
         found = self.texts.get(text)
         said = self.otherwise(text) if found is None else found

@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from app.languages.speaking import say
 from app.page.bins import resting
 from app.page.contact import Contact
 from controllers.laws.potential_field import PotentialField
@@ -110,21 +111,21 @@ def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
     match law.law:
         case "smooth_priority" | "intermediate_value":
             rest = resting(run, now.pull, now.approach, None if sample.second is None else sample.second.pull)
-            text = "no rest, w &gt; v" if rest != rest else "far away" if rest > 1.0 else f"{rest * 1000.0:.0f} mm"
-            return f"rests at {_in('rest', 'd*')} = {_in('rest', text)}"
+            text = say("no rest, w &gt; v") if rest != rest else say("far away") if rest > 1.0 else f"{rest * 1000.0:.0f} mm"
+            return say("rests at {d} = {text}", d=_in("rest", "d*"), text=_in("rest", text))
         case "null_space_avoidance":
-            return "as far as the hand leaves the joints free"
+            return say("as far as the hand leaves the joints free")
         case "strict_priority":
-            return "a retreat for ever, whatever the task wants"
+            return say("a retreat for ever, whatever the task wants")
         case "strict_switched":
-            return "avoidance first" if sample.activation > 0.0 else "above d<sub>m</sub> the task alone"
+            return say("avoidance first") if sample.activation > 0.0 else say("above d<sub>m</sub> the task alone")
         case "potential_field":
-            return "no distance is promised"
+            return say("no distance is promised")
         case "barrier_qp":
             allowed = max(law.barrier_gain * (now.distance - law.critical_distance), 0.0)
-            return f"may come nearer at {allowed:.2f} m/s"
+            return say("may come nearer at {speed} m/s", speed=f"{allowed:.2f}")
         case _:
-            return "nothing keeps them apart"
+            return say("nothing keeps them apart")
 
 
 def missed(simulation: Simulation, now: Contact, rate: float) -> str:
@@ -133,16 +134,16 @@ def missed(simulation: Simulation, now: Contact, rate: float) -> str:
         return ""
     law = simulation.settings.law.law
     if simulation.bound_bites:
-        why = "a joint is at its bound"
+        why = say("a joint is at its bound")
     elif law == "barrier_qp":
-        why = "other pairs count, too"
+        why = say("other pairs count, too")
     elif law == "null_space_avoidance":
-        why = "the hand comes first"
+        why = say("the hand comes first")
     elif now.square < AUTHORITY**2:
-        why = "hardly a joint moves this point"
+        why = say("hardly a joint moves this point")
     else:
-        why = "a moment behind"
-    return f"really {_in('d', _fixed(now.change, sign=True, digits=3))}: {why}"
+        why = say("a moment behind")
+    return say("really {d}: {why}", d=_in("d", _fixed(now.change, sign=True, digits=3)), why=why)
 
 
 def alone_lines(simulation: Simulation) -> list[str]:
@@ -152,13 +153,13 @@ def alone_lines(simulation: Simulation) -> list[str]:
     k = gain * run.dt
     e = _in("e", "e")
     if k == 0.0:
-        words = "nothing brings e back: the hand drifts"
+        words = say("nothing brings e back: the hand drifts")
     elif k < 1.0:
-        words = f"{e} shrinks by {100.0 * k:.{0 if k >= 0.1 else 1}f} % a step"
+        words = say("{e} shrinks by {share} % a step", e=e, share=f"{100.0 * k:.{0 if k >= 0.1 else 1}f}")
     elif k < 2.0:
-        words = f"{e} changes its sign at every step, and shrinks"
+        words = say("{e} changes its sign at every step, and shrinks", e=e)
     else:
-        words = f"K dt ≥ 2: {e} grows at every step"
+        words = say("K dt ≥ 2: {e} grows at every step", e=e)
     return [f"{e} ← (1 − K dt) {e}", f"K dt = {gain:.3g}·{run.dt:.3g} = {k:.3g}", words]
 
 

@@ -5,6 +5,8 @@ from typing import Final
 
 import viser
 
+from app.languages.speaking import say, say_all
+
 MARK: Final = "● "
 """Stands before the present choice: a cue that is no colour."""
 
@@ -14,9 +16,9 @@ class ChoiceButtons:
 
     Args:
         gui: of whoever operates it; the caller has opened the container.
-        label: before the row; may be empty.
-        labels: what the buttons say.
-        hint: one line that explains it.
+        label: before the row, in English; may be empty.
+        labels: what the buttons say, in English.
+        hint: one line that explains it, in English.
         chosen: called with the index of a button that was pressed, on the network's thread.
         order: place among its neighbours, None for the end.
     """
@@ -30,16 +32,16 @@ class ChoiceButtons:
         chosen: Callable[[int], None],
         order: float | None = None,
     ) -> None:
-        self._labels = labels
+        said = self._labels = say_all(labels)
         self._marked = -1
         self._offered = tuple(range(len(labels)))
-        self._buttons = gui.add_button_group(label, labels, hint=hint, order=order)
+        self._buttons = gui.add_button_group(say(label), said, hint=say(hint), order=order)
 
         @self._buttons.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
             plain = event.target.value.removeprefix(MARK)
-            if plain in labels:
-                chosen(labels.index(plain))
+            if plain in said:
+                chosen(said.index(plain))
 
     def mark(self, index: int) -> None:
         """Mark one choice; none if the index is −1."""

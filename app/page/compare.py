@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import viser
 
+from app.languages.speaking import say
 from app.page.buttons import ChoiceButtons
 from app.session import Session
 from app.studies import Smoothness
@@ -56,17 +57,17 @@ def _what_if_block(session: Session) -> str:
     if answer is None:
         measuring = session.smoothness is not None and not session.smoothness.finished
         waiting = (
-            "Computing …"
+            say("Computing …")
             if session.computing and not measuring
-            else "Now move d<sub>m</sub>, n, v, K or another setting of the law."
+            else say("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
         )
-        return f'<p class="duet-tip">{waiting} {session.study_message}</p>'
+        return f'<p class="duet-tip">{waiting} {say(session.study_message)}</p>'
     return what_if_html(answer)
 
 
 def _smoothness_block(session: Session) -> str:
     if session.smoothness is None:
-        return f'<p class="duet-tip">{session.study_message}</p>' if session.study_message else ""
+        return f'<p class="duet-tip">{say(session.study_message)}</p>' if session.study_message else ""
     return smoothness_html(session.smoothness)
 
 
@@ -76,31 +77,31 @@ def what_if_html(answer: WhatIf) -> str:
     error = (lambda e2: f"{math.degrees(math.sqrt(e2)):.1f}°") if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
     d_m = answer.settings.law.critical_distance
     rows: tuple[tuple[str, Callable[..., str]], ...] = (
-        ('least <b class="d">d</b>', lambda s: f"{1000.0 * s.d_min:.0f} mm"),
-        ('below <b class="dm">d<sub>m</sub></b>', lambda s: f"{100.0 * s.share_below:.0f} %"),
-        ('largest <b class="e">|e|</b>', lambda s: error(s.e2_max)),
-        ("largest step of q̇", lambda s: f"{s.dq_step_max:.3f} rad/s"),
+        (say('least <b class="d">d</b>'), lambda s: f"{1000.0 * s.d_min:.0f} mm"),
+        (say('below <b class="dm">d<sub>m</sub></b>'), lambda s: f"{100.0 * s.share_below:.0f} %"),
+        (say('largest <b class="e">|e|</b>'), lambda s: error(s.e2_max)),
+        (say("largest step of q̇"), lambda s: f"{s.dq_step_max:.3f} rad/s"),
     )
     body = "".join(f"<tr><td>{name}</td><td>{of(answer.before)}</td><td>{of(answer.summary)}</td></tr>" for name, of in rows)
-    draft = " A draft; the exact answer follows." if answer.stride > 1 else ""
+    draft = " " + say("A draft; the exact answer follows.") if answer.stride > 1 else ""
     return (
-        '<table class="duet-numbers"><tr><th>last 30 s</th><th>as it was</th><th>what if</th></tr>'
-        f'{body}</table><p class="duet-tip">With d<sub>m</sub> = {1000.0 * d_m:.0f} mm.{draft}</p>'
+        f'<table class="duet-numbers"><tr><th>{say("last 30 s")}</th><th>{say("as it was")}</th><th>{say("what if")}</th></tr>'
+        f'{body}</table><p class="duet-tip">{say("With d<sub>m</sub> = {mm} mm.", mm=f"{1000.0 * d_m:.0f}")}{draft}</p>'
     )
 
 
 def smoothness_html(found: Smoothness) -> str:
     """Return the largest step of q̇ at every time step, and what it says."""
-    runs = [("law", found.law), *([("ghost", found.ghost)] if found.ghost is not None else [])]
+    runs = [(say("law"), found.law), *([(say("ghost"), found.ghost)] if found.ghost is not None else [])]
     head = "".join(f"<th>{name}</th>" for name, _ in runs)
     body = "".join(
         f"<tr><td>{1000.0 * dt:g} ms</td>" + "".join(f"<td>{_step(measured.largest[i])}</td>" for _, measured in runs) + "</tr>"
         for i, dt in enumerate(found.law.dts)
     )
-    words = "<br>".join(f"{name.capitalize()}: {measured.words}" for name, measured in runs)
+    words = "<br>".join(f"{name[:1].upper()}{name[1:]}: {say(measured.words)}" for name, measured in runs)
     return (
         f'<table class="duet-numbers"><tr><th>dt</th>{head}</tr>{body}</table>'
-        f'<p>{words}</p><p class="duet-tip">Largest step of q̇ [rad/s] in the last {found.law.seconds:.0f} s.</p>'
+        f'<p>{words}</p><p class="duet-tip">{say("Largest step of q̇ [rad/s] in the last {s} s.", s=f"{found.law.seconds:.0f}")}</p>'
     )
 
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
+from app.languages.speaking import say
 from app.page.bins import COLUMNS, DRIVEN, JOINTS, RESTING
 from app.page.relevance import both_avoid
 from app.page.theme import Palette
@@ -150,7 +151,7 @@ def course_of(name: str, simulation: Simulation) -> Course:
     match name:
         case "error":
             two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
-            return _squared_error(simulation.error_unit, (avoiding, other) if two else (avoiding,))
+            return _squared_error(simulation.error_unit, (say(avoiding), say(other)) if two else (say(avoiding),))
         case "distance":
             return _DISTANCE if run.law.law in RESTING else replace(_DISTANCE, legend=_DISTANCE.legend[:1])
         case "joints":
@@ -158,11 +159,11 @@ def course_of(name: str, simulation: Simulation) -> Course:
         case "rates":
             return _of_joints("joint speeds q̇", "°/s", "dq", count, None)
         case "follow" if run.scene == "imitation":
-            return _followed("", f"q, {avoiding} arm", "person")
+            return _followed("", say("q, {arm} arm", arm=say(avoiding)), "person")
         case "follow":
             return _followed("", "q, slave", "master" if run.following == "identical" else "master, mirrored")
         case "follow_other":
-            return _followed("other_", f"q, {other} arm", "person")
+            return _followed("other_", say("q, {arm} arm", arm=say(other)), "person")
         case _:
             return _COURSES[name]
 

@@ -1,11 +1,13 @@
 """The equation of every law as SVG, its symbols in their colours, and where it comes from."""
 
+import re
 from functools import cache
 from typing import Final, NamedTuple
 
 from ziamath import zmath
 from ziamath.config import config
 
+from app.languages.speaking import say
 from app.page.theme import PALETTES
 from app.settings import Theme
 from scenes.settings import LawName, RunSettings
@@ -64,6 +66,8 @@ EQUATIONS: Final[dict[LawName, Equation]] = {
 }
 """What each law does; where the code fades in differently, λ stands for it."""
 
+_WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
+
 
 def equation_of(run: RunSettings) -> Equation:
     """Return the equation of a run."""
@@ -73,8 +77,13 @@ def equation_of(run: RunSettings) -> Equation:
 def equation_html(run: RunSettings, theme: Theme) -> str:
     """Return the equation of a run with its source."""
     equation = equation_of(run)
-    drawings = "".join(_svg(line, theme) for line in equation.lines)
-    return f'<div class="duet-eq">{drawings}<span class="no">{equation.source}</span></div>'
+    drawings = "".join(_svg(_said(line), theme) for line in equation.lines)
+    return f'<div class="duet-eq">{drawings}<span class="no">{say(equation.source)}</span></div>'
+
+
+def _said(line: str) -> str:
+    """Return a line of LaTeX with its words in the visitor's language."""
+    return _WORDS.sub(lambda found: rf"\text{{{{{say(found[1])}}}}}", line)
 
 
 @cache

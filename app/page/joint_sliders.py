@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 import viser
 
+from app.languages.speaking import say
 from app.session import Session
 from scenes.targets import JointTarget
 
@@ -28,7 +29,7 @@ class JointSliders:
         self._sliders: list[viser.GuiSliderHandle[float]] = []
         self._of: object = None
         self._next = 0.0
-        self._container = gui.add_folder("your arm's joints [°]", expand_by_default=False, visible=False)
+        self._container = gui.add_folder(say("your arm's joints [°]"), expand_by_default=False, visible=False)
 
     def _make(self) -> None:
         """Have as many sliders as the guided arm has joints, with its limits."""
@@ -40,7 +41,9 @@ class JointSliders:
         present = np.degrees(simulation.positions[arm.joints])
         with self._container:
             self._sliders = [
-                self._gui.add_slider(label, math.floor(a), math.ceil(b), 0.5, float(round(2.0 * q) / 2.0), hint=f"joint {i + 1}")
+                self._gui.add_slider(
+                    label, math.floor(a), math.ceil(b), 0.5, float(round(2.0 * q) / 2.0), hint=say("joint {number}", number=i + 1)
+                )
                 for i, (label, a, b, q) in enumerate(zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True))
             ]
         for i, slider in enumerate(self._sliders):

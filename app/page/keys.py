@@ -6,6 +6,8 @@ from typing import Final
 import viser
 from viser._messages import HotkeyKey, KeyModifier
 
+from app.languages.speaking import say
+
 
 @dataclass(frozen=True)
 class Hotkey:
@@ -28,6 +30,12 @@ class Hotkey:
     modifier: KeyModifier | None = None
     relayed: str = ""
     icon: viser.IconName | None = None
+
+    @property
+    def title(self) -> str:
+        """What it does, as the name of a command, in the visitor's language."""
+        said = say(self.text)
+        return said[:1].upper() + said[1:]
 
 
 HOTKEYS: Final = (
@@ -84,6 +92,6 @@ def relay_script() -> str:
 
 def help_html() -> str:
     """Return the table as HTML."""
-    rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{h.text}</td></tr>" for h in (*HOTKEYS, *LESSON_KEYS))
-    rows += "<tr><td><kbd>1</kbd> … <kbd>5</kbd></td><td>lesson: your answer</td></tr>"
-    return f"<table>{rows}<tr><td><kbd>Ctrl K</kbd></td><td>every command by name</td></tr></table>"
+    rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{say(h.text)}</td></tr>" for h in (*HOTKEYS, *LESSON_KEYS))
+    rows += f"<tr><td><kbd>1</kbd> … <kbd>5</kbd></td><td>{say('lesson: your answer')}</td></tr>"
+    return f"<table>{rows}<tr><td><kbd>Ctrl K</kbd></td><td>{say('every command by name')}</td></tr></table>"

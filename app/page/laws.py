@@ -7,6 +7,7 @@ from typing import Final, cast
 
 import numpy as np
 
+from app.languages.speaking import say
 from app.page.chart import Chart, Frame
 from app.page.contact import Contact
 from app.page.curve import DISTANCES, FAR, distances
@@ -114,9 +115,9 @@ def _kind(name: str) -> str:
 def _legend(present: str, ghost: Simulation | None, now: Contact) -> str:
     rows: list[str] = []
     for i, (name, label) in enumerate(LAW_NAMES.items()):
-        shown = f"<b>{label}</b>" if name == present else label
+        shown = f"<b>{say(label)}</b>" if name == present else say(label)
         rows.append(f'<li class="{"thick" if name == present else ""}"><i class="{_kind(name)}">{i + 1}</i>{shown}</li>')
     if ghost is not None:
-        rows.append(f'<li class="ghost"><i class="{_kind(ghost.settings.law.law)} dash"></i>the ghost’s</li>')
+        rows.append(f'<li class="ghost"><i class="{_kind(ghost.settings.law.law)} dash"></i>{say("the ghost’s")}</li>')
     numbers = f'<b class="u">u</b> {now.pull + 0.0:.2f}, |J<sub>d</sub>| {math.sqrt(now.square):.2f} m/rad'.replace("-", "−")
     return f"<ul>{''.join(rows)}<li class=now>{numbers}</li></ul>"

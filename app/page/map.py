@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from app.languages.speaking import say
 from app.page.chart import Chart, Frame
 from scenes.settings import RunSettings
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
@@ -41,10 +42,14 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
     here = place_of(points, run)
     if here is not None:
         chart.mark(*here, "dot lam")
-    state = "" if size >= 1.0 else f" · {round(100.0 * size)} % computed"
+    state = "" if size >= 1.0 else " · " + say("{share} % computed", share=round(100.0 * size))
     low, high = TRADE_OFF_VELOCITIES[0], TRADE_OFF_VELOCITIES[-1]
-    words = f"largest |e| [m] over d<sub>min</sub> [m]; a line an n, along it v from {low:g} to {high:g} m/s{state}"
-    return f'<div class="duet">{chart.html(height - 16)}<div class="duet-tip">{words}</div></div>'
+    words = say(
+        "largest |e| [m] over d<sub>min</sub> [m]; a line an n, along it v from {low} to {high} m/s",
+        low=f"{low:g}",
+        high=f"{high:g}",
+    )
+    return f'<div class="duet">{chart.html(height - 16)}<div class="duet-tip">{words}{state}</div></div>'
 
 
 def place_of(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float, float] | None:

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from app.languages.speaking import say
 from app.page.bins import COLUMNS, WINDOW, PlotBuffer
 from scenes.simulation import Simulation
 
@@ -27,18 +28,27 @@ def pairs_html(simulation: Simulation, buffer: PlotBuffer) -> str:
     )
     count, others = int(np.nansum(changes)), len(held) - len(shown)
     words = _words(simulation, count, len(held))
-    more = f" {others} more pairs are not shown." if others else ""
+    more = " " + say("{count} more pairs are not shown.", count=others) if others else ""
     since = min(WINDOW, float(times[-1] - times[0]))
-    axis = f"<div class=ends><span></span><p><i>−{since:.0f} s</i><i>now</i></p></div>"
+    axis = f"<div class=ends><span></span><p><i>−{since:.0f} s</i><i>{say('now')}</i></p></div>"
     return f'<div class="duet duet-pairs">{rows}{axis}<p>{words}{more}</p></div>'
 
 
 def pair_name(simulation: Simulation, pair: int) -> str:
     """Return what a person calls a pair of bodies: "L forearm · R hand"."""
     return " · ".join(
-        name.replace("left ", "L ").replace("right ", "R ").removeprefix("arm ").removeprefix("control point at the ")
+        body_name(name.replace("left ", "L ").replace("right ", "R ").removeprefix("arm ").removeprefix("control point at the "))
         for name in simulation.detector.pair_names[pair]
     )
+
+
+def body_name(name: str) -> str:
+    """Return what a person calls a body, in their language: "L forearm", "link 3", "ball"."""
+    side, mark, rest = name.partition(" ")
+    if mark and side in ("L", "R"):
+        return f"{say(side)} {body_name(rest)}"
+    stem, mark, number = name.rpartition(" ")
+    return f"{say(stem)} {number}" if mark and number.isdecimal() else say(name)
 
 
 def _runs(pairs: np.ndarray, pair: int) -> str:
@@ -50,13 +60,21 @@ def _runs(pairs: np.ndarray, pair: int) -> str:
 
 def _words(simulation: Simulation, changes: int, pairs: int) -> str:
     if simulation.detector.count == 1:
-        return "There is one pair only: the critical point never changes, and the law is smooth in the strict sense."
-    counted = f"{changes} change{'' if changes == 1 else 's'} among {pairs} pair{'' if pairs == 1 else 's'}."
+        return say("There is one pair only: the critical point never changes, and the law is smooth in the strict sense.")
+    counted = _counted(changes, pairs)
     law = simulation.settings.law
     if law.law == "unprotected":
         return counted
     if law.law == "barrier_qp":
-        return f"{counted} This law sees all of them at once."
+        return f"{counted} {say('This law sees all of them at once.')}"
     if law.pairs == "single":
-        return f"{counted} The law sees the closest pair only: at every change q̇ may jump."
-    return f"{counted} The law sees a smooth minimum over all: a change makes no jump."
+        return f"{counted} {say('The law sees the closest pair only: at every change q̇ may jump.')}"
+    return f"{counted} {say('The law sees a smooth minimum over all: a change makes no jump.')}"
+
+
+def _counted(changes: int, pairs: int) -> str:
+    if changes == 1:
+        return say("1 change among 1 pair.") if pairs == 1 else say("1 change among {pairs} pairs.", pairs=pairs)
+    if pairs == 1:
+        return say("{changes} changes among 1 pair.", changes=changes)
+    return say("{changes} changes among {pairs} pairs.", changes=changes, pairs=pairs)

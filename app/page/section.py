@@ -4,6 +4,7 @@ from typing import Final
 
 import numpy as np
 
+from app.languages.speaking import say
 from app.page.contact import Contact
 from app.page.relevance import both_avoid
 from app.page.stability import stability_html
@@ -59,4 +60,4 @@ def error_rate(simulation: Simulation) -> float:
 
 
 def _nothing(sentence: str) -> str:
-    return f'<div class="duet duet-stability"><p>{sentence}</p></div>'
+    return f'<div class="duet duet-stability"><p>{say(sentence)}</p></div>'

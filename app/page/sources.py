@@ -5,6 +5,7 @@ from html import escape
 
 import viser
 
+from app.languages.speaking import say
 from app.people import MODEL_REMEDY, Imitated, from_bvh
 from app.session import Session
 from app.settings import Source
@@ -27,10 +28,10 @@ class Sources:
         self._shown: Source | None = None
         self._said = ""
         self._upload = gui.add_upload_button(
-            "Take in a BVH file",
+            say("Take in a BVH file"),
             mime_type=".bvh",
             icon=viser.Icon.UPLOAD,
-            hint="A person's recorded motion; the names of most skeletons are understood.",
+            hint=say("A person's recorded motion; the names of most skeletons are understood."),
             visible=False,
         )
         self._state = gui.add_html("", visible=False)
@@ -57,19 +58,21 @@ class Sources:
             before, self._shown = self._shown, source
             self._change(before, source)
         if source == "camera" and self._people.camera is not None:
-            self._say(self._people.camera.message)
+            self._say(say(self._people.camera.message))
 
     def _change(self, before: Source | None, source: Source | None) -> None:
         self._upload.visible = source == "file"
         self._state.visible = source in ("file", "camera")
         if source == "file":
             person = self._uploaded or self._people.bvh
-            self._say("" if person else "Choose a BVH file; until then the built-in clip goes on.")
+            self._say("" if person else say("Choose a BVH file; until then the built-in clip goes on."))
             self._session.invite(person)
         elif source == "camera":
             camera = self._people.camera
             if camera is None:
-                self._say(f"No camera: start the server with --camera 0 (or --video FILE), and {MODEL_REMEDY}.")
+                self._say(
+                    say("No camera: start the server with --camera 0 (or --video FILE), and {remedy}.", remedy=say(MODEL_REMEDY))
+                )
             self._session.invite(None if camera is None else Imitated(camera))
         elif (source == "clips" and before is not None) or (source is None and before in ("file", "camera")):
             self._session.invite(None)

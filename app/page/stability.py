@@ -5,6 +5,7 @@ from typing import Final
 
 import viser
 
+from app.languages.speaking import say
 from controllers.laws.situation import row_damping
 from controllers.stability import Analysis
 
@@ -66,12 +67,12 @@ def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: 
     """
     rows = [
         (
-            "least eigenvalue",
+            say("least eigenvalue"),
             f"sym(M) {_fixed(analysis.smallest_eigenvalue, 2, sign=True)}, M {_fixed(analysis.slowest_mode, 3, sign=True)} 1/s",
         ),
-        ("ranks (14)", ranks_text(analysis)),
+        (say("ranks (14)"), ranks_text(analysis)),
         ("‖J<sub>a</sub>J<sub>b</sub><sup>#</sup>‖ (16)", _coupling_text(analysis)),
-        ('1 − <b class="lam">λ</b>ρ²', f"{_fixed(analysis.survival, 3)} of the task is left"),
+        ('1 − <b class="lam">λ</b>ρ²', say("{share} of the task is left", share=_fixed(analysis.survival, 3))),
         ("V, V̇ (20)", f"{_fixed(V, 5)}, {_fixed(V_rate, 5, sign=True)}{_trend(V_rate)}"),
     ]
     if W is not None:
@@ -87,60 +88,66 @@ def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: 
 def condition_text(analysis: Analysis) -> str:
     """Return one sentence: whether the paper's sufficient condition, sym(M) > 0, holds now."""
     if analysis.activation == 0.0 and analysis.condition_holds:
-        return "<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task."
+        return say("<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task.")
     if analysis.condition_holds:
-        why = "avoidance and task are orthogonal" if analysis.orthogonal else "every error makes V fall"
-        return f"<b>The paper’s condition holds:</b> {why}."
-    why = "not every error makes V fall" if _has_lever(analysis) else "no joint can move this point away"
-    return f"<b>The paper’s condition does not hold:</b> {why}."
+        why = say("avoidance and task are orthogonal") if analysis.orthogonal else say("every error makes V fall")
+        return say("<b>The paper’s condition holds:</b> {why}.", why=why)
+    why = say("not every error makes V fall") if _has_lever(analysis) else say("no joint can move this point away")
+    return say("<b>The paper’s condition does not hold:</b> {why}.", why=why)
 
 
 def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
     """Return one sentence: whether the task's error shrinks, condition or not."""
     if not (math.isfinite(error_norm) and math.isfinite(error_rate)):
-        return "The error is not known."
+        return say("The error is not known.")
     scale, unit = (180.0 / math.pi, "°") if analysis.joint_task else (1000.0, " mm")
     if error_norm < NO_ERROR and error_rate < AT_REST:
-        return "There is no error to bring down."
+        return say("There is no error to bring down.")
     holds = analysis.condition_holds
     size = f'<b class="e">|e|</b> = {_fixed(error_norm * scale, 0 if unit != "°" else 1)}{unit}'
     speed = f"{_fixed(error_rate * scale, 0 if unit != '°' else 1, sign=True)}{unit}/s"
     if abs(error_rate) < AT_REST:
-        why = "" if analysis.independent else ", for avoidance and task are dependent"
-        return f"The error stays as it is: {size}{why}."
+        if analysis.independent:
+            return say("The error stays as it is: {size}.", size=size)
+        return say("The error stays as it is: {size}, for avoidance and task are dependent.", size=size)
     if error_rate > 0.0:
-        return f"The error grows{' even so' if holds else ''}: {size}, {speed}."
-    return f"The error shrinks{'' if holds else ' all the same'}: {size}, {speed}."
+        grows = say("The error grows even so") if holds else say("The error grows")
+        return f"{grows}: {size}, {speed}."
+    shrinks = say("The error shrinks") if holds else say("The error shrinks all the same")
+    return f"{shrinks}: {size}, {speed}."
 
 
 def ranks_text(analysis: Analysis) -> str:
     """Return eq. (14) or (15) with its numbers, and the angle by which independent tasks are so."""
     a, b, stack = analysis.rank_a, analysis.rank_b, analysis.rank_stack
     if a == 0:
-        return f"{stack} = 0 + {b}, for J<sub>a</sub> = 0"
+        return say("{stack} = 0 + {b}, for J<sub>a</sub> = 0", stack=stack, b=b)
     if not analysis.independent:
-        return f"{stack} &lt; {a} + {b}, dependent"
-    return f"{stack} = {a} + {b}, independent by {_fixed(math.degrees(analysis.angle), 1)}°"
+        return say("{stack} &lt; {a} + {b}, dependent", stack=stack, a=a, b=b)
+    return say(
+        "{stack} = {a} + {b}, independent by {angle}°", stack=stack, a=a, b=b, angle=_fixed(math.degrees(analysis.angle), 1)
+    )
 
 
 def _coupling_text(analysis: Analysis) -> str:
     if analysis.rank_a == 0:
         return "0"
-    return f"{_fixed(analysis.coupling, 2)}: {'orthogonal' if analysis.orthogonal else 'not orthogonal'}"
+    words = say("orthogonal") if analysis.orthogonal else say("not orthogonal")
+    return f"{_fixed(analysis.coupling, 2)}: {words}"
 
 
 def _barrier_text(W: float) -> str:
     if math.isnan(W):
-        return "not defined: no lever"
+        return say("not defined: no lever")
     if math.isinf(W):
         return "∞: d ≤ d<sub>m</sub>"
-    return f"{_fixed(W, 4)}, ∞ at d<sub>m</sub>"
+    return say("{W}, ∞ at d<sub>m</sub>", W=_fixed(W, 4))
 
 
 def _trend(rate: float) -> str:
     if not math.isfinite(rate) or abs(rate) < 5e-6:
         return ""
-    return ": falls" if rate < 0.0 else ": rises"
+    return f": {say('falls') if rate < 0.0 else say('rises')}"
 
 
 def _has_lever(analysis: Analysis) -> bool:
