@@ -154,6 +154,7 @@ class PrivateHost(_Visitors):
             if number in self._stands:
                 stand = self._stands.pop(number)
                 self._keeper.keep(stand.query, stand.lessons.saved())
+                stand.operation.close()
                 stand.session.close()
         for number, stand in list(self._stands.items()):
             try:
@@ -217,6 +218,8 @@ class LectureHost(_Visitors):
         for number in departures:
             self._clients.pop(number, None)
             if number == self._operator:
+                if self._operation is not None:
+                    self._operation.close()
                 self._operator, self._operation = None, None
                 self.session.hold(None)
         if self._operator is None:

@@ -78,6 +78,7 @@ class Session:
     ) -> None:
         self.settings = settings
         self.people = people
+        self.background = background
         self._wake = wake
         self.simulation = Simulation(settings.run)
         self.ghost: Simulation | None = None

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from app.keep.replay import Replay
-from app.session import Pace
+from app.session import Pace, Session
 from app.settings import Settings
 from app.trade_off import TradeOffMap
 from scenes.simulation import Simulation
@@ -49,3 +49,12 @@ class Past:
     def target(self) -> Target | None:
         """Return what the person wanted then."""
         return self._replay.target
+
+    @property
+    def time(self) -> float:
+        """The moment [s], on the clock of the run."""
+        return self._replay.time
+
+
+Shown = Session | Past
+"""What a page draws: the live run, or a moment of the past."""

@@ -9,7 +9,6 @@ from typing import Any, Final, Literal, NamedTuple, get_args
 
 from app.background import Background, Job
 from app.keep.past import Past
-from app.keep.pictures import picture_bytes
 from app.keep.player import player_html
 from app.keep.replay import Film, Replay, film
 from app.keep.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
@@ -115,7 +114,7 @@ class Shelf:
                 self._submit(kind, self._tell, as_python, chosen.settings, chosen, name + SUFFIX)
             case _:
                 arguments = recorded, seconds, page.details, kind, table
-                self._submit(kind, lambda data: self._keep(f"{name}.{kind}", data), picture_bytes, *arguments)
+                self._submit(kind, lambda data: self._keep(f"{name}.{kind}", data), picture, *arguments)
 
     @property
     def _own_law(self) -> str | None:
@@ -178,12 +177,12 @@ class Shelf:
             self.replay.seek(before.time)
             self.replay.playing = before.playing
 
-    def leave(self) -> None:
-        """Back to live."""
+    def leave(self, go_on: bool = True) -> None:
+        """Back to live. `go_on`: a run that went on before goes on."""
         self._drop("film")
         self.replay, self.loaded, self._whole, self._seek = None, "", None, None
         self._run = None
-        if self._was_running and self._session.paused:
+        if go_on and self._was_running and self._session.paused:
             self._session.toggle_pause()
         self._was_running = False
 
@@ -207,6 +206,11 @@ class Shelf:
             case _:
                 return False
         return True
+
+    @property
+    def watching(self) -> bool:
+        """Whether the visitor looks at the past, or is about to: the live run waits."""
+        return self._run is not None
 
     @property
     def past(self) -> Past | None:
@@ -288,6 +292,13 @@ class Shelf:
 
 def _nothing() -> None:
     """A post that only wakes the session."""
+
+
+def picture(*arguments: Any) -> bytes:
+    """Return `app.keep.pictures.picture_bytes` of the arguments; what draws takes longer to import than a page may wait."""
+    from app.keep.pictures import picture_bytes
+
+    return picture_bytes(*arguments)
 
 
 def file_name(recorded: Recorded, seconds: float) -> str:

@@ -85,7 +85,7 @@ class Controls:
                     self._note = gui.add_html("")
         with self._tabs.add_tab("Keys", viser.Icon.KEYBOARD):
             gui.add_html(f'<div class="duet">{help_html()}</div>')
-        self.show()
+        self.show(session.paused)
 
     def _transport(self) -> None:
         gui, session = self._gui, self._session
@@ -144,9 +144,13 @@ class Controls:
 
         self._session.post(change)
 
-    def show(self) -> None:
-        """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
-        self._clock.mark(0 if self._session.paused else -1)
+    def show(self, paused: bool) -> None:
+        """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter.
+
+        Args:
+            paused: whether what is seen stands still.
+        """
+        self._clock.mark(0 if paused else -1)
         settings = self._session.settings
         self._sources.show()
         self._joints.show(perf_counter())

@@ -2,6 +2,7 @@
 
 import html
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 import viser
@@ -35,6 +36,13 @@ _COPY: Final = (
     "(navigator.clipboard?navigator.clipboard.writeText(p.textContent):Promise.reject()).then(say,"
     "()=>{getSelection().selectAllChildren(p);document.execCommand('copy');say()})"
 )
+
+
+def past_style(loaded: str) -> str:
+    """Return a style that says all over the page that this is no live run. `loaded`: name of the file that is shown, or ""."""
+    words = "This is a loaded run" if loaded else "This is the past"
+    rules = Path(__file__).with_name("keep.css").read_text(encoding="utf-8")
+    return f"<style>body::after{{content:'{words}'}}{rules}</style>"
 
 
 class ReplayBar:
@@ -105,6 +113,11 @@ class ReplayBar:
         """What is to be drawn in the place of the session; None while live."""
         return self.shelf.past
 
+    @property
+    def watching(self) -> bool:
+        """Whether the visitor looks at the past, or is about to."""
+        return self.shelf.watching
+
     def advance(self, elapsed: float) -> bool:
         """Play on; return whether there is another moment to draw. Once a frame, after the session's own `advance`."""
         self._clock += elapsed
@@ -114,8 +127,13 @@ class ReplayBar:
         """Do what a hotkey stands for, if it is about the replay; return whether it was."""
         return self.shelf.take(action)
 
+    def leave(self) -> None:
+        """Back to live without touching the clock: something else than the visitor has begun another run."""
+        self.shelf.leave(go_on=False)
+
     def close(self) -> None:
-        """Drop everything that is being computed."""
+        """Back to live; drop everything that is being computed."""
+        self.shelf.leave()
         self.shelf.close()
 
     def _choose(self, index: int) -> None:

@@ -12,10 +12,12 @@ from typing import Final
 import numpy as np
 import viser
 
+from app.keep.past import Past
 from app.lessons.lesson import LessonBook
 from app.page.camera import place_camera, view_of
 from app.page.controls import Controls
 from app.page.gizmos import NUDGE, Gizmos
+from app.page.keep import ReplayBar, past_style
 from app.page.keys import HOTKEYS
 from app.page.lesson_camera import lesson_view
 from app.page.lesson_desk import LessonDesk
@@ -58,6 +60,9 @@ class View:
         session: what is shown.
         clients: whose cameras follow when another experiment or another rig is chosen.
         lessons: of the session; None for a page without.
+
+    Attributes:
+        keep: in whose hands the past is; while they look at it, everybody who sees this does. None while nobody has it.
     """
 
     def __init__(
@@ -69,6 +74,10 @@ class View:
     ) -> None:
         self._host, self._session, self._clients = host, session, clients
         self.lessons = lessons or LessonRun(session, LessonBook((), ()))
+        self.keep: ReplayBar | None = None
+        self._past: Past | None = None
+        self._before: float | None = None
+        self._turn: tuple[object, ...] = ()
         page = session.settings.page
         gui = host.gui
         self._style = gui.add_html(style_sheet(page.profile))
@@ -99,7 +108,7 @@ class View:
         self._lesson_step: tuple[object, ...] | None = None
 
     def _present_experiment(self) -> tuple[object, ...]:
-        simulation = self._session.simulation
+        simulation = (self._past or self._session).simulation
         return simulation.settings.scene, simulation.room.rig, simulation.room.robots[0].name
 
     def _plots_height(self) -> int:
@@ -126,8 +135,9 @@ class View:
         profile, (width, height) = self._session.settings.page.profile, canvas_size(client)
         panel = self._plots_height() + PLOTS_FRAME * scale(profile) if height >= LOW_CANVAS else PLOTS_BAR
         covered = PHONE_SHEET if width / height < PHONE_ASPECT else min(panel / height, 0.6)
-        simulation, lessons = self._session.simulation, self.lessons
-        view = lesson_view(simulation, lessons.walk.step.camera) if lessons.open else view_of(simulation)
+        simulation, lessons = (self._past or self._session).simulation, self.lessons
+        with_lesson = lessons.open and self._past is None
+        view = lesson_view(simulation, lessons.walk.step.camera) if with_lesson else view_of(simulation)
         place_camera(client, view, covered)
 
     def _settle(self, now: float) -> None:
@@ -142,23 +152,41 @@ class View:
     def show(self, now: float, moved: bool) -> None:
         """Draw a frame. `now`: wall time [s]; `moved`: whether the simulation made a step since the last one."""
         session, page = self._session, self._session.settings.page
+        looked_back = self._past is not None
+        moved = self._look_back(now) or (moved and self._past is None)
         if self._look != (page.theme, page.profile):
             self._change_look()
+        elif looked_back != (self._past is not None):
+            self._dress()
+        shown = self._past or session
         experiment = self._present_experiment()
         if self._experiment != experiment:
             self._experiment = experiment
-            self._host.gui.set_panel_label(scene_label(session.settings.run))
+            self._host.gui.set_panel_label(scene_label(shown.settings.run))
             for client in self._clients():
                 self.look(client)
         self._show_lesson(now)
         self._settle(now)
-        sample = session.simulation.sample()
-        wish = session.target() if session.settings.run.scene == "imitation" else None
+        sample = shown.simulation.sample()
+        wish = shown.target() if shown.settings.run.scene == "imitation" else None
         angles = wish.angles if isinstance(wish, AnglesTarget) else None
-        self._stage.show(session.simulation, sample, page, session.ghost, angles)
-        self._readout.show(session, sample, now, force=not moved)
+        self._stage.show(shown.simulation, sample, page, shown.ghost, angles)
+        self._readout.show(shown, sample, now, force=not moved)
         self._plots.choose(page.details)
-        self._plots.show(session, now)
+        self._plots.show(shown, now)
+
+    def _look_back(self, now: float) -> bool:
+        """Let the replay play on, if there is one; return whether it stands at another moment than before."""
+        elapsed = 0.0 if self._before is None else now - self._before
+        self._before = now
+        turn = (self.lessons.open, self.lessons.walk.turn) if self.lessons.open else (False,)
+        if turn != self._turn:
+            self._turn = turn
+            if self.keep is not None and self.keep.watching:
+                self.keep.leave()
+        moved = self.keep is not None and self.keep.advance(elapsed)
+        self._past = self.keep.past if self.keep is not None else None
+        return moved
 
     def _show_lesson(self, now: float) -> None:
         lessons = self.lessons
@@ -173,10 +201,14 @@ class View:
     def _change_look(self) -> None:
         page = self._session.settings.page
         self._look = page.theme, page.profile
-        self._style.content = self._style_too.content = style_sheet(page.profile)
+        self._dress()
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots.dress(page)
         self._configure_theme()
+
+    def _dress(self) -> None:
+        past = past_style(self.keep.shelf.loaded if self.keep is not None else "") if self._past is not None else ""
+        self._style.content = self._style_too.content = style_sheet(self._session.settings.page.profile) + past
 
 
 def scene_label(run: RunSettings) -> str:
@@ -232,6 +264,10 @@ class Operation:
         ):
             self._actions[name] = lambda way=(right, up, away): self._gizmos.nudge(self._in_view(*way))
         self._controls = Controls(client.gui, session, self.act, self._notify)
+        self._keep: ReplayBar | None = None
+        if session.background is not None:
+            with client.gui.add_folder("Keep and replay", expand_by_default=False):
+                self._keep = view.keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
         self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
         self._gizmos = Gizmos(client.scene, session)
         self._desk = LessonDesk(client, session, view.lessons, view.lesson_panel, self._notify)
@@ -256,6 +292,8 @@ class Operation:
 
     def act(self, action: str) -> None:
         """Do what a hotkey or a button stands for; on the session's thread."""
+        if self._keep is not None and self._keep.take(action):
+            return
         if self._desk.take(action):
             if action == "reset":
                 self._gizmos.forget_drag()
@@ -276,6 +314,9 @@ class Operation:
         across = np.array([forward[1], -forward[0], 0.0])
         return NUDGE * (right * across + up * np.array([0.0, 0.0, 1.0]) + away * forward)
 
+    def _send(self, name: str, content: bytes) -> None:
+        self._client.send_file_download(name, content, save_immediately=True)
+
     def _notify(self, title: str, text: str) -> None:
         self._client.add_notification(title, text, color="orange", auto_close_seconds=8.0)
 
@@ -291,8 +332,18 @@ class Operation:
 
     def show(self) -> None:
         """Bring controls and handles up to date with the session."""
-        self._controls.show()
+        past = self._keep.past if self._keep is not None else None
+        self._controls.show((past or self._session).paused)
         self._chooser.show()
+        if self._keep is not None:
+            self._keep.show()
         self._desk.show()
-        self._gizmos.offer(not self._view.lessons.hands_off)
+        # Nobody can take hold of what is over.
+        self._gizmos.offer(past is None and not self._view.lessons.hands_off)
         self._gizmos.show()
+
+    def close(self) -> None:
+        """Let go of the past, and of everything that is being made; for whoever leaves."""
+        if self._keep is not None:
+            self._view.keep = None
+            self._keep.close()

@@ -6,6 +6,7 @@ import numpy as np
 import viser
 from viser import uplot
 
+from app.keep.past import Shown
 from app.page.bins import POINTS, WINDOW, Curve, PlotBuffer
 from app.page.contact import contact
 from app.page.courses import Course, Line, colour_of, course_of
@@ -16,7 +17,6 @@ from app.page.map import map_html
 from app.page.pairs import pairs_html
 from app.page.section import section_html
 from app.page.theme import PALETTES, scale
-from app.session import Session
 from app.settings import Details, PageSettings
 from controllers.kinematics import Array
 from scenes.rerun import WhatIf
@@ -78,7 +78,7 @@ class Plots:
         """Show these, and what is chosen beside them, instead of the first two plots; none for the first two again."""
         self._only = names
 
-    def show(self, session: Session, now: float) -> None:
+    def show(self, session: Shown, now: float) -> None:
         """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
         simulation, ghost = session.simulation, session.ghost
         self._take(session.what_if)
@@ -89,7 +89,7 @@ class Plots:
         self.buffer.feed(simulation)
         if ghost is not None:
             self._ghost_buffer.feed(ghost)
-        state = simulation.history.count, simulation.settings, ghost is not None, self._answers
+        state = simulation.history, simulation.history.count, simulation.settings, ghost is not None, self._answers
         for name in due:
             if self._drawn.get(name) == state:
                 continue
@@ -195,7 +195,7 @@ class Plots:
                 data.append(next(found[line.run]))
         return tuple(data)
 
-    def _chart_html(self, name: str, session: Session) -> str:
+    def _chart_html(self, name: str, session: Shown) -> str:
         simulation, ghost = session.simulation, session.ghost
         sample = simulation.sample()
         match name:

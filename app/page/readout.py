@@ -6,12 +6,13 @@ from typing import Final, NamedTuple
 
 import viser
 
+from app.keep.past import Past, Shown
 from app.page.budget import live_html
 from app.page.contact import contact
 from app.page.equations import equation_html
 from app.page.relevance import both_avoid
 from app.page.swivel import Swivel
-from app.session import Pace, Session
+from app.session import Pace
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
 from controllers.tasks import TASK_DIMENSION
@@ -68,14 +69,14 @@ class Readout:
         self._texts: dict[str, str] = {}
         self._next = 0.0
 
-    def show(self, session: Session, sample: Sample, now: float, force: bool = False) -> None:
+    def show(self, session: Shown, sample: Sample, now: float, force: bool = False) -> None:
         """Refresh if it is time. `now`: wall time [s]."""
         if now < self._next and not force:
             return
         self._next = now + PERIOD
         simulation, run = session.simulation, session.settings.run
         self._write("tip", f'<div class="duet duet-tip">{tip_html(session)}</div>')
-        pills = status_html(session.pace, simulation, sample) + own_law_html(session)
+        pills = past_html(session) + status_html(session.pace, simulation, sample) + own_law_html(session)
         self._write("status", f'<div class="duet duet-status" role="status">{pills}</div>')
         self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample, session.ghost)}</div>')
         if session.own_law is not None:
@@ -92,7 +93,12 @@ class Readout:
             self._blocks[name].content = text
 
 
-def own_law_html(session: Session) -> str:
+def past_html(session: Shown) -> str:
+    """Return a pill that says which moment of the past is shown; nothing while live."""
+    return f'<span class="past">the past: {session.time:.1f} s</span>' if isinstance(session, Past) else ""
+
+
+def own_law_html(session: Shown) -> str:
     """Return pills that say whose law runs, and why it does not if it does not; nothing for one of ours."""
     if session.own_law is None:
         return ""
@@ -174,7 +180,7 @@ def _speed(value: float) -> str:
 # --- words ---------------------------------------------------------------------------------------------------------------------
 
 
-def tip_html(session: Session) -> str:
+def tip_html(session: Shown) -> str:
     """Return one or two sentences on what to do and what to watch."""
     run, simulation = session.settings.run, session.simulation
     itself = session.settings.page.autopilot and session.held is None
