@@ -1,0 +1,82 @@
+"""How students find the way: the address that they type, and the same as a QR code."""
+
+import io
+import ipaddress
+import socket
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+import segno
+
+
+class Address(NamedTuple):
+    """Where the class meets.
+
+    Attributes:
+        url: what students open.
+        private: whether only this computer can reach it.
+    """
+
+    url: str
+    private: bool
+
+    @property
+    def short(self) -> str:
+        """What a person types."""
+        return self.url.removeprefix("http://")
+
+
+def find_address(origin: str, listening: str, port: int, own: str | None = None) -> Address:
+    """Return the address for the students.
+
+    Args:
+        origin: the page's own, as the teacher's browser reached it (`https://duet.example.org`); "" if it did not say.
+        listening: the address that the server is bound to.
+        port: its port.
+        own: this computer's address in its network; None finds out.
+    """
+    name = _name(origin)
+    if name and not _is_loopback(name):
+        return Address(origin.rstrip("/") + "/", False)
+    if _is_loopback(listening):
+        return Address(f"http://{'localhost' if listening == '::1' else listening}:{port}/", True)
+    host = listening if listening not in ("", "0.0.0.0", "::") else own if own is not None else own_address()
+    return Address(f"http://{f'[{host}]' if ':' in host else host}:{port}/", _is_loopback(host))
+
+
+def own_address() -> str:
+    """Return this computer's address in its network; 127.0.0.1 if it is in none. Nothing is sent."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            # Choosing a route needs no packet; the address is one for documents, which nobody has.
+            probe.connect(("192.0.2.1", 9))
+            return str(probe.getsockname()[0])
+        except OSError:
+            return "127.0.0.1"
+
+
+def qr_svg(text: str) -> str:
+    """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need."""
+    out = io.BytesIO()
+    # Error correction M: a projector is no sheet of paper.
+    segno.make(text, error="m", micro=False).save(
+        out, kind="svg", border=4, dark="#14181c", light="#ffffff", omitsize=True, xmldecl=False, svgns=True, nl=False
+    )
+    return out.getvalue().decode().replace("<svg ", '<svg role="img" aria-label="QR code of the address" ', 1)
+
+
+def _name(origin: str) -> str:
+    try:
+        parts = urlsplit(origin)
+    except ValueError:
+        return ""
+    return (parts.hostname or "") if parts.scheme in ("http", "https") else ""
+
+
+def _is_loopback(name: str) -> bool:
+    if name == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(name).is_loopback
+    except ValueError:
+        return False

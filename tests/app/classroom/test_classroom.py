@@ -1,0 +1,182 @@
+"""The class without a page: answers are counted once and without names, places are few and fair, and the address can be typed."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.classroom.address import Address, find_address, own_address, qr_svg
+from app.classroom.ballots import Ballots
+from app.classroom.classroom import Classroom
+from app.classroom.key import is_mistaken, is_teacher
+from app.classroom.places import HOLD, MOST, Kept, Places
+from app.lessons.loading import load_lessons
+from app.lessons.outcomes import reference
+from app.lessons.walkthrough import Phase, Walkthrough
+from app.settings import Settings
+from scenes.settings import changed
+
+BOOK = load_lessons()
+PLACE = ("redundancy", "one")
+WHO = st.sampled_from(("ann", "bo", "cy", "di", "ed"))
+
+
+# ---- answers --------------------------------------------------------------------------------------------------------------------
+
+
+@given(st.lists(st.tuples(WHO, st.integers(0, 3))), st.sets(WHO))
+def test_everybody_counts_once_with_the_newest_answer(answers: list[tuple[str, int]], here: set[str]) -> None:
+    ballots = Ballots()
+    assert all(ballots.answer(PLACE, who, choice) for who, choice in answers)
+    newest = dict(answers)
+    tally = ballots.tally(PLACE, 4, here)
+    assert tally.counts == tuple(sum(c == i for c in newest.values()) for i in range(4))
+    assert tally.waiting == len(here - set(newest)) and tally.answered == len(newest)
+    if newest:
+        assert tally.favourite is not None and tally.counts[tally.favourite] == max(tally.counts)
+    else:
+        assert tally.favourite is None
+
+
+def test_after_the_reveal_nothing_changes_until_it_is_asked_again() -> None:
+    ballots = Ballots()
+    assert ballots.answer(PLACE, "ann", 1) and not ballots.answer(PLACE, "ann", -1)
+    ballots.reveal(PLACE)
+    assert ballots.revealed(PLACE) and not ballots.answer(PLACE, "ann", 2) and not ballots.answer(PLACE, "bo", 2)
+    assert ballots.tally(PLACE, 4, ("ann", "bo")) == ((0, 1, 0, 0), 1)
+    assert ballots.answer(("redundancy", "two"), "bo", 2), "another question is still open"
+    ballots.ask_again(PLACE)
+    assert not ballots.revealed(PLACE) and ballots.answer_of(PLACE, "ann") is None
+    assert ballots.answers_of("bo") == {("redundancy", "two"): 2}
+
+
+def test_the_poll_opens_with_the_question_and_closes_with_the_outcome() -> None:
+    room, walk = Classroom(8), Walkthrough(BOOK)
+    assert room.poll(None) is None and not room.answer(None, "ann", 0)
+    walk.go(0, 0)
+    question = walk.step.question
+    assert question is not None and walk.phase is Phase.PREDICT
+    room.enter(1, "ann")
+    room.enter(2, "bo")
+    room.enter(3, "bo")
+    assert room.answer(walk, "ann", question.right) and not room.answer(walk, "ann", 99) and not room.answer(walk, "ann", -1)
+    poll = room.poll(walk)
+    assert poll is not None and poll.open and not poll.revealed and poll.tally.waiting == 1 and poll.right is None
+    assert not poll.verdicts and not poll.outcome and len(poll.choices) == len(question.choices)
+    # While the run goes on, minds may change; with the outcome on the stage they may not.
+    walk.choose(0)
+    assert room.answer(walk, "bo", (question.right + 1) % len(question.choices))
+    walk.done.outcome = reference(walk.step, walk.step.setup)
+    walk.next()
+    assert walk.phase is Phase.OBSERVE and not room.answer(walk, "bo", question.right)
+    poll = room.poll(walk)
+    assert poll is not None and not poll.open and poll.right == question.right and poll.outcome and poll.tally.answered == 2
+    assert [v is not None and v.right for v in poll.verdicts] == [i == question.right for i in range(len(poll.choices))]
+    # Going back shows the question again, but not as one that is open.
+    walk.back()
+    poll = room.poll(walk)
+    assert poll is not None and not poll.open and poll.right is None and not poll.verdicts
+
+
+def test_a_step_begun_anew_is_a_question_asked_anew() -> None:
+    room, walk = Classroom(8), Walkthrough(BOOK)
+    room.enter(1, "ann")
+    assert room.answer(walk, "ann", 1)
+    room.ballots.reveal((walk.lesson.id, walk.step.id))
+    walk.choose(1)
+    assert not room.answer(walk, "ann", 2)
+    walk.reset()
+    assert room.answer(walk, "ann", 2) and room.answer_of(walk, "ann") == 2
+
+
+def test_answers_go_along_when_a_student_explores() -> None:
+    room, walk = Classroom(8), Walkthrough(BOOK)
+    assert room.answer(walk, "ann", 2)
+    walk.go(1, 1)
+    own = Walkthrough.from_json(BOOK, room.progress_of("ann", walk))
+    assert (own.lesson.id, own.step.id) == (walk.lesson.id, walk.step.id)
+    first = BOOK.lessons[0]
+    assert own.done_in(first.id, first.steps[0].id).choice == 2
+    assert Walkthrough.from_json(BOOK, room.progress_of("bo", walk)).done_in(first.id, first.steps[0].id).untouched
+
+
+# ---- places ---------------------------------------------------------------------------------------------------------------------
+
+
+def test_places_go_to_whoever_came_first_and_are_kept_for_a_while() -> None:
+    places = Places(2)
+    places.give(("ann", "bo", "cy", "ann"), 0.0)
+    assert [places.holds(who) for who in ("ann", "bo", "cy")] == [True, True, False] and places.taken == 2
+    places.give(("bo", "cy"), HOLD)
+    assert places.holds("ann"), "gone for a minute, as in a reload"
+    places.give(("bo", "cy"), HOLD + 1.0)
+    assert not places.holds("ann") and places.holds("cy")
+    places.take_all()
+    assert places.taken == 0
+
+
+def test_everybody_finds_their_own_settings_again() -> None:
+    places = Places(2)
+    mine, theirs = changed(Settings(), "dm", 0.11), changed(Settings(), "dm", 0.22)
+    places.keep("ann", Kept(mine, None))
+    places.keep("bo", Kept(theirs, None))
+    assert places.kept("ann") == Kept(mine, None) and places.kept("bo") == Kept(theirs, None) and places.kept("cy") is None
+    for i in range(MOST):
+        places.keep(f"student {i}", Kept(theirs, None))
+    assert places.kept("ann") is None and places.kept(f"student {MOST - 1}") is not None
+
+
+def test_who_follows_holds_no_place() -> None:
+    room = Classroom(1)
+    for number, who in enumerate(("ann", "bo", "bo")):
+        room.enter(number, who)
+    room.settle(room.here, 0.0)
+    assert room.heads == (2, 0)
+    room.free = True
+    room.settle(room.here, 0.0)
+    assert room.heads == (2, 1) and room.places.holds("ann")
+    room.follow()
+    room.leave(0)
+    room.leave(99)
+    assert room.heads == (1, 0) and not room.free
+
+
+# ---- the key --------------------------------------------------------------------------------------------------------------------
+
+
+@given(st.text(max_size=40), st.text(max_size=40))
+def test_the_key_opens_and_nothing_else_does(key: str, given_key: str) -> None:
+    assert is_teacher(key, {"key": given_key}) == (key == given_key)
+    assert is_mistaken(key, {"key": given_key}) == (key != given_key and given_key != "")
+    assert not is_teacher(None, {"key": given_key}) and not is_mistaken(None, {"key": given_key})
+
+
+def test_no_key_is_no_key() -> None:
+    assert not is_teacher("chalk", {}) and not is_mistaken("chalk", {})
+
+
+# ---- the address ----------------------------------------------------------------------------------------------------------------
+
+
+def test_the_address_is_one_that_students_can_open() -> None:
+    assert find_address("https://duet.example.org", "127.0.0.1", 8080) == Address("https://duet.example.org/", False)
+    assert find_address("http://192.168.1.20:8080", "0.0.0.0", 8080, "10.0.0.5").url == "http://192.168.1.20:8080/"
+    assert find_address("http://localhost:8080", "0.0.0.0", 8080, "10.0.0.5") == Address("http://10.0.0.5:8080/", False)
+    assert find_address("http://127.0.0.1:81", "127.0.0.1", 81) == Address("http://127.0.0.1:81/", True)
+    assert find_address("", "192.168.1.20", 81) == Address("http://192.168.1.20:81/", False)
+    assert find_address("http://[::1]:81", "::1", 81) == Address("http://localhost:81/", True)
+    assert find_address("http://localhost:81", "0.0.0.0", 81, "127.0.0.1").private, "in no network at all"
+    assert find_address("javascript:alert(1)", "127.0.0.1", 81).url == "http://127.0.0.1:81/"
+    assert find_address("http://[", "127.0.0.1", 81).url == "http://127.0.0.1:81/"
+    assert find_address("http://10.0.0.5:8080", "0.0.0.0", 8080).short == "10.0.0.5:8080/"
+    assert own_address().count(".") == 3
+
+
+def test_the_qr_code_is_dark_on_white_with_its_quiet_zone() -> None:
+    drawn = ElementTree.fromstring(qr_svg("http://192.168.1.20:8080/"))
+    width = int(drawn.attrib["viewBox"].split()[2])
+    # Version 2 has 25 modules, and there are 4 quiet ones at every side.
+    assert width == 25 + 2 * 4 and "width" not in drawn.attrib and drawn.attrib["role"] == "img"
+    assert {p.attrib.get("fill") or p.attrib.get("stroke") for p in drawn.iter() if p.tag.endswith("path")} >= {"#fff", "#14181c"}
