@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from controllers.errors import BadSetting
-from scenes.settings import RunSettings, Spec, changed
+from scenes.settings import RunSettings, Spec, changed, values
 
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
@@ -155,9 +155,11 @@ def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tup
 
     Args:
         query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Keys that are viser's own are skipped.
-        start: what the link does not say.
+        start: what the link does not say, unless it says that it is whole.
     """
     problems: list[str] = []
+    if query.get(WHOLE) == "1":
+        start = Settings()
     for key, text in query.items():
         if key in FOREIGN_KEYS or key.startswith("initialCamera"):
             continue
@@ -168,8 +170,24 @@ def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tup
     return start, tuple(problems)
 
 
+def to_query(settings: Settings, but: Settings | None = None) -> dict[str, str]:
+    """Return what a link says so that `from_query` gives these settings again, however a server was started.
+
+    Args:
+        settings: any.
+        but: what it need not say because whoever opens it knows; None for what Duet starts with.
+    """
+    known = values(but or Settings())
+    told = {key: value for key, value in values(settings).items() if value != known[key]}
+    texts = {key: str(int(value)) if isinstance(value, bool) else str(value) for key, value in told.items()}
+    return {**texts, WHOLE: "1"}
+
+
+WHOLE = "whole"
+"""Key of a link that says all that is not as Duet starts by itself."""
+
 FOREIGN_KEYS = frozenset(
     {"window", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"lesson", "step", "resume"}
+    | {"lesson", "step", "resume", WHOLE}
 )
-"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the lesson."""
+"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the lesson, how much it says."""
