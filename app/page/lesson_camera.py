@@ -1,4 +1,4 @@
-"""From where a step of a lesson is looked at: the whole experiment, or closer to what it is about."""
+"""From where a step of a lesson is looked at: the whole experiment, or closer to what it is about, but never without a whole arm."""
 
 from dataclasses import replace
 from typing import Final
@@ -7,11 +7,13 @@ import numpy as np
 
 from app.lessons.lesson import Camera as Where
 from app.page.camera import view_of
+from controllers.kinematics import Array
 from scenes.rigs import Camera
+from scenes.room import BALL_RADIUS, PATH
 from scenes.simulation import Simulation
 
-CLOSE: Final = (1.15, 1.05)
-"""What is seen from close by, across and up [m]."""
+MARGIN: Final = 0.17
+"""What is seen around the joints of an arm, which has a girth, and of its hand, which swings [m]."""
 
 TOP: Final = (0.35, 0.0, 1.0)
 """From the middle of the view to an eye above it, any length."""
@@ -24,14 +26,35 @@ def lesson_view(simulation: Simulation, where: Where) -> Camera:
         return view
     if where == "top":
         return replace(view, toward=TOP)
-    kinematics, arm = simulation.kinematics, simulation.avoiding
-    hand = kinematics.hand_pose(arm).translation
-    if where == "hand":
-        centre = np.array(hand)
-    elif where == "elbow":
-        centre = (kinematics.joint_point(arm.elbow) + hand) / 2.0
-    else:
-        centre = (kinematics.hand_pose(simulation.guided).translation + hand) / 2.0
-    width, height = CLOSE
+    return _around(_near(simulation, where), view)
+
+
+def _near(simulation: Simulation, where: Where) -> Array:
+    """Return the points (k, 3) that a near view has to show [m]."""
+    kinematics, room = simulation.kinematics, simulation.room
+    arms = room.arms if where == "between" else (simulation.avoiding,)
+    points: list[Array] = []
+    for arm in arms:
+        points += [kinematics.joint_point(joint) for joint in range(arm.shoulder, arm.wrist + 1)]
+        points += [room.bases()[room.arms.index(arm)].translation, kinematics.hand_pose(arm).translation]
+    if room.ball is not None:
+        hand, ball = points[-1], simulation.positions[room.ball]
+        reach = BALL_RADIUS - MARGIN
+        points += [hand + PATH, ball + reach, ball - reach]
+    return np.array(points)
+
+
+def _around(points: Array, view: Camera) -> Camera:
+    """Return a view from the same direction that shows points (k, 3) with a margin, and never more than the view itself."""
+    toward = np.array(view.toward) / np.linalg.norm(view.toward)
+    right = np.cross([0.0, 0.0, 1.0], toward)
+    right /= np.linalg.norm(right)
+    up = np.cross(toward, right)
+    across, high = points @ right, points @ up
+    width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN
+    if width > view.width and height > view.height:
+        return view
+    along = float((points @ toward).mean())
+    centre = right * (across.min() + across.max()) / 2.0 + up * (high.min() + high.max()) / 2.0 + toward * along
     x, y, z = (float(number) for number in centre)
-    return replace(view, centre=(x, y, z), width=min(width, view.width), height=min(height, view.height))
+    return replace(view, centre=(x, y, z), width=width, height=height)

@@ -21,6 +21,7 @@ from app.page.keep import ReplayBar, past_style
 from app.page.keys import HOTKEYS
 from app.page.lesson_camera import lesson_view
 from app.page.lesson_desk import LessonDesk
+from app.page.lesson_marks import Marks
 from app.page.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
 from app.page.lesson_run import LessonRun
 from app.page.logo import titlebar
@@ -105,6 +106,7 @@ class View:
         self.lesson_panel = LessonPanel(
             gui, self.lessons, width, private, narrow, lambda: style_sheet(session.settings.page.profile)
         )
+        self._marks = Marks(host.scene, session, self.lessons)
         self._lesson_step: tuple[object, ...] | None = None
 
     def _present_experiment(self) -> tuple[object, ...]:
@@ -190,6 +192,7 @@ class View:
 
     def _show_lesson(self, now: float) -> None:
         lessons = self.lessons
+        self._marks.show(now)
         step = (lessons.walk.lesson.id, lessons.walk.step.id) if lessons.open else None
         self._plots.only(lessons.walk.step.plots if lessons.open else ())
         if self.lesson_panel.show(now) or step != self._lesson_step:
