@@ -171,7 +171,10 @@ class Walkthrough:
 
     def reset(self) -> None:
         """Begin the present step anew: as if it had never been seen."""
-        self._progress.steps.pop((self.lesson.id, self.step.id), None)
+        done = self._progress.steps.pop((self.lesson.id, self.step.id), None)
+        if done is not None and done.words:
+            # Nobody wants to write anything twice.
+            self.done.words = done.words
         self._enter(self.phases[0])
 
     def reset_all(self) -> None:
@@ -201,9 +204,9 @@ class Walkthrough:
         done.hints += 1
         return hints[done.hints - 1]
 
-    def write(self, words: str) -> None:
-        """Keep what the student writes about the step."""
-        self.done.words = words[:MOST_WORDS]
+    def write(self, words: str, lesson: str | None = None, step: str | None = None) -> None:
+        """Keep what the student writes about a step: the present one, or that of a name."""
+        self._progress.at(lesson or self.lesson.id, step or self.step.id).words = words[:MOST_WORDS]
 
     # ---- the run -----------------------------------------------------------------------------------------------------------
 

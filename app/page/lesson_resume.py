@@ -8,6 +8,7 @@ from typing import Final
 
 from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
+from app.settings import WHOLE
 
 KEEP: Final = 600.0
 """How long progress is kept after a visitor has gone [s]."""
@@ -86,6 +87,8 @@ def open_link(run: LessonRun, query: Mapping[str, str], found: tuple[Saved, bool
         known = ", ".join(one.id for one in run.book.lessons) or "none"
         return (f"There is no lesson {lesson}; choose from {known}.",)
     run.enter(index, place)
+    if query.get(WHOLE) == "1":
+        run.vary(query)
     return (problem,) if problem else ()
 
 

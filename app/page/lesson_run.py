@@ -5,10 +5,11 @@ Everything here belongs to the session's thread, but for the further runs that a
 
 import logging
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
+from app.lessons.runs import LONGEST
 from app.lessons.walkthrough import Phase, View, Walkthrough
 from app.page.lesson_runs import FurtherRuns
 from app.page.lesson_saved import Again, Saved
@@ -17,6 +18,8 @@ from app.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting, DuetError
 from scenes.cast import Person
+from scenes.inputs import Recorded
+from scenes.settings import RunSettings, specs
 
 log = logging.getLogger("duet.lessons")
 
@@ -33,12 +36,14 @@ class LessonRun:
         version: goes up whenever something has to be shown anew.
         notes: (title, text) of what the visitor is to be told; whoever shows them takes them out.
         said: the forecasts that the visitor has typed.
+        seen: (lesson, step) → the run in which the visitor saw what came of it.
     """
 
     def __init__(self, session: Session, book: LessonBook) -> None:
         self.book, self.open, self.version = book, False, 0
         self.notes: deque[tuple[str, str]] = deque(maxlen=8)
         self.said: list[float | None] = []
+        self.seen: dict[tuple[str, str], Recorded] = {}
         self._session = session
         self._walk: Walkthrough | None = None
         self._own = session.settings
@@ -86,13 +91,14 @@ class LessonRun:
         """Return what outlives a connection; None if no lesson was ever opened."""
         if self._walk is None:
             return None
-        return Saved(self._walk.to_json(), self._own if self.open else self._session.settings, self.open)
+        return Saved(self._walk.to_json(), self._own if self.open else self._session.settings, self.open, self.seen)
 
     def resume(self, saved: Saved, reopen: bool) -> None:
         """Take up what was saved; `reopen`: also where the visitor was."""
         if not self.book.lessons:
             return
         self._walk = Walkthrough.from_json(self.book, saved.progress)
+        self.seen = dict(saved.seen)
         if saved.open and reopen:
             self.enter()
             self._own = saved.own
@@ -148,7 +154,7 @@ class LessonRun:
                 walk.go(int(str(given[0])), int(str(given[1])))
             case "next":
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
-                    walk.observe(session.simulation)
+                    self._observe()
                 walk.next()
             case "back":
                 walk.back()
@@ -249,12 +255,26 @@ class LessonRun:
         self._measured = walk.turn
         if walk.phase is not Phase.CHALLENGE or self._showing:
             if walk.step.measurements:
-                walk.observe(simulation)
+                self._observe()
             elif not walk.yours:
                 walk.next()
         elif not walk.yours and walk.step.challenge is not None and not walk.step.challenge.forecasts:
             self._check()
         self._follow()
+
+    def _observe(self) -> None:
+        """Measure the run, and keep it where it is the one that answers the step's question."""
+        walk, showing, step = self.walk, self._showing, (self.walk.lesson.id, self.walk.step.id)
+        if walk.observe(self._session.simulation).complete and not showing and self._session.own_law is None:
+            recorded = self._session.recorded(LONGEST)
+            if recorded is not None:
+                self.seen[step] = recorded
+
+    def vary(self, query: Mapping[str, str]) -> None:
+        """Change settings of the present run as a link asks for."""
+        for key, value in query.items():
+            if key in specs(RunSettings):
+                self._guarded(lambda key=key, value=value: self._session.change(key, value))
 
     def _follow(self) -> None:
         """Begin the run that the step asks for, if it is another than before."""

@@ -1,9 +1,10 @@
 """What is kept of a student's way through the lessons: progress that outlives a connection, and a run that can be done again."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from app.settings import Settings
+from scenes.inputs import Recorded
 from scenes.targets import Target
 
 
@@ -15,11 +16,13 @@ class Saved:
         progress: the walkthrough's JSON.
         own: the visitor's settings outside the lessons.
         open: whether a lesson was open.
+        seen: (lesson, step) → the run in which the visitor saw what came of it.
     """
 
     progress: str
     own: Settings
     open: bool
+    seen: Mapping[tuple[str, str], Recorded] = field(default_factory=dict)
 
 
 class Again:
