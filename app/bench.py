@@ -18,6 +18,7 @@ from typing import Any, Final, get_args
 
 import numpy as np
 
+from app.crowd import limit_of, measure_crowd
 from app.server import duet_version
 from app.wsclient import Visitor
 from controllers.errors import BadInputFile
@@ -36,6 +37,9 @@ RESTLESS: Final = "hold, soft minimum, bounds at work"
 
 SERVE_WARM_UP: Final = 3.0
 """Time a visitor is left alone before it is watched [s]."""
+
+WATCHERS: Final = 30
+SESSIONS: Final = 8
 
 
 def _scenes() -> dict[str, RunSettings]:
@@ -98,12 +102,11 @@ def measure_steps(steps: int) -> Figures:
     }
 
 
-def measure_visitor(seconds: float, visitors: int = 1) -> dict[str, float]:
-    """Return what visitors with a page each cost a server in a process of its own: CPU, messages, bytes and frames.
+def measure_visitor(seconds: float) -> dict[str, float]:
+    """Return what one visitor costs a server that was started as anybody starts it: CPU, messages, bytes and frames.
 
     Args:
-        seconds: how long they are watched.
-        visitors: how many at once.
+        seconds: how long the visitor is watched.
     """
     command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
@@ -113,28 +116,26 @@ def measure_visitor(seconds: float, visitors: int = 1) -> dict[str, float]:
             line = server.stdout.readline()
             started = time.perf_counter() - begin
             url = next(word for word in line.split() if word.startswith("http"))
-            return {"start_s": started, **asyncio.run(_watch(url, server.pid, seconds, visitors))}
+            return {"start_s": started, **asyncio.run(_watch(url, server.pid, seconds))}
         finally:
             server.terminate()
 
 
-async def _watch(url: str, pid: int, seconds: float, visitors: int) -> dict[str, float]:
-    guests = [await Visitor(url, decode=i == 0).connect() for i in range(visitors)]
+async def _watch(url: str, pid: int, seconds: float) -> dict[str, float]:
+    guest = await Visitor(url).connect()
     await asyncio.sleep(SERVE_WARM_UP)
-    for guest in guests:
-        guest.reset_counters()
+    guest.reset_counters()
     cpu, begin = _cpu_seconds(pid), time.perf_counter()
     await asyncio.sleep(seconds)
     cpu, elapsed = _cpu_seconds(pid) - cpu, time.perf_counter() - begin
-    received = guests[0].received
+    received = guest.received
     figures = {
         "cpu_percent_of_a_core": 100.0 * cpu / elapsed,
         "frames_per_s": received.frames / elapsed,
         "messages_per_s": received.messages.total() / elapsed,
         "kB_per_s": received.bytes / elapsed / 1000.0,
     }
-    for guest in guests:
-        await guest.close()
+    await guest.close()
     return figures
 
 
@@ -160,14 +161,17 @@ def measure(steps: int, seconds: float) -> dict[str, Any]:
         "figures": {
             **measure_steps(steps),
             "one visitor": measure_visitor(seconds),
-            "eight visitors": measure_visitor(seconds, 8),
+            f"lecture with {WATCHERS} watchers": measure_crowd(WATCHERS, seconds, lecture=True),
+            f"{SESSIONS} private sessions": measure_crowd(SESSIONS, seconds, lecture=False),
         },
     }
 
 
 def table_text(result: dict[str, Any]) -> str:
-    """Return the figures as a table."""
-    return _table(result["figures"], lambda value: f"{value:.3g}" if abs(value) < 10 else f"{value:.1f}")
+    """Return the figures as a table, and below it what takes the time where that was measured."""
+    table = _table(result["figures"], lambda value: f"{value:.3g}" if abs(value) < 10 else f"{value:.1f}")
+    limits = {name: limit_of(figures) for name, figures in result["figures"].items()}
+    return "\n".join((table, *(f"{name:36s} {limit}" for name, limit in limits.items() if limit)))
 
 
 def read_figures(path: Path) -> dict[str, Any]:

@@ -1,0 +1,186 @@
+"""A house full of visitors, for the benchmark: the server in a process of its own, which notes what takes its time, and the visitors
+in further ones, so that what they cost themselves is not counted."""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from typing import Any, Final
+
+WARM_UP: Final = 60
+"""Frames that every visitor has had before they are watched: their pages have been built by then."""
+
+SETTLING: Final = 2.0
+"""Time they are left alone then [s]."""
+
+PATIENCE: Final = 120.0
+"""How long a process may take for its start [s]."""
+
+PARTS: Final[tuple[str, ...]] = ("step", "drawing", "packing", "sending")
+"""What the server's time is divided into; the rest is "other": asyncio, viser's windows, threads that take turns."""
+
+ASIDE: Final = 2
+"""Processes that play visitors."""
+
+
+class Shares:
+    """Processor time of the server by what it is used for; takes the place of the functions that do it.
+
+    Attributes:
+        seconds: of every part so far [s].
+    """
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = dict.fromkeys(PARTS, 0.0)
+        self._open = threading.local()
+
+    def timed(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
+        """Return a function whose time counts for a part, but for what another part takes of it."""
+        seconds, open_parts, clock = self.seconds, self._open, time.thread_time
+
+        def call(*args: Any, **kwargs: Any) -> Any:
+            around: float = getattr(open_parts, "inside", 0.0)
+            open_parts.inside = 0.0
+            begin = clock()
+            try:
+                return function(*args, **kwargs)
+            finally:
+                whole = clock() - begin
+                seconds[part] += whole - open_parts.inside
+                open_parts.inside = around + whole
+
+        return call
+
+    def watch(self) -> None:
+        """Time the program from now on; there is no way back, so only in a process that is made for it."""
+        from app import hosts, server
+        from app.session import Session
+
+        for host in (hosts.PrivateHost, hosts.LectureHost):
+            host.frame = self.timed(host.frame, "drawing")
+        Session.advance = self.timed(Session.advance, "step")
+        server.pack = self.timed(server.pack, "packing")
+        server._Connection.send_data = self.timed(server._Connection.send_data, "sending")
+
+
+def _keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
+    from app.hosts import open_house
+    from app.settings import Settings
+
+    shares = Shares()
+    shares.watch()
+    house = open_house("127.0.0.1", 0, Settings(), sessions, lecture)
+    pipe.send(house.url)
+    while pipe.recv() == "tell":
+        pipe.send((time.process_time(), dict(shares.seconds)))
+    house.close()
+    pipe.send("closed")
+    os._exit(0)
+
+
+def _visit(pipe: Connection, url: str, count: int) -> None:
+    asyncio.run(_visit_all(pipe, url, count))
+
+
+async def _visit_all(pipe: Connection, url: str, count: int) -> None:
+    from app.wsclient import Visitor
+
+    visitors = [await Visitor(url, decode=False).connect(PATIENCE) for _ in range(count)]
+    for visitor in visitors:
+        await visitor.wait_for(lambda one: one.received.frames >= WARM_UP, PATIENCE)
+    pipe.send("here")
+    while await asyncio.to_thread(pipe.recv) == "tell":
+        pipe.send([(visitor.received.frames, visitor.received.bytes, visitor.closed is None) for visitor in visitors])
+    for visitor in visitors:
+        await visitor.close()
+
+
+@contextmanager
+def _process(work: Callable[..., None], *given: Any) -> Iterator[Connection]:
+    # Nothing of this process may be in the server's, whose time is measured.
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=work, args=(theirs, *given), daemon=False)
+    process.start()
+    theirs.close()
+    try:
+        yield ours
+    finally:
+        try:
+            ours.send("leave")
+            process.join(10.0)
+        except OSError:
+            pass
+        if process.is_alive():
+            process.kill()
+        process.join()
+
+
+def _answer(pipe: Connection) -> Any:
+    if not pipe.poll(PATIENCE):
+        raise TimeoutError("a process of the benchmark does not answer")
+    return pipe.recv()
+
+
+def _ask(pipe: Connection) -> Any:
+    pipe.send("tell")
+    return _answer(pipe)
+
+
+def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, float]:
+    """Return what visitors cost a server, what reaches them, and what takes the time.
+
+    Args:
+        visitors: how many at once.
+        seconds: how long they are watched.
+        lecture: whether they watch one stage; otherwise each has a session.
+
+    Returns:
+        CPU of the server in percent of one core; frames a second at the average visitor and at the worst; kB a second of each; the
+        percents of a core of every part of `PARTS`, and of the rest. The server's clocks cost it about half a percent.
+    """
+    with _process(_keep_house, lecture, visitors) as house:
+        url = _answer(house)
+        share = [visitors // ASIDE + (i < visitors % ASIDE) for i in range(ASIDE)]
+        with _process(_visit, url, share[0]) as here, _process(_visit, url, share[1]) as there:
+            crowds = here, there
+            for crowd in crowds:
+                _answer(crowd)
+            time.sleep(SETTLING)
+            (cpu, parts), got, begin = _ask(house), [one for crowd in crowds for one in _ask(crowd)], time.perf_counter()
+            time.sleep(seconds)
+            (cpu_end, parts_end), got_end = _ask(house), [one for crowd in crowds for one in _ask(crowd)]
+            elapsed = time.perf_counter() - begin
+    lost = sum(not alive for *_, alive in got_end)
+    if lost:
+        raise RuntimeError(f"{lost} of {visitors} visitors lost their connection while they were watched")
+    frames = [(after[0] - before[0]) / elapsed for before, after in zip(got, got_end, strict=True)]
+    sizes = [(after[1] - before[1]) / elapsed for before, after in zip(got, got_end, strict=True)]
+    used = {part: 100.0 * (parts_end[part] - parts[part]) / elapsed for part in PARTS}
+    total = 100.0 * (cpu_end - cpu) / elapsed
+    return {
+        "cpu_percent_of_a_core": total,
+        "frames_per_s": sum(frames) / visitors,
+        "least_frames_per_s": min(frames),
+        "kB_per_s": sum(sizes) / visitors / 1000.0,
+        **{f"{part}_percent": value for part, value in used.items()},
+        "other_percent": total - sum(used.values()),
+    }
+
+
+def limit_of(figures: dict[str, float]) -> str:
+    """Return in words which part takes most of the server's time; "" of figures without parts."""
+    parts = {name: figures.get(f"{name}_percent") for name in (*PARTS, "other")}
+    known = {name: value for name, value in parts.items() if value is not None}
+    total = figures.get("cpu_percent_of_a_core", 0.0)
+    if not known or total <= 0.0:
+        return ""
+    shares = sorted(known.items(), key=lambda entry: -entry[1])
+    words = ", ".join(f"{name} {100.0 * value / total:.0f} %" for name, value in shares)
+    return f"of {total:.0f} % of a core: {words}"
