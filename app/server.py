@@ -18,6 +18,7 @@ import io
 import json
 import logging
 import operator
+import re
 import secrets
 import socket
 import sys
@@ -27,7 +28,7 @@ import types
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import viser
@@ -57,6 +58,7 @@ _OWN_HEADERS = {
     "Cache-Control": "no-cache",
 }
 _HTML = "text/html; charset=utf-8"
+_ADDRESS = re.compile(r"https?://[A-Za-z0-9.\-]+(:\d{1,5})?|https?://\[[0-9A-Fa-f:.]+\](:\d{1,5})?")
 _FOREIGN = (
     "This page may not talk to this Duet server. Open Duet under its own address, "
     "or start it with --allow-origin and this page's address.\n"
@@ -431,6 +433,16 @@ def request_query(client: viser.ClientHandle) -> dict[str, str]:
     """
     connection = client._viser_server._websock_server._live_connections.get(client.client_id)
     return {} if connection is None or connection.request is None else page_query(connection.request.path)
+
+
+def request_address(client: viser.ClientHandle) -> str:
+    """The address under which this browser knows the page, such as http://localhost:8080: a proxy may have given it another one."""
+    connection = client._viser_server._websock_server._live_connections.get(client.client_id)
+    headers = {} if connection is None or connection.request is None else connection.request.headers
+    origin, host = headers.get("Origin", ""), headers.get("Host", "")
+    if _ADDRESS.fullmatch(origin):
+        return origin
+    return f"http://{host}" if _ADDRESS.fullmatch(f"http://{host}") else cast(DuetServer, client._viser_server).url
 
 
 def _somebody_answers(host: str, port: int) -> bool:

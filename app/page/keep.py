@@ -1,6 +1,7 @@
 """Replay with a scrubber, and what a visitor may take home or bring along: the run, a table, pictures, a page that plays, Python."""
 
 import html
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -10,7 +11,9 @@ import viser
 from app.background import Background
 from app.keep.past import Past
 from app.keep.shelf import KINDS, Shelf
+from app.languages.speaking import say
 from app.page.buttons import ChoiceButtons
+from app.page.copy import copy_button
 from app.session import Session
 from scenes.inputs import KEEP
 
@@ -31,18 +34,12 @@ WRITE: Final = 0.1
 HANDS_OFF: Final = 0.4
 """… and after the visitor has moved it [s]."""
 
-_COPY: Final = (
-    "const b=this,p=b.parentElement.querySelector('pre'),say=()=>{b.textContent='Copied'};"
-    "(navigator.clipboard?navigator.clipboard.writeText(p.textContent):Promise.reject()).then(say,"
-    "()=>{getSelection().selectAllChildren(p);document.execCommand('copy');say()})"
-)
-
 
 def past_style(loaded: str) -> str:
     """Return a style that says all over the page that this is no live run. `loaded`: name of the file that is shown, or ""."""
-    words = "This is a loaded run" if loaded else "This is the past"
+    words = say("This is a loaded run") if loaded else say("This is the past")
     rules = Path(__file__).with_name("keep.css").read_text(encoding="utf-8")
-    return f"<style>body::after{{content:'{words}'}}{rules}</style>"
+    return f"<style>body::after{{content:{json.dumps(words, ensure_ascii=False)}}}{rules}</style>"
 
 
 class ReplayBar:
@@ -72,9 +69,6 @@ class ReplayBar:
         self._length = LENGTHS["30 s"]
         self._said = ""
         self._clock = self._next = 0.0
-        lengths = tuple(LENGTHS)
-        self._lengths = ChoiceButtons(gui, "the last", lengths, "How much of the run is meant below.", self._choose)
-        self._lengths.mark(lengths.index("30 s"))
         self._replay = ChoiceButtons(
             gui,
             "replay",
@@ -84,17 +78,28 @@ class ReplayBar:
         )
         self._replay.offer((0,))
         self._slider = gui.add_slider(
-            "moment [s]", 0.0, 1.0, 0.01, 0.0, visible=False, hint="Any moment of what is kept, on the clock of the run."
+            say("moment [s]"),
+            0.0,
+            1.0,
+            0.01,
+            0.0,
+            visible=False,
+            hint=say("Any moment of what is kept, on the clock of the run."),
         )
+        self._state = gui.add_html("")
+        lengths = tuple(LENGTHS)
+        self._lengths = ChoiceButtons(
+            gui, "the last", lengths, "How much of the run is meant, to watch and to save.", self._choose
+        )
+        self._lengths.mark(lengths.index("30 s"))
         self._save = ChoiceButtons(
             gui, "save as", LABELS, HINT, lambda i: session.post(lambda: shelf.ask(KINDS[i], self._length))
         )
         self._upload = gui.add_upload_button(
-            "Load a run",
+            say("Load a run"),
             icon=viser.Icon.UPLOAD,
-            hint="A file saved with Run: it is made again, compared with what came out then, and replayed.",
+            hint=say("A file saved with Run: it is made again, compared with what came out then, and replayed."),
         )
-        self._state = gui.add_html("")
 
         @self._slider.on_update
         async def _(event: viser.GuiEvent[viser.GuiSliderHandle]) -> None:
@@ -186,10 +191,12 @@ class ReplayBar:
     def _words(self) -> str:
         shelf = self.shelf
         if shelf.busy:
-            return f"Making {shelf.busy} …"
+            return say("Making {what} …", what=say(shelf.busy))
         if shelf.replay is None:
             return ""
-        return f"This is {shelf.loaded}, not the live run." if shelf.loaded else "This is the past; the live run waits."
+        if shelf.loaded:
+            return say("This is {file}, not the live run.", file=shelf.loaded)
+        return say("This is the past; the live run waits.")
 
     def _say(self, text: str) -> None:
         if text != self._said:
@@ -197,12 +204,13 @@ class ReplayBar:
             self._state.content = f'<div class="duet duet-tip" role="status">{html.escape(text)}</div>' if text else ""
 
     def _show_snippet(self, snippet: str) -> None:
-        with self._gui.add_modal("This run in Python") as modal:
+        copy = _COPY.replace("Copied", say("Copied"))
+        with self._gui.add_modal(say("This run in Python")) as modal:
             self._gui.add_html(
                 '<div class="duet"><pre style="max-height:50vh;overflow:auto;white-space:pre-wrap;overflow-wrap:anywhere;'
-                f'font-size:12px" tabindex="0">{html.escape(snippet)}</pre><button type="button" onclick="{_COPY}">Copy</button></div>'
+                f'font-size:12px" tabindex="0">{html.escape(snippet)}</pre>{copy_button(say("Copy"), "pre")}</div>'
             )
-            close = self._gui.add_button("Close")
+            close = self._gui.add_button(say("Close"))
 
         @close.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
