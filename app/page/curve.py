@@ -47,9 +47,9 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
     for order in ORDERS:
         ys = np.array([activation(d, law.critical_distance, order) for d in xs.tolist()])
         chart.line(xs, ys, "faint", 1.2)
-    # Each name where its curve is two thirds of the way down: there they are far apart.
+    # Each name where its curve is two thirds of the way down, or, for a steep one, at its foot: there they are far apart.
     for order in ORDERS:
-        level = 0.34
+        level = 0.34 if order < 5.0 else 0.1
         chart.mark(law.critical_distance * level ** (-1.0 / order), level, "name faint", f"n = {order:g}")
     if ghost is not None:
         other = ghost.settings.law

@@ -15,6 +15,9 @@ from scenes.simulation import Simulation
 MARGIN: Final = 0.17
 """What is seen around the joints of an arm, which has a girth, and of its hand, which swings [m]."""
 
+INSIDE: Final = 0.7
+"""Share of the experiment's own view that a wider one shows, about its middle; the rest of it is margin."""
+
 TOP: Final = (0.35, 0.0, 1.0)
 """From the middle of the view to an eye above it, any length."""
 
@@ -22,11 +25,25 @@ TOP: Final = (0.35, 0.0, 1.0)
 def lesson_view(simulation: Simulation, where: Where) -> Camera:
     """Return a view of a simulation."""
     view = view_of(simulation)
-    if where == "room" or simulation.settings.scene == "imitation":
-        return view
     if where == "top":
         return replace(view, toward=TOP)
-    return _around(_near(simulation, where), view)
+    if simulation.settings.scene == "imitation" or (where == "room" and simulation.room.ball is None):
+        return view
+    near = _near(simulation, where)
+    if where == "room":
+        right, up, _ = _axes(view)
+        corners = [x * right * view.width / 2.0 + y * up * view.height / 2.0 for x in (-1, 1) for y in (-1, 1)]
+        # A ball may begin beyond what shows the arm and its table.
+        near = np.vstack([near, [np.array(view.centre) + corner * INSIDE for corner in corners]])
+    return _around(near, view)
+
+
+def _axes(view: Camera) -> tuple[Array, Array, Array]:
+    """Return which way is right, up and towards the eye."""
+    toward = np.array(view.toward) / np.linalg.norm(view.toward)
+    right = np.cross([0.0, 0.0, 1.0], toward)
+    right /= np.linalg.norm(right)
+    return right, np.cross(toward, right), toward
 
 
 def _near(simulation: Simulation, where: Where) -> Array:
@@ -45,15 +62,10 @@ def _near(simulation: Simulation, where: Where) -> Array:
 
 
 def _around(points: Array, view: Camera) -> Camera:
-    """Return a view from the same direction that shows points (k, 3) with a margin, and never more than the view itself."""
-    toward = np.array(view.toward) / np.linalg.norm(view.toward)
-    right = np.cross([0.0, 0.0, 1.0], toward)
-    right /= np.linalg.norm(right)
-    up = np.cross(toward, right)
+    """Return a view from the same direction that shows points (k, 3) with a margin."""
+    right, up, toward = _axes(view)
     across, high = points @ right, points @ up
     width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN
-    if width > view.width and height > view.height:
-        return view
     along = float((points @ toward).mean())
     centre = right * (across.min() + across.max()) / 2.0 + up * (high.min() + high.max()) / 2.0 + toward * along
     x, y, z = (float(number) for number in centre)
