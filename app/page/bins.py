@@ -80,25 +80,26 @@ class PlotBuffer:
         self._history: History | None = None
         self._swivel: Swivel | None = None
         self._seen = 0
+        self._last_row: Array | None = None
         self._last_bin = -1
         self._last_pair = -1.0
 
     def clear(self) -> None:
         """Forget everything."""
         self._bins[:] = np.nan
-        self._seen, self._last_bin, self._last_pair = 0, -1, -1.0
+        self._seen, self._last_row, self._last_bin, self._last_pair = 0, None, -1, -1.0
 
     def feed(self, simulation: Simulation) -> None:
         """Take in every step made since the last call."""
         history = simulation.history
-        if history is not self._history or history.count < self._seen:
+        if history is not self._history or self._began_anew(history):
             self.clear()
             self._history = history
             self._swivel = Swivel(simulation.room, simulation.avoiding) if simulation.settings.scene == "solo" else None
         if history.count == self._seen:
             return
         table = history.table(history.count - self._seen)
-        self._seen = history.count
+        self._seen, self._last_row = history.count, table[-1].copy()
         numbers = (table[:, COLUMN["t"]] * (POINTS / WINDOW)).astype(int)
         for number in np.unique(numbers).tolist():
             rows = np.flatnonzero(numbers == number)
@@ -109,6 +110,15 @@ class PlotBuffer:
                     self._bins[skipped % POINTS] = np.nan
                 self._last_bin = number
             self._fill(self._bins[number % POINTS], simulation, table[rows[0] : rows[-1] + 1])
+
+    def _began_anew(self, history: History) -> bool:
+        """Return whether the history was cleared since the last call, even if it has as many steps again by now."""
+        new = history.count - self._seen
+        if new < 0 or self._last_row is None:
+            return new < 0
+        table = history.table(new + 1)
+        # Of more steps than are kept nothing can be told, and none of the old bins is left either.
+        return len(table) == new + 1 and not np.array_equal(table[0], self._last_row, equal_nan=True)
 
     def _fill(self, b: Array, simulation: Simulation, table: Array) -> None:
         """Take the rows of one bin into it."""
@@ -152,7 +162,7 @@ class PlotBuffer:
         """Return time and the columns asked for, oldest first, in equal lengths; columns times `scale`."""
         rows = self._rows()
         if len(rows) < 2:
-            # uPlot needs an extent; nothing but an axis is drawn.
+            # uPlot needs an extent; nothing but the axes is drawn.
             end = 0.0 if not len(rows) else float(rows[-1, 0])
             return (np.array([end - 0.1, end]), *(np.full(2, np.nan) for _ in columns))
         return (rows[:, 0], *(rows[:, c] * scale for c in columns))
@@ -173,8 +183,11 @@ class PlotBuffer:
         rows[: len(before)] = leader._bins[before % POINTS]
         return tuple(rows[:, c] * scale for c in columns)
 
-    def along(self, curve: "Curve") -> Array:
-        """Return another curve at the bins of this one, nan where there is nothing; of the length of its `series`."""
+    def along(self, curve: "Curve", column: int) -> Array:
+        """Return another curve at the bins of this one, nan where there is nothing; of the length of its `series`.
+
+        Up to where it begins it was this run's column.
+        """
         numbers = self._numbers()
         if len(numbers) < 2:
             return np.full(2, np.nan)
@@ -183,6 +196,8 @@ class PlotBuffer:
         inside = places < len(curve.numbers)
         inside[inside] = curve.numbers[places[inside]] == numbers[inside]
         found[inside] = curve.values[places[inside]]
+        before = numbers < curve.numbers[0]
+        found[before] = self._bins[numbers[before] % POINTS, column]
         return found
 
     def _rows(self) -> Array:
@@ -193,6 +208,27 @@ class PlotBuffer:
         newest = self._last_bin
         numbers = np.arange(newest - POINTS + 1, newest + 1)
         return numbers[~np.isnan(self._bins[numbers % POINTS, 0])]
+
+
+def drawable(line: Array, follows: bool) -> Array:
+    """Return a line as the page can draw it: an empty one if there is nothing on it.
+
+    The page finds no range for an axis that follows the data, and then draws none of the plot's lines, if the first value of one of
+    them is missing; so such a line stays level up to its first value.
+
+    Args:
+        line: (k,), nan where there is nothing.
+        follows: whether the axis follows the data.
+    """
+    known = np.isfinite(line) if follows else ~np.isnan(line)
+    if not known.any():
+        return np.empty(0)
+    if not follows or known[0]:
+        return line
+    line = line.copy()
+    first = int(known.argmax())
+    line[:first] = line[first]
+    return line
 
 
 class Curve:

@@ -1,4 +1,8 @@
-"""The plots over time: which columns, lines, colours and names each of them has."""
+"""The plots over time: which columns, lines, colours and names each of them has.
+
+A plot has the same lines in every experiment, and those that mean nothing there stay empty. With other lines the page would make it
+anew, and when its data change in the same moment viser keeps the old time axis in the wrong proportion for good.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -75,16 +79,16 @@ def _shadows(column: str, colour: str) -> tuple[Line, ...]:
     return Line(column, colour, 1.8, _GHOST, "ghost"), Line(column, colour, 2.0, _WHAT_IF, "what_if")
 
 
-def _joints(stem: str, count: int, run: str = "own") -> tuple[Line, ...]:
+def _joints(stem: str, run: str = "own") -> tuple[Line, ...]:
     thin, dash = (1.6, None) if run == "own" else (1.0, (1.5, 3.0))
     return tuple(
-        Line(f"{stem}{i + 1}", f"joint {i + 1}", thin, _STYLES[i // 3] if dash is None else dash, run) for i in range(count)
+        Line(f"{stem}{i + 1}", f"joint {i + 1}", thin, _STYLES[i // 3] if dash is None else dash, run) for i in range(JOINTS)
     )
 
 
 def _of_joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None) -> Course:
     legend = tuple((f"j{i + 1}", ("", "dash", "dot")[i // 3], str(i + 1)) for i in range(count))
-    return Course(title, unit, (*_joints(stem, count), *_joints(stem, count, "ghost")), legend, span, DEGREES, False)
+    return Course(title, unit, (*_joints(stem), *_joints(stem, "ghost")), legend, span, DEGREES, False)
 
 
 _DISTANCE: Final = Course(
@@ -103,9 +107,8 @@ _DISTANCE: Final = Course(
 
 
 def _squared_error(unit: str, arms: tuple[str, ...]) -> Course:
-    second = (Line("e2_b", "pull", 1.8, (2.0, 3.0)),) if len(arms) > 1 else ()
-    lines = (Line("e2", "error", 2.2), *second, *_shadows("e2", "error"))
-    legend = tuple(zip(("e", "u"), ("", "dot"), arms, strict=True)) if second else ()
+    lines = (Line("e2", "error", 2.2), Line("e2_b", "pull", 1.8, (2.0, 3.0)), *_shadows("e2", "error"))
+    legend = tuple(zip(("e", "u"), ("", "dot"), arms, strict=True)) if len(arms) > 1 else ()
     return Course('error <b class="e">e²</b>', unit, lines, legend, symbol="e")
 
 

@@ -7,7 +7,8 @@ import viser
 from viser import uplot
 
 from app.keep.past import Shown
-from app.page.bins import POINTS, WINDOW, Curve, PlotBuffer
+from app.languages.speaking import say
+from app.page.bins import COLUMNS, POINTS, WINDOW, Curve, PlotBuffer, drawable
 from app.page.contact import contact
 from app.page.courses import Course, Line, colour_of, course_of
 from app.page.curve import curve_html
@@ -33,6 +34,9 @@ MANY_LINES: Final = 8
 
 SLOW_PERIOD: Final = 0.2
 """Wall time between two refreshes of anything else [s]; sentences and charts of many lines need longer to be read."""
+
+CURTAIN: Final = 0.3
+"""Wall time during which no plot over time is there after another theme [s]."""
 
 
 class Plots:
@@ -62,10 +66,12 @@ class Plots:
         self._settings: RunSettings | None = None
         self._next: dict[str, float] = {}
         self._drawn: dict[str, object] = {}
+        self._dressed = False
+        self._away: list[str] = []
 
     def dress(self, page: PageSettings) -> None:
         """Take on another theme or profile."""
-        self._page = page
+        self._page, self._dressed = page, True
         for course, plot in self._courses.values():
             plot.series = self._series(course)
             plot.axes = self._axes()
@@ -83,6 +89,16 @@ class Plots:
         simulation, ghost = session.simulation, session.ghost
         self._take(session.what_if)
         self._arrange(simulation, ghost)
+        if self._dressed:
+            # The page makes every plot anew, and new data in the same moment would leave it with a time axis in the wrong proportion
+            # for good. One that was away is begun afresh.
+            self._dressed = False
+            self._next = dict.fromkeys(self._cells, now + CURTAIN)
+            self._away = [name for name in self._cells if name not in CHARTS]
+            self._uncover(False)
+        if self._away and now >= self._next.get(self._away[0], 0.0):
+            self._uncover(True)
+            self._away = []
         due = [name for name in self._cells if now >= self._next.get(name, 0.0)]
         if not due:
             return
@@ -101,6 +117,10 @@ class Plots:
                 course, plot = self._courses[name]
                 self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
                 plot.data = self._data(course, ghost is not None)
+
+    def _uncover(self, visible: bool) -> None:
+        for name in self._away:
+            self._handle(name).visible = visible and name in self._cells
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
         """Have exactly those plots on the panel that belong there, with the right lines and names."""
@@ -159,16 +179,12 @@ class Plots:
             self._courses[name] = course, handle
 
     def _redefine(self, name: str, simulation: Simulation) -> None:
-        """Give a plot other lines if the experiment asks for them."""
+        """Give a plot other names if the experiment asks for them."""
         old, plot = self._courses[name]
         course = course_of(name, simulation)
-        if course == old:
-            return
-        self._courses[name] = course, plot
-        if course.lines != old.lines:
-            plot.series = self._series(course)
-            plot.data = self._data(course, False)
-        self._drawn.pop(name, None)
+        if course != old:
+            self._courses[name] = course, plot
+            self._drawn.pop(name, None)
 
     def _take(self, what_if: WhatIf | None) -> None:
         if what_if is not self._what_if:
@@ -181,6 +197,16 @@ class Plots:
 
     def _data(self, course: Course, with_ghost: bool) -> tuple[Array, ...]:
         """Return time and all lines; a line that has nothing to show is an empty array, which costs no bytes."""
+        times, *lines = self._lines(course, with_ghost)
+        follows = course.span is None
+        lines = [drawable(line, follows) for line in lines]
+        if follows and not any(len(line) for line in lines):
+            # A single point is not drawn, but it holds the axis.
+            lines[0] = np.full(len(times), np.nan)
+            lines[0][0] = 0.0
+        return times, *lines
+
+    def _lines(self, course: Course, with_ghost: bool) -> tuple[Array, ...]:
         k, nothing = course.scale, np.empty(0)
         times, *own = self.buffer.series(course.columns("own"), k)
         columns = course.columns("ghost")
@@ -190,7 +216,7 @@ class Plots:
         for line in course.lines:
             if line.run == "what_if":
                 curve = self._curves.get(line.column)
-                data.append(nothing if curve is None else self.buffer.along(curve))
+                data.append(nothing if curve is None else self.buffer.along(curve, COLUMNS[line.column]))
             else:
                 data.append(next(found[line.run]))
         return tuple(data)
@@ -206,7 +232,7 @@ class Plots:
                 return laws_html(simulation, ghost, contact(simulation, sample), self._height)
             case "map":
                 if session.trade_off is None:
-                    return '<div class="duet duet-tip">A law of your own is not computed apart.</div>'
+                    return '<div class="duet duet-tip">' + say("A law of your own is not computed apart.") + "</div>"
                 points = session.trade_off.points(session.settings.run)
                 return map_html(points, session.trade_off.size, session.settings.run, self._height)
             case "pairs":
@@ -240,17 +266,17 @@ class Plots:
         """Return title and legend of one plot."""
         spare = " duet-spare" if self._is_spare(name) else ""
         if name in CHARTS:
-            return f'<div class="duet-caption{spare}"><span class="duet-title">{CHARTS[name]}</span></div>'
+            return f'<div class="duet-caption{spare}"><span class="duet-title">{say(CHARTS[name])}</span></div>'
         course, _ = self._courses[name]
         legend = course.legend
         if with_ghost and course.columns("ghost"):
             dash = next(line.dash for line in course.lines if line.run == "ghost")
-            legend = (*legend, (course.symbol, "dash" if dash[0] > 2.0 else "dot", "ghost"))
+            legend = (*legend, (course.symbol, "dash" if dash[0] > 2.0 else "dot", say("ghost")))
         if self._what_if is not None and course.columns("what_if"):
-            legend = (*legend, (course.symbol, "mix", "what if"))
-        parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{label}</span>' for symbol, kind, label in legend)
+            legend = (*legend, (course.symbol, "mix", say("what if")))
+        parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{say(label)}</span>' for symbol, kind, label in legend)
         unit = f" [{course.unit}]" if course.unit else ""
-        return f'<div class="duet-caption{spare}"><span class="duet-title">{course.title}{unit}</span>{parts}</div>'
+        return f'<div class="duet-caption{spare}"><span class="duet-title">{say(course.title)}{unit}</span>{parts}</div>'
 
     def _is_spare(self, name: str) -> bool:
         """Return whether a plot makes room on a narrow screen for what was chosen."""

@@ -14,7 +14,7 @@ import viser
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.page.bins import COLUMNS, POINTS, WINDOW, Curve, PlotBuffer
+from app.page.bins import COLUMNS, POINTS, WINDOW, Curve, PlotBuffer, drawable
 from app.page.chart import Chart, Frame
 from app.page.contact import contact
 from app.page.courses import colour_of, course_of
@@ -22,7 +22,7 @@ from app.page.curve import FAR, FRAME, curve_html, distances
 from app.page.details import CHARTS, cells, layout_html, possible_details
 from app.page.laws import LAW_NAMES, all_laws, laws_html
 from app.page.pairs import pairs_html
-from app.page.plots import Plots
+from app.page.plots import CURTAIN, Plots
 from app.page.theme import PALETTES
 from app.session import Session
 from app.settings import Details, PageSettings, Settings
@@ -69,7 +69,7 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     newest = np.array([line[-1] for line in series[1:]])
     assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
     assert np.isnan(newest[count:7]).all()
-    assert len(course_of("joints", simulation).columns("own")) == len(course_of("rates", simulation).legend) == count
+    assert len(course_of("joints", simulation).legend) == len(course_of("rates", simulation).legend) == count
     desired = [line[-1] for line in buffer.series(tuple(COLUMNS[f"qd{i + 1}"] for i in range(4)))[1:]]
     assert desired == sample.desired[own][:4].tolist()
 
@@ -107,6 +107,44 @@ def test_another_room_begins_with_empty_bins() -> None:
     times, distance = buffer.series((COLUMNS["d"],))
     table = simulation.history.table()
     assert times[0] == pytest.approx(0.12) and distance.max() <= table[:, COLUMN["d"]].max()
+
+
+@pytest.mark.parametrize("steps", [30, 80, 400])
+def test_a_run_that_begins_anew_begins_with_empty_bins(steps: int) -> None:
+    """Also if it was not looked at until it had as many steps as before, or more: no time of the old run stays on the axis."""
+    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
+    person = simulation.person()
+    for _ in range(80):
+        simulation.step(person.target(simulation.time))
+    buffer.feed(simulation)
+    assert buffer.series((COLUMNS["d"],))[0][-1] == pytest.approx(0.395)
+    start = simulation.room.start.copy()
+    start[simulation.guided.joints.start] += 0.1
+    simulation.reset(start)
+    for _ in range(steps):
+        simulation.step(None)
+    buffer.feed(simulation)
+    fresh = PlotBuffer()
+    fresh.feed(simulation)
+    columns = (COLUMNS["d"], COLUMNS["q1"], COLUMNS["changes"])
+    for here, there in zip(buffer.series(columns), fresh.series(columns), strict=True):
+        assert np.array_equal(here, there)
+
+
+@given(st.lists(st.sampled_from([0.3, 1.0, math.nan, math.inf]), min_size=2, max_size=12), st.booleans())
+def test_a_line_is_drawable(values: list[float], follows: bool) -> None:
+    """Where the axis follows the data, the first value of every line that is there is a number; nothing that is known is changed."""
+    line = np.array(values)
+    before = line.copy()
+    drawn = drawable(line, follows)
+    assert np.array_equal(line, before, equal_nan=True)
+    known = np.isfinite(line) if follows else ~np.isnan(line)
+    assert len(drawn) == (len(line) if known.any() else 0)
+    if len(drawn):
+        assert np.array_equal(drawn[known], line[known])
+        first = int(known.argmax())
+        assert np.array_equal(drawn[first:], line[first:], equal_nan=True)
+        assert (drawn[:first] == line[first]).all() if follows else np.isnan(drawn[:first]).all()
 
 
 @pytest.mark.parametrize("late", [0, 700])
@@ -153,11 +191,16 @@ def test_another_curve_keeps_the_extremes_of_its_bins(times: list[float], smalle
     buffer = PlotBuffer()
     simulation = played(seconds=3.0)
     buffer.feed(simulation)
-    found, shown = buffer.along(curve), (buffer.series((1,))[0] * (POINTS / WINDOW)).astype(int)
+    times_shown, own = buffer.series((COLUMNS["d"],))
+    found, shown = buffer.along(curve, COLUMNS["d"]), (times_shown * (POINTS / WINDOW)).astype(int)
     assert len(found) == len(shown)
-    for number, value in zip(shown.tolist(), found.tolist(), strict=True):
+    for number, value, before in zip(shown.tolist(), found.tolist(), own.tolist(), strict=True):
         inside = values[numbers == number]
-        assert value == (inside.min() if smallest else inside.max()) if len(inside) else math.isnan(value)
+        if len(inside):
+            assert value == (inside.min() if smallest else inside.max())
+        else:
+            # What was before the curve was the run itself.
+            assert value == before if number < numbers[0] else math.isnan(value)
 
 
 # --- courses ---------------------------------------------------------------------------------------------------------------------
@@ -185,6 +228,15 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: SceneName
             assert len(set(own)) == len(own)
     unit = course_of("error", simulation).unit
     assert unit == ("rad²" if scene in ("master_slave", "imitation") else "m²")
+
+
+@pytest.mark.parametrize("name", ["distance", "error", "joints", "rates", "follow"])
+def test_a_plot_has_the_same_lines_in_every_experiment(name: str) -> None:
+    """The page would make one with other lines anew, in the moment in which its data change too."""
+    settings = [RunSettings(scene=scene) for scene in ("hold", "master_slave", "imitation")]
+    settings += [RunSettings(scene="imitation", avoid="both"), RunSettings(scene="master_slave", robot=get_args(RobotName)[-1])]
+    lines = {tuple(line.column for line in course_of(name, Simulation(s)).lines) for s in settings}
+    assert len(lines) == 1
 
 
 def test_a_column_for_every_plot() -> None:
@@ -536,7 +588,28 @@ def test_another_experiment_changes_lines_and_names() -> None:
     session.change("scene", "ball")
     go_on(session, 0.5)
     plots.show(session, 3.0)
-    assert [plot.visible for plot in gui.plots] == [True, True, False, False] and len(error.series) == 4
+    assert [plot.visible for plot in gui.plots] == [True, True, False, False] and len(error.series) == 5
+    assert sum(name == "series" for name, _ in error.told) == 1
+
+
+def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> None:
+    """Its error is a line that begins in the middle; and after a reset that waits, the axes are there all the same."""
+    session = session_of("imitation", "none")
+    session.change("avoid", "free")
+    plots, gui = panel(session)
+    go_on(session, 0.6)
+    plots.show(session, 0.0)
+    error = gui.plots[1]
+    assert [len(line) for line in error.data[2:]] == [0, 0, 0]
+    session.change("avoid", "both")
+    go_on(session, 0.6)
+    plots.show(session, 1.0)
+    first, second = error.data[1:3]
+    assert len(second) == len(first) and np.isfinite([first[0], second[0]]).all()
+    session.paused = True
+    session.reset()
+    plots.show(session, 2.0)
+    assert error.data[1][0] == 0.0 and np.isnan(error.data[1][1]) and [len(line) for line in error.data[2:]] == [0, 0, 0]
 
 
 def test_another_theme_dresses_all_plots_anew() -> None:
@@ -547,3 +620,13 @@ def test_another_theme_dresses_all_plots_anew() -> None:
     plots.dress(PageSettings(theme="dark", profile="projector"))
     after = [plot.series[1]["stroke"] for plot in gui.plots]
     assert all(a != b for a, b in zip(before, after, strict=True)) and len(after) == 3
+    # What the page makes anew gets no data in that moment, and is begun afresh.
+    told = [len(plot.told) for plot in gui.plots]
+    go_on(session, 0.3)
+    plots.show(session, 1.0)
+    assert [plot.told[n:] for n, plot in zip(told, gui.plots, strict=True)] == [[("visible", False)]] * 3
+    plots.show(session, 1.1)
+    assert not any(plot.visible for plot in gui.plots)
+    plots.show(session, 1.1 + CURTAIN)
+    for plot in gui.plots:
+        assert plot.visible and plot.told[-1][0] == "data"
