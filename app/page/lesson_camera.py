@@ -12,7 +12,7 @@ from scenes.rigs import Camera
 from scenes.room import BALL_RADIUS, PATH
 from scenes.simulation import Simulation
 
-MARGIN: Final = 0.17
+MARGIN: Final = 0.22
 """What is seen around the joints of an arm, which has a girth, and of its hand, which swings [m]."""
 
 INSIDE: Final = 0.7

@@ -1,4 +1,4 @@
-"""The marks that a step of a lesson asks the elbow to touch: numbered, and green with a tick once the elbow was there."""
+"""The marks that a step of a lesson asks the elbow to touch: with their angles, and green with a tick once the elbow was there."""
 
 from typing import Final
 
@@ -8,16 +8,21 @@ import viser
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
 from app.lessons.measures import measure
+from app.lessons.measures.quantity import shown_parameter
 from app.page.lesson_run import LessonRun
 from app.page.poses import fresh
-from app.page.theme import PALETTES, rgb, scale
+from app.page.theme import PALETTES, Rgb, rgb, scale
 from app.session import Session
+from app.settings import Theme
 
 RADIUS: Final = 0.03
 """Of a mark as it is drawn [m]; what counts as touched is the challenge's business."""
 
 USUAL_REACH: Final = 0.015
 """How near the elbow has to come where no challenge says it [m]."""
+
+UNTOUCHED: Final[dict[Theme, Rgb]] = {"light": (40, 44, 50), "dark": (235, 240, 245)}
+"""The arm is orange, so that its marks are not."""
 
 PERIOD: Final = 0.2
 """Wall time between two looks at the run [s]."""
@@ -74,9 +79,10 @@ class Marks:
         if self._touched[index] == touched:
             return
         self._touched[index] = touched
-        palette, (ball, label) = PALETTES[self._session.settings.page.theme], self._nodes[index]
-        ball.color = rgb(palette.velocity if touched else palette.critical)
-        label.text = f"✓ mark {index + 1}" if touched else f"mark {index + 1}"
+        theme, (ball, label) = self._session.settings.page.theme, self._nodes[index]
+        ball.color = rgb(PALETTES[theme].velocity) if touched else UNTOUCHED[theme]
+        angle = shown_parameter("angle", self._run.walk.step.marks[index])
+        label.text = f"✓ {angle}" if touched else angle
 
     def _clear(self) -> None:
         for ball, label in self._nodes:
