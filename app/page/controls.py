@@ -87,6 +87,11 @@ class Controls:
             gui.add_html(f'<div class="duet">{help_html()}</div>')
         self.show(session.paused)
 
+    @property
+    def below_clock(self) -> float:
+        """Order of what is to stand between the clock and the tabs."""
+        return self._tabs.order - 0.5
+
     def _transport(self) -> None:
         gui, session = self._gui, self._session
         actions = ("pause", "step", "reset")

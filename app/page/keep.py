@@ -204,7 +204,6 @@ class ReplayBar:
             self._state.content = f'<div class="duet duet-tip" role="status">{html.escape(text)}</div>' if text else ""
 
     def _show_snippet(self, snippet: str) -> None:
-        copy = _COPY.replace("Copied", say("Copied"))
         with self._gui.add_modal(say("This run in Python")) as modal:
             self._gui.add_html(
                 '<div class="duet"><pre style="max-height:50vh;overflow:auto;white-space:pre-wrap;overflow-wrap:anywhere;'

@@ -24,6 +24,7 @@ from app.page.lesson_desk import LessonDesk
 from app.page.lesson_marks import Marks
 from app.page.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
 from app.page.lesson_run import LessonRun
+from app.page.link import LinkBox
 from app.page.logo import titlebar
 from app.page.plots import DetailsChooser, Plots
 from app.page.readout import Readout
@@ -268,9 +269,10 @@ class Operation:
             self._actions[name] = lambda way=(right, up, away): self._gizmos.nudge(self._in_view(*way))
         self._controls = Controls(client.gui, session, self.act, self._notify)
         self._keep: ReplayBar | None = None
-        if session.background is not None:
-            with client.gui.add_folder("Keep and replay", expand_by_default=False):
+        with client.gui.add_folder("Keep and replay", order=self._controls.below_clock, expand_by_default=False):
+            if session.background is not None:
                 self._keep = view.keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
+            self._link = LinkBox(client, session, view.lessons)
         self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
         self._gizmos = Gizmos(client.scene, session)
         self._desk = LessonDesk(client, session, view.lessons, view.lesson_panel, self._notify)
@@ -340,6 +342,7 @@ class Operation:
         self._chooser.show()
         if self._keep is not None:
             self._keep.show()
+        self._link.show(perf_counter())
         self._desk.show()
         # Nobody can take hold of what is over.
         self._gizmos.offer(past is None and not self._view.lessons.hands_off)
