@@ -14,6 +14,9 @@ from typing import Final
 import viser
 
 from app.background import Background
+from app.languages.lesson_book import in_language
+from app.languages.speaking import speak
+from app.languages.visitor import accepted_by, asked_by, language_script, with_language
 from app.lessons.lesson import LessonBook
 from app.lessons.loading import load_lessons
 from app.page.keys import relay_script
@@ -25,7 +28,7 @@ from app.page.software import software_script
 from app.people import NOBODY_ELSE, People
 from app.server import DuetServer, request_query, start_server
 from app.session import Session
-from app.settings import Settings, from_query
+from app.settings import Language, Settings, from_query
 
 log = logging.getLogger("duet.hosts")
 
@@ -57,7 +60,10 @@ class _Stand:
     ) -> None:
         self.client, self.query = client, request_query(client)
         self.session = Session(settings, wake, background, people)
-        self.lessons = LessonRun(self.session, book)
+        self._book = book
+        self._language: Language = settings.page.language
+        speak(self._language)
+        self.lessons = LessonRun(self.session, in_language(book, self._language))
         with client.atomic():
             self.view = View(client, self.session, lambda: [client], self.lessons)
             self.operation = Operation(client, self.session, self.view)
@@ -65,8 +71,26 @@ class _Stand:
             self.operation.notify_problems((*problems, *open_link(self.lessons, self.query, found)))
             self.operation.notify_lessons(book)
 
+    def _translate(self) -> None:
+        """Make the page anew in another language; the session and the lessons go on where they are."""
+        saved = self.lessons.saved()
+        self.operation.close()
+        self._language = self.session.settings.page.language
+        speak(self._language)
+        self.lessons = LessonRun(self.session, in_language(self._book, self._language))
+        if saved is not None:
+            self.lessons.resume(saved, reopen=True)
+        with self.client.atomic():
+            self.client.gui.reset()
+            self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
+            self.operation = Operation(self.client, self.session, self.view)
+            self.view.welcome(self.client)
+
     def frame(self, now: float, elapsed: float) -> None:
+        speak(self._language)
         moved = self.session.advance(elapsed) > 0
+        if self.session.settings.page.language != self._language:
+            self._translate()
         self.lessons.frame()
         with self.client.atomic():
             self.view.show(now, moved)
@@ -142,6 +166,7 @@ class PrivateHost(_Visitors):
         for client in arrivals:
             query = request_query(client)
             settings, problems = from_query(query, self._start)
+            settings = with_language(settings, accepted_by(client))
             try:
                 self._keep_all(query)
                 found = self._keeper.find(query)
@@ -193,11 +218,15 @@ class LectureHost(_Visitors):
         book: LessonBook = NO_LESSONS,
     ) -> None:
         self._key, self._book = key, book
+        self._choose_language = start.page.language == "auto"
+        start = with_language(start, "")
         self.session = Session(start, lambda: self.wake(), background, people)
+        self._language: Language = start.page.language
         self._clients: dict[int, viser.ClientHandle] = {}
         self._operation: Operation | None = None
         self._operator: int | None = None
-        self.lessons = LessonRun(self.session, book)
+        speak(self._language)
+        self.lessons = LessonRun(self.session, in_language(book, self._language))
         self._view = View(server, self.session, lambda: list(self._clients.values()), self.lessons)
         server.gate.may_share = lambda client_id: client_id == self._operator
         super().__init__(server)
@@ -209,6 +238,7 @@ class LectureHost(_Visitors):
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance the one session and draw it for all."""
+        speak(self._language)
         arrivals, departures = self.changes()
         for client in arrivals:
             self._clients[client.client_id] = client
@@ -225,6 +255,8 @@ class LectureHost(_Visitors):
         if self._operator is None:
             self._hand_over()
         moved = self.session.advance(elapsed) > 0
+        if self.session.settings.page.language != self._language:
+            self._translate()
         self.lessons.frame()
         with self._server.atomic():
             self._view.show(now, moved)
@@ -232,11 +264,36 @@ class LectureHost(_Visitors):
             self._operation.show()
         self._server.flush()
 
+    def _translate(self) -> None:
+        """Make everybody's page anew in another language; the session and the lessons go on where they are."""
+        saved = self.lessons.saved()
+        self._language = self.session.settings.page.language
+        speak(self._language)
+        self.lessons = LessonRun(self.session, in_language(self._book, self._language))
+        if saved is not None:
+            self.lessons.resume(saved, reopen=True)
+        operator = None if self._operator is None else self._clients.get(self._operator)
+        if self._operation is not None:
+            self._operation.close()
+        with self._server.atomic():
+            if operator is not None:
+                operator.gui.reset()
+            self._server.gui.reset()
+            self._view = View(self._server, self.session, lambda: list(self._clients.values()), self.lessons)
+        self._operation = None if operator is None else Operation(operator, self.session, self._view)
+        for client in self._clients.values():
+            with contextlib.suppress(Exception):
+                self._view.welcome(client)
+
     def _hand_over(self) -> None:
         for number, client in self._clients.items():
             given = request_query(client).get("key", "")
             if self._key is None or secrets.compare_digest(given.encode(), self._key.encode()):
                 self._operator = number
+                if self._choose_language:
+                    # The stage has one language: that of the first one who has the controls.
+                    self._choose_language = False
+                    self.session.change("lang", asked_by(client, request_query(client).get("lang")))
                 self._operation = Operation(client, self.session, self._view)
                 if not self.lessons.open:
                     self._operation.notify_problems(open_link(self.lessons, request_query(client), None))
@@ -349,7 +406,7 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=None if lecture else sessions,
-        script=software_script() + relay_script() + resume_script(),
+        script=software_script() + relay_script() + resume_script() + language_script(),
     )
     server.scene.world_axes.visible = False
     background = Background()

@@ -9,6 +9,8 @@ from scenes.settings import changed
 KNOWN: tuple[Language, ...] = ("en", "de", "sl")
 """What a browser can ask for."""
 
+_PSEUDO: Language = "pseudo"
+
 
 def preferred(accept: str) -> Language:
     """Return the language of ours that a browser likes best, by its header `Accept-Language` (RFC 9110, 12.5.4): English if none.
@@ -62,3 +64,11 @@ def accepted_by(client: viser.ClientHandle) -> str:
     if connection is None or connection.request is None:
         return ""
     return ",".join(connection.request.headers.get_all("Accept-Language"))
+
+
+def asked_by(client: viser.ClientHandle, link: str | None) -> Language:
+    """Return the language that a visitor's link asks for, `?lang=de`, or else their browser."""
+    for language in (*KNOWN, _PSEUDO):
+        if language == link:
+            return language
+    return preferred(accepted_by(client))

@@ -5,11 +5,12 @@ from typing import Any, Final
 
 import viser
 
+from app.languages.speaking import say
 from app.lessons.walkthrough import Phase, View
 from app.page.buttons import ChoiceButtons
 from app.page.keys import LESSON_KEYS, Hotkey
 from app.page.lesson_forecasts import Forecasts
-from app.page.lesson_html import PHASES, choice_label
+from app.page.lesson_html import NEXT, choice_label
 from app.page.lesson_panel import ORDER, LessonPanel
 from app.page.lesson_run import LessonRun
 from app.page.lesson_text import plain
@@ -50,7 +51,11 @@ class LessonDesk:
         self._shown: tuple[object, ...] = ()
         self._said_for: tuple[str, str] | None = None
         self._door = client.gui.add_button(
-            "Lessons", icon=viser.Icon.SCHOOL, hint="Ten lessons: predict, run, compare, explain.", color="gray", order=-4.0
+            say("Lessons"),
+            icon=viser.Icon.SCHOOL,
+            hint=say("Ten lessons: predict, run, compare, explain."),
+            color="gray",
+            order=-4.0,
         )
         self._door.visible = bool(run.book.lessons)
 
@@ -87,9 +92,7 @@ class LessonDesk:
         return False
 
     def _command(self, hotkey: Hotkey) -> viser.CommandHandle:
-        command = self._client.gui.add_command(
-            hotkey.text.capitalize(), hotkey=hotkey.key, modifier=hotkey.modifier, icon=hotkey.icon
-        )
+        command = self._client.gui.add_command(hotkey.title, hotkey=hotkey.key, modifier=hotkey.modifier, icon=hotkey.icon)
 
         @command.on_trigger
         async def _(event: viser.CommandEvent) -> None:
@@ -106,7 +109,7 @@ class LessonDesk:
         self._names = tuple(f"{lesson.number}  {plain(lesson.title)}" for lesson in lessons)
         with self._panel.tab:
             picker = self._handles["picker"] = gui.add_dropdown(
-                "lesson", self._names, initial_value=self._names[0], hint="Any lesson at any time.", order=1.0
+                say("lesson"), self._names, initial_value=self._names[0], hint=say("Any lesson at any time."), order=1.0
             )
             self._steps = ChoiceButtons(
                 gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
@@ -164,7 +167,7 @@ class LessonDesk:
         run = self._run
         while run.notes:
             self._notify(*run.notes.popleft())
-        label = "Leave the lessons" if run.open else "Lessons"
+        label = say("Leave the lessons") if run.open else say("Lessons")
         if self._door.label != label:
             self._door.label = label
         if not run.open:
@@ -202,28 +205,30 @@ class LessonDesk:
         runs = asking or view.showing or view.phase is Phase.CHALLENGE
         paused = self._session.paused
         label = "Run (predict first)" if view.locked else "Run again" if over and paused else "Run" if paused else "Pause"
-        self._write("run", "label", label)
+        self._write("run", "label", say(label))
         self._write("run", "disabled", view.locked)
         self._write("run", "visible", runs)
-        self._write("why", "label", "Show me why")
+        self._write("why", "label", say("Show me why"))
         self._write("why", "color", "blue")
         self._write("why", "visible", view.why and not view.showing)
         self._arrange_challenge(view)
-        self._write("hint", "label", f"Hint {len(view.hints) + 1} of {len(view.step.hints)}")
+        self._write("hint", "label", say("Hint {number} of {count}", number=len(view.hints) + 1, count=len(view.step.hints)))
         self._write("hint", "color", "gray")
         self._write("hint", "visible", view.phase is Phase.CHALLENGE and view.more_hints)
         self._nav.offer((0, 1) if view.can_back else (1,))
         self._write("next", "label", next_label(view))
         self._write("next", "color", None if view.phase is not Phase.DO or over else "gray")
         self._write("next", "visible", view.can_next)
-        self._write("leave", "label", "Leave the lessons")
+        self._write("leave", "label", say("Leave the lessons"))
         self._write("leave", "color", "gray")
         self._write("leave", "visible", True)
 
     def _arrange_challenge(self, view: View) -> None:
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
         self._forecasts.show(view, challenge)
-        self._write("check", "label", "Check my run" if challenge is None or not challenge.forecasts else "Check my numbers")
+        self._write(
+            "check", "label", say("Check my run") if challenge is None or not challenge.forecasts else say("Check my numbers")
+        )
         self._write("check", "visible", challenge is not None and not challenge.own_law)
 
     def _write(self, name: str, prop: str, value: object) -> None:
@@ -238,10 +243,10 @@ _UNSET: Final = object()
 def next_label(view: View) -> str:
     """Return what stands on the button that goes on."""
     if view.showing:
-        return "Back to the outcome"
+        return say("Back to the outcome")
     place = view.phases.index(view.phase)
     if place + 1 < len(view.phases):
         if view.phase is Phase.DO and not view.yours:
-            return "Skip the run"
-        return f"Next: {PHASES[view.phases[place + 1].value].lower()}"
-    return "Next step" if view.index + 1 < view.count else "Next lesson"
+            return say("Skip the run")
+        return say(NEXT[view.phases[place + 1].value])
+    return say("Next step") if view.index + 1 < view.count else say("Next lesson")

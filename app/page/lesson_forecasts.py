@@ -4,6 +4,7 @@ from typing import Any, Final
 
 import viser
 
+from app.languages.speaking import say
 from app.lessons.lesson import Challenge
 from app.lessons.walkthrough import View
 from app.page.lesson_panel import ORDER
@@ -58,7 +59,7 @@ class Forecasts:
             if challenge is not None and shown:
                 unit = challenge.forecasts[i].measurement.unit
                 self._write(i, "label", view.forecasts[i])
-                self._write(i, "hint", f"Your number, in {unit}." if unit else "Your number.")
+                self._write(i, "hint", say("Your number, in {unit}.", unit=unit) if unit else say("Your number."))
             self._write(i, "visible", shown)
 
     def _write(self, index: int, prop: str, value: object) -> None:

@@ -3,6 +3,7 @@
 import html
 from typing import Final
 
+from app.languages.speaking import say
 from app.lessons.outcomes import Attempt
 from app.lessons.walkthrough import Phase, View
 from app.page.lesson_text import inline_html, lesson_html, plain
@@ -15,6 +16,9 @@ PHASES: Final[dict[str, str]] = {
     "challenge": "Challenge",
 }
 """What a person calls the parts of a step."""
+
+NEXT: Final = {name: f"Next: {shown.lower()}" for name, shown in PHASES.items()}
+"""What stands on the button that goes on to a part."""
 
 BLOCKS: Final = ("head", "text", "choices", "live", "verdict", "after", "attempt", "hints")
 """All blocks."""
@@ -46,7 +50,7 @@ def blocks_html(view: View, live: tuple[tuple[str, str], ...], computing: bool, 
         "hints": "".join(f"<li>{inline_html(hint)}</li>" for hint in view.hints),
     }
     if made["hints"]:
-        made["hints"] = f"<h3>Hints</h3><ol>{made['hints']}</ol>"
+        made["hints"] = f"<h3>{say('Hints')}</h3><ol>{made['hints']}</ol>"
     return {name: f'<div class="duet duet-lesson duet-l-{name}">{made[name]}</div>' if made[name] else "" for name in BLOCKS}
 
 
@@ -56,14 +60,15 @@ def head_html(view: View) -> str:
     here = view.phases.index(view.phase)
     parts = "".join(
         f'<li class="{"now" if i == here else "done" if i < here else ""}"{" aria-current=step" if i == here else ""}>'
-        f"{PHASES[phase.value]}</li>"
+        f"{say(PHASES[phase.value])}</li>"
         for i, phase in enumerate(view.phases)
     )
-    source = f" · eq. {html.escape(lesson.equations)}" if lesson.equations else ""
+    source = f" · {say('eq.')} {html.escape(lesson.equations)}" if lesson.equations else ""
+    where = say("Lesson {lesson} · step {step} of {count}", lesson=lesson.number, step=view.index + 1, count=view.count)
     return (
-        f'<p class="crumb">Lesson {lesson.number} · step {view.index + 1} of {view.count}{source}</p>'
+        f'<p class="crumb">{where}{source}</p>'
         f"<h2>{inline_html(step.title)}</h2>"
-        f'<div class="goal"><b>Goal</b> {lesson_html(step.goal, step.setup.folder)}</div>'
+        f'<div class="goal"><b>{say("Goal")}</b> {lesson_html(step.goal, step.setup.folder)}</div>'
         f'<ol class="phases">{parts}</ol>'
     )
 
@@ -77,34 +82,40 @@ def _choices_html(view: View) -> str:
 def verdict_html(view: View, computing: bool) -> str:
     """Return the answer beside what was measured, and the reason; while the run goes on, what was predicted."""
     if computing:
-        return '<p class="wait duet-say">Measuring the runs that this one is compared with …</p>'
+        return f'<p class="wait duet-say">{say("Measuring the runs that this one is compared with …")}</p>'
     if view.phase in (Phase.PREDICT, Phase.DO):
         if view.chosen is None:
             return ""
-        return f'<p class="mine">Your prediction: <b>{inline_html(view.choices[view.chosen])}</b></p>'
+        return f'<p class="mine">{say("Your prediction:")} <b>{inline_html(view.choices[view.chosen])}</b></p>'
     if view.phase is not Phase.OBSERVE and not view.showing:
         return ""
     if view.showing:
         return (
-            '<div class="card why duet-say"><b>The run that shows why</b>'
-            f"{_lines(view.why_outcome) or '<p>Run it, and compare it with your prediction.</p>'}</div>"
+            f'<div class="card why duet-say"><b>{say("The run that shows why")}</b>'
+            f"{_lines(view.why_outcome) or _paragraph(say('Run it, and compare it with your prediction.'))}</div>"
             + (_reply(view) if view.why_outcome else "")
         )
     if view.verdict is None:
-        return f'<div class="card duet-say"><b>Measured in this run</b>{_lines(view.outcome)}</div>' if view.outcome else ""
+        return (
+            f'<div class="card duet-say"><b>{say("Measured in this run")}</b>{_lines(view.outcome)}</div>' if view.outcome else ""
+        )
     verdict = view.verdict
     mine = view.choices[view.chosen] if view.chosen is not None else ""
     mark = "✓" if verdict.right else "↺"
     return (
         f'<div class="card {"right" if verdict.right else "wrong"} duet-say"><p class="mark"><span>{mark}</span> '
         f"<b>{html.escape(verdict.headline)}</b></p>"
-        f"<dl><dt>You said</dt><dd>{inline_html(mine)}</dd><dt>Measured</dt><dd>{_lines(verdict.lines)}</dd></dl>"
+        f"<dl><dt>{say('You said')}</dt><dd>{inline_html(mine)}</dd><dt>{say('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
         f"{_reply(view)}</div>"
     )
 
 
 def _reply(view: View) -> str:
     return lesson_html(view.verdict.reply, view.step.setup.folder) if view.verdict is not None else ""
+
+
+def _paragraph(text: str) -> str:
+    return f"<p>{text}</p>"
 
 
 def _lines(lines: tuple[str, ...]) -> str:
@@ -115,12 +126,12 @@ def attempt_html(view: View) -> str:
     """Return how the newest attempt at the challenge went: every inequality, the missed ones first."""
     if view.phase is not Phase.CHALLENGE:
         return ""
-    passed = '<p class="mark"><span>★</span> <b>Challenge passed.</b></p>' if view.passed else ""
+    passed = f'<p class="mark"><span>★</span> <b>{say("Challenge passed.")}</b></p>' if view.passed else ""
     if view.attempt is None:
         return f'<div class="card right">{passed}</div>' if passed else ""
     attempt = view.attempt
-    headline = "Passed." if attempt.passed else "Not yet."
-    counted = f" Attempt {view.attempts}." if view.attempts > 1 else ""
+    headline = say("Passed.") if attempt.passed else say("Not yet.")
+    counted = " " + say("Attempt {number}.", number=view.attempts) if view.attempts > 1 else ""
     kind = "right" if attempt.passed else "wrong"
     return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>'
 

@@ -5,6 +5,7 @@ from typing import Final
 
 import viser
 
+from app.languages.speaking import say
 from app.lessons.walkthrough import Phase, View
 from app.page.lesson_html import BLOCKS, blocks_html
 from app.page.lesson_run import LessonRun
@@ -55,7 +56,7 @@ class LessonPanel:
 
     def _make(self) -> None:
         panel = self._panel = self._gui.add_panel()
-        tab = self.tab = panel.add_tab("Lesson", viser.Icon.SCHOOL)
+        tab = self.tab = panel.add_tab(say("Lesson"), viser.Icon.SCHOOL)
         with tab:
             self._style = self._gui.add_html("", order=0.0)
             for name in BLOCKS:

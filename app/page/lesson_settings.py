@@ -8,7 +8,7 @@ from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.settings import values
 
-_KEPT_LOOK: Final = ("theme", "profile", "picture")
+_KEPT_LOOK: Final = ("theme", "profile", "picture", "language")
 
 
 def with_look(settings: Settings, session: Session) -> Settings:

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 import viser
 
 from app.keep.past import Past, Shown
+from app.languages.speaking import say
 from app.page.budget import live_html
 from app.page.contact import contact
 from app.page.equations import equation_html
@@ -95,7 +96,9 @@ class Readout:
 
 def past_html(session: Shown) -> str:
     """Return a pill that says which moment of the past is shown; nothing while live."""
-    return f'<span class="past">the past: {session.time:.1f} s</span>' if isinstance(session, Past) else ""
+    return (
+        f'<span class="past">{say("the past: {time} s", time=f"{session.time:.1f}")}</span>' if isinstance(session, Past) else ""
+    )
 
 
 def own_law_html(session: Shown) -> str:
@@ -103,8 +106,8 @@ def own_law_html(session: Shown) -> str:
     if session.own_law is None:
         return ""
     if not session.own_law_problem:
-        return f'<span class="go">runs {escape(session.own_law)}</span>'
-    return f'<span class="alarm">the arm stands still: {escape(session.own_law_problem)}</span>'
+        return f'<span class="go">{say("runs {file}", file=escape(session.own_law))}</span>'
+    return f'<span class="alarm">{say("the arm stands still: {why}", why=escape(session.own_law_problem))}</span>'
 
 
 # --- tiles ---------------------------------------------------------------------------------------------------------------------
@@ -120,7 +123,7 @@ def tiles_html(simulation: Simulation, sample: Sample, ghost: Simulation | None 
 
 
 def _tile_html(tile: Tile) -> str:
-    second = f"<small>ghost {tile.ghost}</small>" if tile.ghost else ""
+    second = f"<small>{say('ghost')} {tile.ghost}</small>" if tile.ghost else ""
     return (
         f'<div{" class=bad" if tile.bad else ""}><b class="{tile.kind}">{tile.value}</b><span>{tile.label}</span>{second}</div>'
     )
@@ -131,7 +134,7 @@ def _tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
     below = sample.distance < law.critical_distance - 1e-4
     tiles = [
         Tile("d", f"{sample.distance * 1000.0:.0f}".replace("-", "−"), "d, mm" + (" &lt; d<sub>m</sub>" if below else ""), below),
-        Tile("lam", f"{sample.activation:.2f}", SHARES[law.law]),
+        Tile("lam", f"{sample.activation:.2f}", say(SHARES[law.law])),
         _error_tile(simulation, sample),
     ]
     if both_avoid(run):
@@ -139,7 +142,7 @@ def _tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
         tiles.append(Tile("u", _speed(pull), "u<sub>1</sub>+u<sub>2</sub>, m/s"))
     elif law.law in RETREATING and not law.feed_forward:
         faster = sample.approach > law.nominal_velocity
-        tiles.append(Tile("w", _speed(sample.approach), f"w of v {law.nominal_velocity:.2f}", faster))
+        tiles.append(Tile("w", _speed(sample.approach), say("w of v {v}", v=f"{law.nominal_velocity:.2f}"), faster))
     else:
         tiles.append(Tile("w", _speed(sample.approach), "w, m/s"))
     return tiles
@@ -153,7 +156,7 @@ def _error_tile(simulation: Simulation, sample: Sample) -> Tile:
         left, right = error, math.degrees(math.sqrt(sample.second.squared_error))
         if simulation.avoiding.name == "right":
             left, right = right, left
-        return Tile("e", f"{left:.0f} {right:.0f}", "|e|, ° L R")
+        return Tile("e", f"{left:.0f} {right:.0f}", say("|e|, ° L R"))
     return Tile("e", f"{error:.1f}", "|e|, °")
 
 
@@ -166,8 +169,8 @@ def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
     k = run.gain * run.overdrive * run.dt
     return [
         Tile("e", f"{sample.error * 1000.0:.1f}", "|e|, mm"),
-        Tile("lam", f"{free:.1f}", "free, tr N"),
-        Tile("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), "elbow"),
+        Tile("lam", f"{free:.1f}", say("free, tr N")),
+        Tile("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), say("elbow")),
         Tile("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt &lt; 2", k >= 2.0),
     ]
 
@@ -184,75 +187,85 @@ def tip_html(session: Shown) -> str:
     """Return one or two sentences on what to do and what to watch."""
     run, simulation = session.settings.run, session.simulation
     itself = session.settings.page.autopilot and session.held is None
-    yours, other = simulation.guided.name, simulation.avoiding.name
+    yours, other = say(simulation.guided.name), say(simulation.avoiding.name)
     match run.scene:
         case "solo":
             return _solo_tip(run, itself)
         case "ball":
-            what = {"hand": "its hand", "elbow": "its elbow", "arm": "all of it"}[run.point]
-            drag = "The ball crosses the path by itself; drag it." if itself and run.ball == "cross" else "Drag the ball."
-            return f"The arm takes its hand from A to B and back, and keeps {what} clear of the ball. {drag}"
+            what = {"hand": say("its hand"), "elbow": say("its elbow"), "arm": say("all of it")}[run.point]
+            does = say("The arm takes its hand from A to B and back, and keeps {what} clear of the ball.", what=what)
+            crosses = itself and run.ball == "cross"
+            return f"{does} {say('The ball crosses the path by itself; drag it.') if crosses else say('Drag the ball.')}"
         case "hold":
-            keeps = _hold_words(run, yours, other)
+            keeps = _hold_words(run, other)
             if itself:
-                return f"The autopilot moves the orange {yours} arm; take its hand at the arrows. {keeps}"
-            return f"Drag the orange {yours} arm at the arrows, or its elbow at the arc. {keeps}"
+                return f"{say('The autopilot moves the orange {side} arm; take its hand at the arrows.', side=yours)} {keeps}"
+            return f"{say('Drag the orange {side} arm at the arrows, or its elbow at the arc.', side=yours)} {keeps}"
         case "master_slave":
-            mirror = "in a mirror" if run.following == "mirrored" else "joint by joint"
-            follows = f"The silver {other} arm follows it {mirror}, and {_who_avoids(run)}."
-            if itself:
-                return f"The autopilot moves the orange {yours} arm, the master; take its hand at the arrows. {follows}"
-            return f"Drag the orange {yours} arm, the master, at the arrows or the arc. {follows}"
+            follows = (
+                say("The silver {side} arm follows it in a mirror, and {avoids}.", side=other, avoids=_who_avoids(run))
+                if run.following == "mirrored"
+                else say("The silver {side} arm follows it joint by joint, and {avoids}.", side=other, avoids=_who_avoids(run))
+            )
+            does = (
+                say("The autopilot moves the orange {side} arm, the master; take its hand at the arrows.", side=yours)
+                if itself
+                else say("Drag the orange {side} arm, the master, at the arrows or the arc.", side=yours)
+            )
+            return f"{does} {follows}"
         case _:
-            return (
-                f"Both arms follow the person by four angles each, and {_who_avoids(run)}. See-through: where they ought to be."
+            return say(
+                "Both arms follow the person by four angles each, and {avoids}. See-through: where they ought to be.",
+                avoids=_who_avoids(run),
             )
 
 
 def _solo_tip(run: RunSettings, itself: bool) -> str:
     if run.path == "circle":
-        return "The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt &gt; 2."
-    drag = "Drag the elbow at the arc, or the hand at the arrows."
-    does = "The autopilot swings the elbow; take the arc or the arrows." if itself else drag
-    return f"{does} The elbow moves in the null space of the hand: |e| stays small."
+        return say("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt &gt; 2.")
+    drag = say("Drag the elbow at the arc, or the hand at the arrows.")
+    does = say("The autopilot swings the elbow; take the arc or the arrows.") if itself else drag
+    return f"{does} {say('The elbow moves in the null space of the hand: |e| stays small.')}"
 
 
-def _hold_words(run: RunSettings, yours: str, other: str) -> str:
+def _hold_words(run: RunSettings, other: str) -> str:
     if run.avoid == "guided":
-        return f"It keeps clear of the silver {other} arm, whose hand stays in the ring."
-    both = ", and both keep clear" if run.avoid == "both" else ", and keeps clear"
-    return f"The silver {other} arm keeps its hand in the ring{both}."
+        return say("It keeps clear of the silver {side} arm, whose hand stays in the ring.", side=other)
+    if run.avoid == "both":
+        return say("The silver {side} arm keeps its hand in the ring, and both keep clear.", side=other)
+    return say("The silver {side} arm keeps its hand in the ring, and keeps clear.", side=other)
 
 
 def _who_avoids(run: RunSettings) -> str:
     return {
-        "paper": "both keep clear of each other",
-        "both": "both keep clear of each other",
-        "free": "keeps clear" if run.scene == "master_slave" else "the other one keeps clear",
-        "guided": "the master keeps clear" if run.scene == "master_slave" else "your own one keeps clear",
+        "paper": say("both keep clear of each other"),
+        "both": say("both keep clear of each other"),
+        "free": say("keeps clear") if run.scene == "master_slave" else say("the other one keeps clear"),
+        "guided": say("the master keeps clear") if run.scene == "master_slave" else say("your own one keeps clear"),
     }[run.avoid]
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     """Return the state of the clock and everything that is wrong, as pills."""
     run, law = simulation.settings, simulation.settings.law
-    pills = [("halt", "paused")] if pace.paused else [("go", f"{pace.rate:.1f}× real time")]
+    pills = [("halt", say("paused"))] if pace.paused else [("go", say("{rate}× real time", rate=f"{pace.rate:.1f}"))]
     if pace.slowed:
-        pills.append(("halt", "slowed: this machine cannot keep up"))
+        pills.append(("halt", say("slowed: this machine cannot keep up")))
     if sample.pair < 0:
         if run.gain * run.overdrive * run.dt >= 2.0:
-            pills.append(("alarm", "K dt ≥ 2: unstable"))
+            pills.append(("alarm", say("K dt ≥ 2: unstable")))
         reason = authority_text(Authority(sample.authority), sample.joint, simulation)
         if reason:
             pills.append(("alarm", reason))
         return _pills_html(pills)
-    pills += [("alarm", f"out of authority: {reason}") for reason in _reasons(simulation, sample)]
+    pills += [("alarm", say("out of authority: {why}", why=reason)) for reason in _reasons(simulation, sample)]
     if law.law == "unprotected":
-        pills.append(("halt", "avoidance is off"))
+        pills.append(("halt", say("avoidance is off")))
     if law.law in RETREATING and not both_avoid(run) and sample.approach > law.nominal_velocity and not law.feed_forward:
-        pills.append(("alarm", f"the {'ball' if run.scene == 'ball' else 'hand'} is faster than v"))
+        faster = say("the ball is faster than v") if run.scene == "ball" else say("the hand is faster than v")
+        pills.append(("alarm", faster))
     if sample.distance < 0.0:
-        pills.append(("alarm", "the arm overlaps the ball" if run.scene == "ball" else "the arms overlap"))
+        pills.append(("alarm", say("the arm overlaps the ball") if run.scene == "ball" else say("the arms overlap")))
     return _pills_html(pills)
 
 
@@ -272,10 +285,10 @@ def authority_text(authority: Authority, joint: int, simulation: Simulation, sec
     """Return why an arm cannot do what the law asks of it, "" if it can."""
     match authority:
         case Authority.STOP:
-            return f"{simulation.joint_label(joint, second)} near its limit"
+            return say("{joint} near its limit", joint=simulation.joint_label(joint, second))
         case Authority.SPEED:
-            return f"{simulation.joint_label(joint, second)} at its top speed"
+            return say("{joint} at its top speed", joint=simulation.joint_label(joint, second))
         case Authority.LEVERAGE:
-            return "no joint moves this point"
+            return say("no joint moves this point")
         case _:
             return ""
