@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import viser
 
+from app.languages.speaking import say, say_all, spoken
 from app.page.buttons import ChoiceButtons
 from app.page.compare import ComparePanel
 from app.page.joint_sliders import JointSliders
@@ -35,9 +36,12 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
         ),
     ),
     ("Compare", viser.Icon.GHOST, ("ghost", "whatif")),
-    ("View", viser.Icon.EYE, ("theme", "profile", "picture")),
+    ("View", viser.Icon.EYE, ("lang", "theme", "profile", "picture")),
 )
 """Where each of the others is found; `plot` and `speed` have places of their own."""
+
+UNOFFERED: Final = ("auto", "pseudo")
+"""Languages that a link can ask for and nobody else."""
 
 COMPARE: Final = (
     "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm, "
@@ -74,7 +78,7 @@ class Controls:
         self._transport()
         self._tabs = gui.add_tab_group()
         for name, icon, keys in TABS:
-            with self._tabs.add_tab(name, icon):
+            with self._tabs.add_tab(say(name), icon):
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Arms":
@@ -83,7 +87,7 @@ class Controls:
                 if name == "Compare":
                     self._compare = ComparePanel(gui, session)
                     self._note = gui.add_html("")
-        with self._tabs.add_tab("Keys", viser.Icon.KEYBOARD):
+        with self._tabs.add_tab(say("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(f'<div class="duet">{help_html()}</div>')
         self.show(session.paused)
 
@@ -108,22 +112,24 @@ class Controls:
     def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Handle:
         gui = self._gui
         if spec.choices:
+            said = say_all(spec.choice_labels)
             handle: Handle = gui.add_dropdown(
-                spec.label,
-                spec.choice_labels,
-                initial_value=spec.choice_labels[spec.choices.index(value)],
-                hint=spec.help,
+                say(spec.label),
+                tuple(s for c, s in zip(spec.choices, said, strict=True) if c not in UNOFFERED or c == value),
+                initial_value=said[spec.choices.index(value)],
+                hint=say(spec.help),
                 order=order,
             )
         elif isinstance(value, bool):
-            handle = gui.add_checkbox(spec.label, value, hint=spec.help)
+            handle = gui.add_checkbox(say(spec.label), value, hint=say(spec.help))
         elif isinstance(value, int):
-            handle = gui.add_number(spec.label, value, min=int(spec.low), max=int(spec.high), step=1, hint=spec.help)
+            handle = gui.add_number(say(spec.label), value, min=int(spec.low), max=int(spec.high), step=1, hint=say(spec.help))
         else:
             k = spec.page_scale
-            label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
-            handle = gui.add_slider(label, spec.low * k, spec.high * k, spec.step, _rounded(value * k), hint=spec.help)
+            label = f"{say(spec.label)} [{spec.page_unit}]" if spec.page_unit else say(spec.label)
+            handle = gui.add_slider(label, spec.low * k, spec.high * k, spec.step, _rounded(value * k), hint=say(spec.help))
         self._shown[key] = value
+        words = spoken()
 
         @handle.on_update
         async def _(event: viser.GuiEvent[Any]) -> None:
@@ -132,7 +138,8 @@ class Controls:
                 return
             raw = event.target.value
             if spec.choices:
-                raw = spec.choices[spec.choice_labels.index(raw)] if raw in spec.choice_labels else raw
+                labels = tuple(map(words, spec.choice_labels))
+                raw = spec.choices[labels.index(raw)] if raw in labels else raw
             elif isinstance(raw, float):
                 raw /= spec.page_scale
             self._post(key, raw)
@@ -174,13 +181,13 @@ class Controls:
             value, spec = present[key], self._specs[key]
             self._shown[key] = value
             if spec.choices:
-                handle.value = spec.choice_labels[spec.choices.index(value)]
+                handle.value = say(spec.choice_labels[spec.choices.index(value)])
             elif isinstance(value, float):
                 if abs(handle.value / spec.page_scale - value) > 1e-9:
                     handle.value = _rounded(value * spec.page_scale)
             else:
                 handle.value = value
-        note = f'<div class="duet duet-tip">{COMPARE if matters("ghost", settings) else NOTHING_NEAR}</div>'
+        note = f'<div class="duet duet-tip">{say(COMPARE) if matters("ghost", settings) else say(NOTHING_NEAR)}</div>'
         if self._note.content != note:
             self._note.content = note
 

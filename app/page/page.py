@@ -13,6 +13,8 @@ import numpy as np
 import viser
 
 from app.keep.past import Past
+from app.languages.speaking import say, spoken
+from app.languages.visitor import mark_html
 from app.lessons.lesson import LessonBook
 from app.page.camera import place_camera, view_of
 from app.page.controls import Controls
@@ -88,10 +90,11 @@ class View:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots_panel = gui.add_panel()
-        self.plots_tab = self._plots_panel.add_tab("Live plots", viser.Icon.CHART_LINE)
+        self.plots_tab = self._plots_panel.add_tab(say("Live plots"), viser.Icon.CHART_LINE)
         with self.plots_tab:
             # A folded panel takes its style sheet with it; either one keeps the other dressed.
             self._style_too = gui.add_html(style_sheet(page.profile), order=-1.0)
+            gui.add_html(mark_html(spoken()), order=-1.0)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
         self._plots_panel.float(x=14, y=-14, width=760)
         if isinstance(host, viser.ClientHandle) and canvas_size(host)[1] < LOW_CANVAS:
@@ -218,7 +221,7 @@ class View:
 def scene_label(run: RunSettings) -> str:
     """Return what a person calls the experiment."""
     spec = specs(RunSettings)["scene"]
-    return spec.choice_labels[spec.choices.index(run.scene)]
+    return say(spec.choice_labels[spec.choices.index(run.scene)])
 
 
 def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
@@ -269,7 +272,7 @@ class Operation:
             self._actions[name] = lambda way=(right, up, away): self._gizmos.nudge(self._in_view(*way))
         self._controls = Controls(client.gui, session, self.act, self._notify)
         self._keep: ReplayBar | None = None
-        with client.gui.add_folder("Keep and replay", order=self._controls.below_clock, expand_by_default=False):
+        with client.gui.add_folder(say("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
             if session.background is not None:
                 self._keep = view.keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
             self._link = LinkBox(client, session, view.lessons)
@@ -281,8 +284,8 @@ class Operation:
     def _command(self, action: str) -> viser.CommandHandle:
         hotkey = next(h for h in HOTKEYS if h.action == action)
         command = self._client.gui.add_command(
-            hotkey.text.capitalize(),
-            description=f"Key: {hotkey.shown}" if hotkey.relayed else None,
+            hotkey.title,
+            description=say("Key: {key}", key=hotkey.shown) if hotkey.relayed else None,
             hotkey=hotkey.key,
             modifier=hotkey.modifier,
             icon=hotkey.icon,
@@ -323,7 +326,7 @@ class Operation:
         self._client.send_file_download(name, content, save_immediately=True)
 
     def _notify(self, title: str, text: str) -> None:
-        self._client.add_notification(title, text, color="orange", auto_close_seconds=8.0)
+        self._client.add_notification(say(title), say(text), color="orange", auto_close_seconds=8.0)
 
     def notify_problems(self, problems: tuple[str, ...]) -> None:
         """Name what was wrong with the link that the visitor came by."""
