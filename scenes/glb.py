@@ -129,6 +129,10 @@ PAINTED_LIGHT: Final = np.array([0.35, -0.45, 0.82])
 """Where painted light comes from (3,), in the frame of the mesh."""
 
 
+SHEEN: Final = np.array([0.040, 0.044, 0.055])
+"""What a shell mirrors of a bright room where it faces the light (3,), linear: without it dark parts are black holes."""
+
+
 def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
     """Pack meshes into one that is drawn at one go, its materials' colours and the light on them painted on its vertices.
 
@@ -142,7 +146,7 @@ def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes
     normals = np.vstack([part.vertex_normals for part in parts])
     colours = np.vstack([np.tile(palette[name].linear()[:3], (len(part.vertices), 1)) for name, part in meshes.items()])
     facing = np.clip(normals @ PAINTED_LIGHT, -1.0, 1.0)[:, None]
-    colours = np.minimum(colours * (0.72 + 0.40 * facing), 1.0)
+    colours = np.minimum(colours * (1.20 + 0.60 * facing) + SHEEN * (0.5 + 0.5 * facing) ** 3, 1.0)
     paint = Material("#ffffff", 0.45, 0.05).gltf() | {"name": "paint", "extensions": {UNLIT: {}}}
     return _pack_glb([("all", vertices, normals, faces, 0, colours)], [paint])
 

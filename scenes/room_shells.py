@@ -32,6 +32,9 @@ MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
 COARSE_SHARE: Final = 0.12
 """Share of the triangles that coarse furniture keeps."""
 
+FEW: Final = 28
+"""Around what is turned of the coarse torso: thinned out like the rest it would be ragged."""
+
 BOARDS: Final = ("light", "dark")
 """Parts of the bench that are boards and bars: they have few triangles already, and would fall apart with fewer."""
 
@@ -80,16 +83,24 @@ def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.T
 
 
 @functools.cache
-def torso_meshes() -> dict[str, trimesh.Trimesh]:
-    """Material name → mesh in the world frame [m]. Shared: do not change them."""
+def torso_meshes(coarse: bool = False) -> dict[str, trimesh.Trimesh]:
+    """Material name → mesh in the world frame [m]. Shared: do not change them.
+
+    Args:
+        coarse: few triangles, for a browser without a graphics card.
+    """
+
+    def turned(outline: list[tuple[float, float]], radius: float, steps: int, sections: int) -> trimesh.Trimesh:
+        return revolve(outline, FEW) if coarse else revolve(rounded(outline, radius, steps), sections)
+
     bases = []
     for side in (-1, 1):
         R = _turn("y", 35) @ _turn("x", -60 * side) @ _turn("z", 120 * side)
         bases.append((np.array([0, side * SHOULDER_OFFSET, SHOULDER_HEIGHT]), R))
     heart = np.array([-0.028, 0.0, 0.875])
     column_top = heart[2] - 0.095
-    foot = rounded([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008)
-    column = rounded(
+    foot = turned([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008, 4, 72)
+    column = turned(
         [
             (0.098, 0.020),
             (0.094, 0.030),
@@ -101,21 +112,22 @@ def torso_meshes() -> dict[str, trimesh.Trimesh]:
         ],
         0.05,
         4,
+        44,
     )
-    collar = rounded([(0.040, -0.010), (0.0585, -0.010), (0.0585, 0.012), (0.040, 0.012)], 0.002, 3)
-    flange = rounded([(0.06, -0.016), (0.079, -0.016), (0.079, 0.0), (0.0, 0.0)], 0.003, 3)
-    groove = rounded([(0.060, -0.0195), (0.0745, -0.0195), (0.0745, -0.0155), (0.060, -0.0155)], 0.001, 1)
+    collar = turned([(0.040, -0.010), (0.0585, -0.010), (0.0585, 0.012), (0.040, 0.012)], 0.002, 3, 44)
+    flange = turned([(0.06, -0.016), (0.079, -0.016), (0.079, 0.0), (0.0, 0.0)], 0.003, 3, 56)
+    groove = turned([(0.060, -0.0195), (0.0745, -0.0195), (0.0745, -0.0155), (0.060, -0.0155)], 0.001, 1, 56)
     standing = (heart[0], 0.0, 0.0)
+    block = _shoulder_block(bases, heart)
+    bolts = [] if coarse else [moved(_bolts(0.180, 8, 0.022, 0.009), shift=standing)]
     return {
-        "light": _shoulder_block(bases, heart),
+        "light": thinned(block, COARSE_SHARE) if coarse else block,
         "dark": join(
-            [moved(revolve(foot, 72), shift=standing), moved(revolve(column, 44), shift=standing)]
-            + [moved(revolve(flange, 56), R, tuple(position)) for position, R in bases]
+            [moved(foot, shift=standing), moved(column, shift=standing)]
+            + [moved(flange, R, tuple(position)) for position, R in bases]
         ),
-        "black": join(moved(revolve(groove, 56), R, tuple(position)) for position, R in bases),
-        "metal": join(
-            [moved(revolve(collar, 44), shift=(heart[0], 0.0, column_top)), moved(_bolts(0.180, 8, 0.022, 0.009), shift=standing)]
-        ),
+        "black": join(moved(groove, R, tuple(position)) for position, R in bases),
+        "metal": join([moved(collar, shift=(heart[0], 0.0, column_top)), *bolts]),
     }
 
 
@@ -152,7 +164,7 @@ def table_meshes(separation: float, plates: int = 2) -> dict[str, trimesh.Trimes
 @functools.cache
 def torso_glb(coarse: bool = False) -> bytes:
     """The stand of the rig "torso"; coarse for a browser without a graphics card."""
-    return glb.cached(f"torso-{coarse:d}", _key(), lambda: (_packed(torso_meshes(), coarse),))[0]
+    return glb.cached(f"torso-{coarse:d}", _key(), lambda: (_packed(torso_meshes(coarse), coarse, tuple(MATERIALS)),))[0]
 
 
 @functools.cache

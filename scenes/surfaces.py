@@ -240,7 +240,7 @@ def swollen(part: trimesh.Trimesh, by: float) -> trimesh.Trimesh:
 def thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
     """A mesh with only a share of the triangles, but no fewer than 64, kept where the shape needs them (quadric error metric).
 
-    Every vertex is one of the original's: what was inside a capsule stays inside.
+    Every vertex is one of the original's: what was inside a capsule stays inside, and light falls on it as on the original.
     """
     import fast_simplification
     import trimesh
@@ -248,6 +248,15 @@ def thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
 
     count = max(64, round(share * len(part.faces)))
     vertices, faces = fast_simplification.simplify(np.asarray(part.vertices), np.asarray(part.faces), target_count=count)
-    originals = np.asarray(part.vertices)
-    bare = trimesh.Trimesh(originals[KDTree(originals).query(vertices)[1]], faces, process=False)
-    return mesh(np.asarray(bare.vertices), np.asarray(bare.faces), np.asarray(bare.vertex_normals))
+    originals, normals = np.asarray(part.vertices), np.asarray(part.vertex_normals)
+    tree = KDTree(originals)
+    bare = trimesh.Trimesh(originals[tree.query(vertices)[1]], faces, process=False)
+    # At a crease several of the original's vertices share a place; a face takes the one that looks its way.
+    here = tree.query_ball_point(bare.vertices, 1e-6)
+    chosen = [
+        here[corner][int(np.argmax(normals[here[corner]] @ facing))]
+        for corners, facing in zip(bare.faces, bare.face_normals, strict=True)
+        for corner in corners
+    ]
+    kept, index = np.unique(chosen, return_inverse=True)
+    return mesh(originals[kept], index.reshape(-1, 3), normals[kept])

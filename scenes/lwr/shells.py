@@ -73,8 +73,17 @@ SECTIONS: Final = 56
 SKIN: Final = 0.0008
 """How far the shells stay inside the capsules [m]."""
 
-COARSE_SHARE: Final = 0.07
+COARSE_SHARE: Final = 0.08
 """Share of the triangles that a coarse shell keeps."""
+
+FEW: Final = 24
+"""Around what is turned of a coarse shell: a ring thinned out like the rest would be ragged."""
+
+RAISED: Final = ("cover", "ring", "trim")
+"""Materials of parts that lie on a shell."""
+
+PROUD: Final = 0.0007
+"""What lies on a coarse shell stands out of it by so much more [m]: less than `SKIN`, so it stays inside the capsules."""
 
 GHOST_INSET: Final = 0.0012
 """A ghost is drawn this much slimmer [m]."""
@@ -139,38 +148,46 @@ class Casting:
         spine = np.stack([np.zeros(len(height)), (self.slit + 0.016) * blend**2 * (3 - 2 * blend), height], -1)
         return surfaces.skin(self.form, spine, np.zeros(len(height)), SECTIONS, 0.15, dome=20)
 
-    def cover(self) -> trimesh.Trimesh:
+    def cover(self, coarse: bool) -> trimesh.Trimesh:
         """The round lid on the bulge."""
-        return moved(_lid(self.ball - SKIN), Y_UP, (0, 0, self.length))
+        return moved(_lid(self.ball - SKIN, coarse), Y_UP, (0, 0, self.length))
 
-    def seam(self) -> trimesh.Trimesh:
+    def seam(self, coarse: bool) -> trimesh.Trimesh:
         """The dark disc in the slit and the groove around the lid."""
         r, y = self.drum - 0.0035, self.slit
-        disc = revolve([(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)], SECTIONS)
-        return moved(join([disc, _groove(self.ball - SKIN)]), Y_UP, (0, 0, self.length))
+        disc = revolve([(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)], FEW if coarse else SECTIONS)
+        return moved(join([disc, _groove(self.ball - SKIN, coarse)]), Y_UP, (0, 0, self.length))
 
 
-def _lid(ball: float) -> trimesh.Trimesh:
+def _lid(ball: float, coarse: bool = False) -> trimesh.Trimesh:
     """A lid of a housing inside a sphere of radius `ball`, its axis z; on the sphere's flat at 0.8 of the radius."""
     edge, seat, rise, top = 0.53 * ball, 0.78 * ball, 0.835 * ball, 0.955 * ball
+    if coarse:
+        return revolve([(edge, seat), (edge, rise), (0.6 * edge, top - 0.3 * (top - rise)), (0.0, top)], FEW)
     bow = np.linspace(0.0, 1.0, 7)[1:]
     dome = np.stack([(edge - 0.002) * (1 - bow), rise + (top - rise) * (1 - (1 - bow) ** 2)], 1)
     return revolve(np.vstack([rounded([(edge, seat), (edge, rise), *dome[:1]], 0.0015, 3), dome[1:]]), 40)
 
 
-def _groove(ball: float) -> trimesh.Trimesh:
+def _groove(ball: float, coarse: bool) -> trimesh.Trimesh:
     edge, rise = 0.53 * ball, 0.812 * ball
+    if coarse:
+        return revolve([(edge + 0.0022, rise), (edge - 0.001, rise)], FEW)
     return revolve([(edge + 0.0022, rise - 0.003), (edge + 0.0022, rise), (edge - 0.001, rise)], 40)
 
 
-def _ring(z: float, radius: float, half: float = 0.0035) -> trimesh.Trimesh:
+def _ring(z: float, radius: float, coarse: bool, half: float = 0.0035) -> trimesh.Trimesh:
     """The dark ring of a roll joint at height z."""
+    if coarse:
+        return revolve([(radius, z - half), (radius, z + half)], FEW)
     inner = radius - 0.012
     return revolve(rounded([(inner, z - half), (radius, z - half), (radius, z + half), (inner, z + half)], 0.0012, 2), SECTIONS)
 
 
-def _band(z: float, radius: float, height: float) -> trimesh.Trimesh:
+def _band(z: float, radius: float, height: float, coarse: bool) -> trimesh.Trimesh:
     """A thin raised band on a tube, from z upwards."""
+    if coarse:
+        return revolve([(radius + 0.0007, z), (radius + 0.0007, z + height)], FEW)
     return revolve(
         rounded(
             [(radius - 0.002, z), (radius + 0.0007, z), (radius + 0.0007, z + height), (radius - 0.002, z + height)], 0.0006, 1
@@ -186,20 +203,24 @@ ELBOW_FORE: Final = Casting(length=0.2, tube=0.0540, drum=0.0590, ball=0.070, wa
 WRIST: Final = Casting(length=0.19, tube=0.0540, drum=0.0560, ball=0.065, wall=0.065, slit=0.013)
 
 
-def _cast(casting: Casting, turn: Array, ring: bool, band: bool) -> Parts:
+def _cast(casting: Casting, turn: Array, ring: bool, band: bool, coarse: bool) -> Parts:
     """The parts of one link: turned upside down when the pitch joint comes first."""
     shift = (0.0, 0.0, casting.length if turn[2, 2] < 0 else 0.0)
-    parts = {"body": [casting.shell()], "cover": [casting.cover()], "ring": [casting.seam()] if turn[2, 2] > 0 else []}
+    parts = {
+        "body": [casting.shell()],
+        "cover": [casting.cover(coarse)],
+        "ring": [casting.seam(coarse)] if turn[2, 2] > 0 else [],
+    }
     if turn[2, 2] < 0:
-        parts["ring"].append(moved(_groove(casting.ball - SKIN), Y_UP, (0, 0, casting.length)))
+        parts["ring"].append(moved(_groove(casting.ball - SKIN, coarse), Y_UP, (0, 0, casting.length)))
     if ring:
-        parts["ring"].append(_ring(0.0, casting.tube - 0.001))
+        parts["ring"].append(_ring(0.0, casting.tube - 0.001, coarse))
     if band:
-        parts["trim"] = [_band(0.012, casting.tube, 0.005)]
+        parts["trim"] = [_band(0.012, casting.tube, 0.005, coarse)]
     return {name: moved(join(some), turn, shift) for name, some in parts.items() if some}
 
 
-def _base() -> Parts:
+def _base(coarse: bool) -> Parts:
     """Link 0: a foot with bolts, and a pedestal up to the first roll joint."""
     foot = rounded(
         [
@@ -217,10 +238,12 @@ def _base() -> Parts:
     bolt = revolve(rounded([(0.0032, 0.008), (0.0032, 0.0135), (0, 0.0135)], 0.0008, 2), 12)
     turns = np.arange(8) * np.pi / 4 + np.pi / 8
     bolts = [moved(bolt, shift=(0.0695 * np.cos(a), 0.0695 * np.sin(a), 0)) for a in turns]
-    return {"dark": revolve(foot, SECTIONS), "metal": join(bolts), "ring": _ring(0.110, 0.0565)}
+    if coarse:
+        return {"dark": revolve(foot[::3], FEW), "ring": _ring(0.110, 0.0565, coarse)}
+    return {"dark": revolve(foot, SECTIONS), "metal": join(bolts), "ring": _ring(0.110, 0.0565, coarse)}
 
 
-def _wrist() -> Parts:
+def _wrist(coarse: bool) -> Parts:
     """Link 6: the dark ball beside the end of the forearm, and the neck of the flange."""
     ball, slit = facts.CAPSULES[2].radius - SKIN, WRIST.slit - GAP
     radius, flat = ball - 0.001, 0.79 * ball
@@ -228,14 +251,17 @@ def _wrist() -> Parts:
     outline = [(0.04, -slit), (0.0575, -slit), *np.stack([radius * np.cos(bow), radius * np.sin(bow)], 1), (0.03, flat)]
     to_minus_y = Y_UP @ np.diag([1.0, -1.0, -1.0])
     neck = rounded([(0.0465, 0.030), (0.0445, 0.045), (0.0365, 0.052), (0.0365, 0.058)], 0.006, 5)
+    if coarse:
+        outline, neck = [*outline[:2], *outline[2:-1:3], outline[-1]], neck[::3]
+    around = FEW if coarse else SECTIONS
     return {
-        "dark": join([moved(revolve(outline, SECTIONS), to_minus_y), revolve(neck, SECTIONS)]),
-        "cover": moved(_lid(ball), to_minus_y),
-        "ring": moved(_groove(ball), to_minus_y),
+        "dark": join([moved(revolve(outline, around), to_minus_y), revolve(neck, around)]),
+        "cover": moved(_lid(ball, coarse), to_minus_y),
+        "ring": moved(_groove(ball, coarse), to_minus_y),
     }
 
 
-def _tool() -> Parts:
+def _tool(coarse: bool) -> Parts:
     """Link 7: the 80 mm flange disc, and beyond it a slim handle to guide the hand by; it fills part of the hand capsule."""
     disc = rounded([(0.030, -0.019), (0.040, -0.019), (0.040, 0.0), (0.0, 0.0)], 0.0018, 3)
     neck = rounded([(0.031, 0.0), (0.031, 0.006), (0.0235, 0.010), (0.0185, 0.019), (0.0185, 0.022)], 0.004, 3)
@@ -249,32 +275,46 @@ def _tool() -> Parts:
         (0.0205, 0.075),
     ]
     knob = [(0.0215 * np.cos(a), 0.076 + 0.0105 * np.sin(a)) for a in np.linspace(0, np.pi / 2, 8)]
+    mark = rounded([(0.015, 0.0215), (0.0202, 0.0215), (0.0202, 0.0255), (0.015, 0.0255)], 0.0008, 2)
+    grip = np.vstack([[(0.017, 0.0255)], rounded(grip_line, 0.006, 3), knob])
+    if coarse:
+        return {
+            "metal": join([revolve(disc[::3], FEW), revolve(neck[::3], FEW)]),
+            "mark": revolve(mark[::3], FEW),
+            "grip": revolve(np.vstack([grip_line, knob[2::2], knob[-1:]]), FEW // 2),
+        }
     return {
         "metal": join([revolve(disc, SECTIONS), revolve(neck, 36)]),
-        "mark": revolve(rounded([(0.015, 0.0215), (0.0202, 0.0215), (0.0202, 0.0255), (0.015, 0.0255)], 0.0008, 2), 40),
-        "grip": revolve(np.vstack([[(0.017, 0.0255)], rounded(grip_line, 0.006, 3), knob]), 36),
+        "mark": revolve(mark, 40),
+        "grip": revolve(grip, 36),
     }
 
 
 @functools.cache
-def link_meshes() -> tuple[Parts, ...]:
-    """Links 0 (base) … 7 (flange and handle): material name → mesh in the link frame [m]. Shared: do not change them."""
-    return (
-        _base(),
-        _cast(SHOULDER, UP, ring=False, band=True),
-        _cast(SHOULDER_UPPER, FROM_JOINT_TO_MINUS_Y, ring=True, band=False),
-        _cast(UPPER, TO_MINUS_Y, ring=False, band=True),
-        _cast(ELBOW_FORE, FROM_JOINT_TO_PLUS_Y, ring=True, band=False),
-        _cast(WRIST, UP, ring=False, band=True),
-        _wrist(),
-        _tool(),
+def link_meshes(coarse: bool = False) -> tuple[Parts, ...]:
+    """Links 0 (base) … 7 (flange and handle): material name → mesh in the link frame [m]. Shared: do not change them.
+
+    Args:
+        coarse: few triangles, for a browser without a graphics card.
+    """
+    links = (
+        _base(coarse),
+        _cast(SHOULDER, UP, ring=False, band=True, coarse=coarse),
+        _cast(SHOULDER_UPPER, FROM_JOINT_TO_MINUS_Y, ring=True, band=False, coarse=coarse),
+        _cast(UPPER, TO_MINUS_Y, ring=False, band=True, coarse=coarse),
+        _cast(ELBOW_FORE, FROM_JOINT_TO_PLUS_Y, ring=True, band=False, coarse=coarse),
+        _cast(WRIST, UP, ring=False, band=True, coarse=coarse),
+        _wrist(coarse),
+        _tool(coarse),
     )
+    return tuple({name: _coarse(name, part) for name, part in parts.items()} for parts in links) if coarse else links
 
 
-@functools.cache
-def coarse_meshes() -> tuple[Parts, ...]:
-    """The same links with few of the triangles, for a browser without a graphics card."""
-    return tuple({name: thinned(part, COARSE_SHARE) for name, part in parts.items()} for parts in link_meshes())
+def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:
+    if name in RAISED:
+        # Where both have few triangles, a ring would dive in and out of the shell that it lies on.
+        return swollen(part, PROUD)
+    return thinned(part, COARSE_SHARE) if name == "body" else part
 
 
 @functools.cache
@@ -282,8 +322,9 @@ def link_glbs(palette: str, coarse: bool = False) -> tuple[bytes, ...]:
     """Links 0 … 7 as GLB files in one of the PALETTES; coarse ones are one mesh each, its colours on the vertices."""
     palette_named(palette)
     key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette, coarse)
-    meshes = coarse_meshes if coarse else link_meshes
-    return glb.cached(f"lwr-{palette}-{coarse:d}", key, lambda: tuple(packed(parts, palette, coarse) for parts in meshes()))
+    return glb.cached(
+        f"lwr-{palette}-{coarse:d}", key, lambda: tuple(packed(parts, palette, coarse) for parts in link_meshes(coarse))
+    )
 
 
 def palette_named(name: str) -> glb.Palette:

@@ -1,6 +1,5 @@
 """A hand that keeps its place, or goes where its place goes."""
 
-import math
 from collections.abc import Callable
 from typing import Final
 
