@@ -269,6 +269,16 @@ class Visitor:
         except TimeoutError as error:
             raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}") from error
 
+    async def break_off(self, unfinished: bytes = b"") -> None:
+        """End the connection as a lost line does, without a word; `unfinished`: a message of which only a part is sent before."""
+        assert self._socket is not None
+        if unfinished:
+            # A masked binary frame (RFC 6455, section 5.2) that promises all, and half of it.
+            head = b"\x82\xfe" + len(unfinished).to_bytes(2, "big") + b"\0\0\0\0"
+            self._socket.transport.write(head + unfinished[: len(unfinished) // 2])
+            await asyncio.sleep(0)
+        self._socket.transport.abort()
+
     async def close(self) -> None:
         """Leave. May be called twice."""
         if self._socket is not None:
@@ -351,6 +361,10 @@ class SyncVisitor:
     def wait_for(self, predicate: Callable[[Visitor], object], timeout: float = 5.0) -> None:
         """See `Visitor.wait_for`; the predicate runs in the visitor's thread."""
         self._run(self.visitor.wait_for(predicate, timeout), timeout + 5.0)
+
+    def break_off(self, unfinished: bytes = b"") -> None:
+        """See `Visitor.break_off`."""
+        self._run(self.visitor.break_off(unfinished))
 
     def close(self) -> None:
         """Leave and end the thread. May be called twice."""
