@@ -9,6 +9,7 @@ import webbrowser
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Final
+from urllib.parse import quote
 
 import tyro
 from tqdm import tqdm
@@ -35,11 +36,11 @@ class Serve:
     open: bool = True
     """Open the browser."""
     sessions: int = 8
-    """How many tabs may have a session of their own at once."""
+    """How many tabs may have a session of their own at once; in a lecture, how many students may explore by themselves."""
     lecture: bool = False
-    """All tabs see one stage; the first one, or the one with the key, has the controls."""
+    """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
-    """In a lecture: who opens the page with ?key=KEY has the controls."""
+    """Who opens the page with ?key=KEY is a teacher: has the notes to the lessons, and in a lecture leads the class."""
     allow_origin: tuple[str, ...] = ()
     """Further web addresses whose pages may connect, such as https://duet.example.org behind a proxy."""
     bvh: Path | None = None
@@ -159,11 +160,12 @@ def serve(command: Serve) -> int:
     """Serve the page until Ctrl+C."""
     if command.sessions < 1:
         raise BadSetting(f"sessions = {command.sessions} leaves no place; give a number from 1.")
-    if command.key is not None and not command.lecture:
-        raise BadSetting("--key has a meaning in a lecture only; add --lecture.")
+    if command.key is not None and not command.key.strip():
+        raise BadSetting("key is empty, so that everybody would have it; give a word that nobody guesses.")
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     settings = chosen(command.settings, Settings())
+    from app.classroom.address import find_address
     from app.hosts import open_house
     from app.people import find_people
 
@@ -183,8 +185,10 @@ def serve(command: Serve) -> int:
     except Exception:
         people.close()
         raise
-    link = house.url + (f"/?key={command.key}" if command.key else "")
+    link = house.url + (f"/?key={quote(command.key, safe='')}" if command.key else "")
     print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
+    if command.lecture:
+        print(f"The class opens {find_address('', command.host, house.server.get_port()).url}", flush=True)
     if command.open:
         webbrowser.open(link)
     try:

@@ -1,12 +1,10 @@
 """Who sees what: a private session for every tab, or one stage for a whole lecture."""
 
-import contextlib
 import logging
-import secrets
 import threading
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Mapping
 from pathlib import Path
 from time import perf_counter
 from typing import Final
@@ -14,21 +12,23 @@ from typing import Final
 import viser
 
 from app.background import Background
-from app.languages.lesson_book import in_language
-from app.languages.speaking import speak
-from app.languages.visitor import accepted_by, asked_by, language_script, with_language
+from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
+from app.cloakroom import Cloakroom, same_tab, twin
+from app.languages.speaking import say
+from app.languages.visitor import accepted_by, language_script, with_language
+from app.lecture import LectureHost
 from app.lessons.lesson import LessonBook
-from app.lessons.loading import load_lessons
+from app.lessons.loading import load_lessons, load_notes
 from app.page.keys import relay_script
-from app.page.lesson_resume import Keeper, open_link, resume_script
-from app.page.lesson_run import LessonRun
-from app.page.lesson_saved import Saved
-from app.page.page import Operation, View
+from app.page.lesson_resume import Keeper, resume_script
 from app.page.software import software_script
+from app.page.teacher import NotesPanel
+from app.page.teacher_script import class_script
 from app.people import NOBODY_ELSE, People
 from app.server import DuetServer, request_query, start_server
 from app.session import Session
-from app.settings import Language, Settings, from_query
+from app.settings import Settings, from_query
+from app.stand import Stand, Visitors
 
 log = logging.getLogger("duet.hosts")
 
@@ -44,94 +44,7 @@ SOONEST: Final = 0.008
 """Least wall time between two frames when what a visitor does asks for one at once [s]."""
 
 
-class _Stand:
-    """One visitor's private stand: a session, what is seen of it, and what is operated."""
-
-    def __init__(
-        self,
-        client: viser.ClientHandle,
-        settings: Settings,
-        problems: tuple[str, ...],
-        wake: Callable[[], None],
-        background: Background,
-        people: People,
-        book: LessonBook,
-        found: tuple[Saved, bool] | None,
-    ) -> None:
-        self.client, self.query = client, request_query(client)
-        self.session = Session(settings, wake, background, people)
-        self._book = book
-        self._language: Language = settings.page.language
-        speak(self._language)
-        self.lessons = LessonRun(self.session, in_language(book, self._language))
-        with client.atomic():
-            self.view = View(client, self.session, lambda: [client], self.lessons)
-            self.operation = Operation(client, self.session, self.view)
-            self.view.welcome(client)
-            self.operation.notify_problems((*problems, *open_link(self.lessons, self.query, found)))
-            self.operation.notify_lessons(book)
-
-    def _translate(self) -> None:
-        """Make the page anew in another language; the session and the lessons go on where they are."""
-        saved = self.lessons.saved()
-        self.operation.close()
-        self._language = self.session.settings.page.language
-        speak(self._language)
-        self.lessons = LessonRun(self.session, in_language(self._book, self._language))
-        if saved is not None:
-            self.lessons.resume(saved, reopen=True)
-        with self.client.atomic():
-            self.client.gui.reset()
-            self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
-            self.operation = Operation(self.client, self.session, self.view)
-            self.view.welcome(self.client)
-
-    def frame(self, now: float, elapsed: float) -> None:
-        speak(self._language)
-        moved = self.session.advance(elapsed) > 0
-        if self.session.settings.page.language != self._language:
-            self._translate()
-        self.lessons.frame()
-        with self.client.atomic():
-            self.view.show(now, moved)
-            self.operation.show()
-        self.client.flush()
-
-
-class _Visitors:
-    """Notes on the network's thread who comes and goes, and tells it on the frame loop's.
-
-    Attributes:
-        wake: asks for a frame at once; set by the frame loop.
-    """
-
-    def __init__(self, server: DuetServer) -> None:
-        self._server = server
-        self.wake: Callable[[], None] = lambda: None
-        self._arrivals: list[viser.ClientHandle] = []
-        self._departures: set[int] = set()
-        self._lock = threading.Lock()
-
-        @server.on_client_connect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._arrivals.append(client)
-            self.wake()
-
-        @server.on_client_disconnect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._departures.add(client.client_id)
-
-    def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
-        """Return who came (and is still there) and the ids of who left since the last call."""
-        with self._lock:
-            arrivals, self._arrivals = self._arrivals, []
-            departures, self._departures = self._departures, set()
-        return [client for client in arrivals if client.client_id not in departures], departures
-
-
-class PrivateHost(_Visitors):
+class PrivateHost(Visitors):
     """Every tab has its own session.
 
     Args:
@@ -140,6 +53,8 @@ class PrivateHost(_Visitors):
         background: computes for all sessions.
         people: who can be imitated beside the built-in person.
         book: the lessons.
+        key: a word that a teacher's link carries (`?key=…`); None if nobody is one.
+        notes: the teacher's, by the id of their lesson.
     """
 
     def __init__(
@@ -149,10 +64,14 @@ class PrivateHost(_Visitors):
         background: Background,
         people: People = NOBODY_ELSE,
         book: LessonBook = NO_LESSONS,
+        key: str | None = None,
+        notes: Mapping[str, str] | None = None,
     ) -> None:
         self._start, self._background, self._people, self._book = start, background, people, book
-        self._keeper = Keeper()
-        self._stands: dict[int, _Stand] = {}
+        self._key, self._notes = key, notes or {}
+        self._teachers: dict[int, NotesPanel] = {}
+        self._keeper, self._cloakroom = Keeper(), Cloakroom()
+        self._stands: dict[int, Stand] = {}
         super().__init__(server)
 
     @property
@@ -160,34 +79,57 @@ class PrivateHost(_Visitors):
         """The live sessions by client id."""
         return {number: stand.session for number, stand in list(self._stands.items())}
 
+    def close(self) -> None:
+        """Close every session, also of those who are away."""
+        for session in self.sessions.values():
+            session.close()
+        self._cloakroom.close()
+
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw every session."""
         arrivals, departures = self.changes()
-        for client in arrivals:
-            query = request_query(client)
-            settings, problems = from_query(query, self._start)
-            settings = with_language(settings, accepted_by(client))
-            try:
-                self._keep_all(query)
-                found = self._keeper.find(query)
-                self._stands[client.client_id] = _Stand(
-                    client, settings, problems, lambda: self.wake(), self._background, self._people, self._book, found
-                )
-            except Exception:
-                log.exception("a visitor's page could not be built")
+        self._cloakroom.tidy()
         for number in departures:
+            self._teachers.pop(number, None)
             if number in self._stands:
                 stand = self._stands.pop(number)
                 self._keeper.keep(stand.query, stand.lessons.saved())
                 stand.operation.close()
-                stand.session.close()
+                if stand.superseded:
+                    stand.session.close()
+                else:
+                    self._cloakroom.leave(stand.query, stand.session, stand.lessons)
+        for client in arrivals:
+            try:
+                self._let_in(client)
+            except Exception:
+                log.exception("a visitor's page could not be built")
         for number, stand in list(self._stands.items()):
             try:
                 stand.frame(now, elapsed)
+                if number in self._teachers:
+                    self._show_notes(stand, self._teachers[number])
             except Exception:
                 # One broken page must not stop the others; a tab that is just closing ends up here too.
                 if number in self._server.get_clients():
                     log.exception("a frame of a visitor's page failed")
+
+    def _let_in(self, client: viser.ClientHandle) -> None:
+        query = request_query(client)
+        settings, problems = from_query(query, self._start)
+        settings = with_language(settings, accepted_by(client))
+        self._keep_all(query)
+        found, back = self._keeper.find(query), self._cloakroom.fetch(query)
+        before = [stand for stand in self._stands.values() if same_tab(stand.query, query)]
+        if before:
+            settings = before[-1].session.settings
+        stand = Stand(client, settings, problems, lambda: self.wake(), self._background, self._people, self._book, found, back)
+        if before and not stand.lessons.open:
+            twin(stand.session, before[-1].session)
+        for one in before:
+            one.superseded = True
+        self._stands[client.client_id] = stand
+        self._look_at_key(stand)
 
     def _keep_all(self, query: dict[str, str]) -> None:
         """Keep what the newcomer's tab did, if its old connection has not been noticed to be gone."""
@@ -195,110 +137,16 @@ class PrivateHost(_Visitors):
             if stand.query.get("resume") and stand.query.get("resume") == query.get("resume"):
                 self._keeper.keep(stand.query, stand.lessons.saved())
 
+    def _look_at_key(self, stand: Stand) -> None:
+        """Give a teacher the notes, and tell whoever has another key."""
+        if is_teacher(self._key, stand.query):
+            self._teachers[stand.client.client_id] = NotesPanel(stand.client.gui, self._notes)
+        elif is_mistaken(self._key, stand.query):
+            stand.client.add_notification(say("The key is another one"), say(WRONG_KEY), color="orange", auto_close_seconds=12.0)
 
-class LectureHost(_Visitors):
-    """All tabs see one stage; one of them has the controls: the first, or the one that came with the key.
-
-    Args:
-        server: viser's.
-        start: what the stage shows at first.
-        key: a word that the lecturer's link carries (`?key=…`); None gives the controls to the first tab.
-        background: computes for the session.
-        people: who can be imitated beside the built-in person.
-        book: the lessons.
-    """
-
-    def __init__(
-        self,
-        server: DuetServer,
-        start: Settings,
-        key: str | None,
-        background: Background,
-        people: People = NOBODY_ELSE,
-        book: LessonBook = NO_LESSONS,
-    ) -> None:
-        self._key, self._book = key, book
-        self._choose_language = start.page.language == "auto"
-        start = with_language(start, "")
-        self.session = Session(start, lambda: self.wake(), background, people)
-        self._language: Language = start.page.language
-        self._clients: dict[int, viser.ClientHandle] = {}
-        self._operation: Operation | None = None
-        self._operator: int | None = None
-        speak(self._language)
-        self.lessons = LessonRun(self.session, in_language(book, self._language))
-        self._view = View(server, self.session, lambda: list(self._clients.values()), self.lessons)
-        server.gate.may_share = lambda client_id: client_id == self._operator
-        super().__init__(server)
-
-    @property
-    def operator(self) -> int | None:
-        """Id of the client that has the controls, None if nobody has."""
-        return self._operator
-
-    def frame(self, now: float, elapsed: float) -> None:
-        """Advance the one session and draw it for all."""
-        speak(self._language)
-        arrivals, departures = self.changes()
-        for client in arrivals:
-            self._clients[client.client_id] = client
-            with contextlib.suppress(Exception):
-                # Whoever is gone again before being welcomed must not cost the others their frame.
-                self._view.welcome(client)
-        for number in departures:
-            self._clients.pop(number, None)
-            if number == self._operator:
-                if self._operation is not None:
-                    self._operation.close()
-                self._operator, self._operation = None, None
-                self.session.hold(None)
-        if self._operator is None:
-            self._hand_over()
-        moved = self.session.advance(elapsed) > 0
-        if self.session.settings.page.language != self._language:
-            self._translate()
-        self.lessons.frame()
-        with self._server.atomic():
-            self._view.show(now, moved)
-        if self._operation is not None:
-            self._operation.show()
-        self._server.flush()
-
-    def _translate(self) -> None:
-        """Make everybody's page anew in another language; the session and the lessons go on where they are."""
-        saved = self.lessons.saved()
-        self._language = self.session.settings.page.language
-        speak(self._language)
-        self.lessons = LessonRun(self.session, in_language(self._book, self._language))
-        if saved is not None:
-            self.lessons.resume(saved, reopen=True)
-        operator = None if self._operator is None else self._clients.get(self._operator)
-        if self._operation is not None:
-            self._operation.close()
-        with self._server.atomic():
-            if operator is not None:
-                operator.gui.reset()
-            self._server.gui.reset()
-            self._view = View(self._server, self.session, lambda: list(self._clients.values()), self.lessons)
-        self._operation = None if operator is None else Operation(operator, self.session, self._view)
-        for client in self._clients.values():
-            with contextlib.suppress(Exception):
-                self._view.welcome(client)
-
-    def _hand_over(self) -> None:
-        for number, client in self._clients.items():
-            given = request_query(client).get("key", "")
-            if self._key is None or secrets.compare_digest(given.encode(), self._key.encode()):
-                self._operator = number
-                if self._choose_language:
-                    # The stage has one language: that of the first one who has the controls.
-                    self._choose_language = False
-                    self.session.change("lang", asked_by(client, request_query(client).get("lang")))
-                self._operation = Operation(client, self.session, self._view)
-                if not self.lessons.open:
-                    self._operation.notify_problems(open_link(self.lessons, request_query(client), None))
-                self._operation.notify_lessons(self._book)
-                return
+    def _show_notes(self, stand: Stand, panel: NotesPanel) -> None:
+        with stand.client.atomic():
+            panel.show(stand.lessons)
 
 
 class FrameLoop:
@@ -367,8 +215,7 @@ class House:
     def close(self) -> None:
         """End the frames and everything that is being computed, close every connection and release the port."""
         self._loop.stop()
-        for session in self.host.sessions.values() if isinstance(self.host, PrivateHost) else (self.host.session,):
-            session.close()
+        self.host.close()
         self.background.close()
         self._people.close()
         self.server.stop()
@@ -391,9 +238,9 @@ def open_house(
     Args:
         host, port: where; port 0 takes any free one.
         settings: what the page shows at first.
-        sessions: how many private sessions there may be at once; a lecture has no limit.
+        sessions: how many private sessions there may be at once; a lecture has no limit for those who watch.
         lecture: one stage for all.
-        key: of the lecturer, or None.
+        key: of the teacher, or None.
         allowed_origins: further web addresses whose pages may connect.
         people: who can be imitated beside the built-in person; let go of when the house is closed.
         lessons: folder of lessons; None for our own.
@@ -406,13 +253,16 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=None if lecture else sessions,
-        script=software_script() + relay_script() + resume_script() + language_script(),
+        script=software_script() + relay_script() + resume_script() + language_script() + class_script(),
     )
     server.scene.world_axes.visible = False
     background = Background()
     book = load_lessons() if lessons is None else load_lessons(lessons)
     for problem in book.problems:
         log.warning("a lesson was left out: %s", problem)
+    # The notes are not even read where nobody has a key to them.
+    notes = {} if key is None else load_notes() if lessons is None else load_notes(lessons)
     if lecture:
-        return House(server, LectureHost(server, settings, key, background, people, book), background, people)
-    return House(server, PrivateHost(server, settings, background, people, book), background, people)
+        stage = LectureHost(server, settings, key, background, people, book, notes, sessions, host)
+        return House(server, stage, background, people)
+    return House(server, PrivateHost(server, settings, background, people, book, key, notes), background, people)

@@ -175,7 +175,7 @@ ERRORS: list[tuple[list[str], list[str]]] = [
     (["run", *SHORT, "--inputs", "/no/such/file.csv"], ["/no/such/file.csv", "cannot be read"]),
     (["run", *SHORT, "--csv", "/no/such/folder/out.csv"], ["/no/such/folder", "make it first"]),
     (["serve", "--sessions", "0"], ["sessions = 0"]),
-    (["serve", "--key", "secret"], ["--lecture"]),
+    (["serve", "--key", " "], ["key is empty", "a word"]),
     (["serve", "--no-open", "--n", "0"], ["n = ", "1 to 20"]),
     (["serve", "--no-open", "--theme", "pink"], ["theme = 'pink'", "light", "dark"]),
     (["serve", "--no-open", "--port", "70000"], ["port 70000"]),

@@ -1,0 +1,120 @@
+"""A student's own part of the stage's page: the answers as buttons and keys, and what is said to their own answer."""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import viser
+from viser._messages import HotkeyKey
+
+from app.classroom.classroom import Poll
+from app.languages.speaking import say
+from app.page.lesson_html import choice_label
+from app.page.lesson_panel import ORDER, LessonPanel
+from app.page.teacher_html import banner_html, mine_html
+
+KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
+
+_OWN: Final = "<style>.duet-l-choices,.duet-l-verdict{display:none!important}</style>"
+"""What is listed for a projector has buttons here, and the verdict is about this student's answer."""
+
+
+class Banner:
+    """One line at the top of a page: what the teacher has everybody do.
+
+    Args:
+        gui: of one student.
+    """
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._handle = gui.add_html("", order=-30.0)
+        self._shown = ""
+
+    def show(self, kind: str, text: str) -> None:
+        """Say something; "" says nothing."""
+        made = banner_html(kind, text)
+        if made != self._shown:
+            self._shown = self._handle.content = made
+
+    def close(self) -> None:
+        """Take it away."""
+        self._handle.remove()
+
+
+class Answers:
+    """The part of one student.
+
+    Args:
+        client: the student's.
+        panel: of the lessons, which everybody sees.
+        answer: called with the index of a choice, on the network's thread.
+    """
+
+    def __init__(self, client: viser.ClientHandle, panel: LessonPanel, answer: Callable[[int], None]) -> None:
+        self._client, self._panel, self._answer = client, panel, answer
+        self._buttons: list[viser.GuiButtonHandle] = []
+        self._commands: list[viser.CommandHandle] = []
+        self._texts: list[viser.GuiHtmlHandle] = []
+        self._shown: tuple[Any, ...] = ()
+
+    def _make(self) -> None:
+        gui = self._client.gui
+        assert self._panel.tab is not None
+        with self._panel.tab:
+            self._texts = [
+                gui.add_html(_OWN, order=ORDER["choices"] + 0.1),
+                gui.add_html("", order=ORDER["choices"] + 8.5),
+                gui.add_html("", order=ORDER["verdict"] + 0.5),
+            ]
+            for i in range(len(KEYS)):
+                self._buttons.append(self._button(i))
+
+    def _button(self, index: int) -> viser.GuiButtonHandle:
+        button = self._client.gui.add_button(f"{index + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + index)
+
+        @button.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            del event
+            self._answer(index)
+
+        return button
+
+    def _command(self, index: int) -> viser.CommandHandle:
+        command = self._client.gui.add_command(
+            say("Answer {number}", number=index + 1), hotkey=KEYS[index], icon=viser.Icon.HAND_CLICK
+        )
+
+        @command.on_trigger
+        async def _(event: viser.CommandEvent) -> None:
+            del event
+            self._answer(index)
+
+        return command
+
+    def show(self, poll: Poll | None, mine: int | None) -> None:
+        """Bring buttons, keys and texts up to date."""
+        asked = None if poll is None else (poll.place, poll.choices, poll.open, poll.outcome, poll.verdicts)
+        if self._panel.tab is None or (asked, mine) == self._shown:
+            return
+        self._shown = asked, mine
+        if not self._buttons:
+            self._make()
+        count = min(len(poll.choices), len(KEYS)) if poll is not None and poll.open else 0
+        for i, button in enumerate(self._buttons):
+            if poll is not None and i < count:
+                button.label = choice_label(i + 1, poll.choices[i], i == mine)
+                button.color = "orange" if i == mine else "gray"
+            if button.visible != (i < count):
+                button.visible = i < count
+        while len(self._commands) > count:
+            self._commands.pop().remove()
+        while len(self._commands) < count:
+            self._commands.append(self._command(len(self._commands)))
+        said = "" if poll is None else mine_html(poll, mine)
+        over = poll is not None and bool(poll.verdicts)
+        self._texts[1].content, self._texts[2].content = ("", said) if over else (said, "")
+
+    def close(self) -> None:
+        """Take everything away: this student has become the one who leads."""
+        for handle in (*self._buttons, *self._commands, *self._texts):
+            handle.remove()
+        self._buttons, self._commands, self._texts, self._shown = [], [], [], ()

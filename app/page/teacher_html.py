@@ -1,0 +1,143 @@
+"""What the class sees and what the teacher sees, as HTML: histogram, notes, address, and what is said to a student."""
+
+import html
+import re
+from pathlib import Path
+from typing import Final
+
+from app.classroom.address import Address, qr_svg
+from app.classroom.classroom import Headcount, Poll
+from app.languages.speaking import say, text
+from app.page.lesson_text import inline_html, lesson_html
+
+FOLLOWING: Final = text("You follow the teacher: everybody sees this stage.")
+EXPLORING: Final = text("Explore freely: this is your own session, nobody else's. Your settings are kept for the next time.")
+WATCHING: Final = text("All {most} places for exploring are taken, so you go on watching. As soon as one is free, it is yours.")
+NAMELESS: Final = text("Your browser keeps no data of this page, so you cannot have a session of your own and go on watching.")
+HALTED: Final = text("The teacher has paused everybody.")
+"""What is said at the top of a student's page."""
+
+
+def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
+    """Return the histogram of the class's answers; once the outcome is known, with what was measured beside it.
+
+    Args:
+        poll: the question.
+        mine: the answer of whoever looks.
+        live: whether it is the teacher's, before the reveal.
+    """
+    tally = poll.tally
+    rows = "".join(_row(poll, i, i == mine) for i in range(len(poll.choices)))
+    title = say("The class says") if live else say("The class said")
+    count = say("{count} answered", count=tally.answered)
+    if live:
+        count += " · " + say("{count} not yet", count=tally.waiting)
+    measured = "".join(f"<p>{html.escape(line)}</p>" for line in poll.outcome)
+    footer = f"<footer><span>{say('Measured')}</span>{measured}</footer>" if measured else ""
+    return f'<div class="duet-poll"><header><b>{title}</b><span>{count}</span></header><ol>{rows}</ol>{footer}</div>'
+
+
+def _row(poll: Poll, index: int, mine: bool) -> str:
+    count, answered = poll.tally.counts[index], poll.tally.answered
+    share = round(100.0 * count / answered) if answered else 0
+    kinds = " ".join(name for name, true in (("right", poll.right == index), ("mine", mine)) if true)
+    percent = f"<small>{share} %</small>" if answered else ""
+    return (
+        f'<li class="{kinds}"><i>{index + 1}</i><span>{inline_html(poll.choices[index])}</span><b>{count}{percent}</b>'
+        f'<div aria-hidden="true"><div style="width:{share}%"></div></div></li>'
+    )
+
+
+def heads_html(heads: Headcount, free: bool, paused: bool, waiting: int) -> str:
+    """Return how many are here and what they do. `waiting`: how many want to explore and have no place."""
+    pills = [f"<span>{say('students here: {count}', count=heads.all)}</span>"]
+    if free:
+        pills.append(f'<span class="go">{say("exploring: {count}", count=heads.exploring)}</span>')
+        if waiting:
+            pills.append(f'<span class="halt">{say("without a place: {count}", count=waiting)}</span>')
+    elif heads.all:
+        pills.append(f'<span class="go">{say("all follow")}</span>')
+    if paused:
+        pills.append(f'<span class="halt">{say("everybody is paused")}</span>')
+    return f'<div class="duet-class"><div class="duet-heads" role="status">{"".join(pills)}</div></div>'
+
+
+def banner_html(kind: str, text: str) -> str:
+    """Return what is said to a student above everything else."""
+    return f'<div class="duet-banner {kind} duet-say">{html.escape(text)}</div>' if text else ""
+
+
+def notes_html(notes: str, folder: Path | None = None) -> str:
+    """Return the teacher's notes to a lesson."""
+    title, _, rest = notes.lstrip().partition("\n")
+    if not title.startswith("#"):
+        title, rest = "", notes
+    head = f"<h3>{inline_html(re.sub('^#+ *', '', title))}</h3>" if title else ""
+    return f'<div class="duet-class duet-notes">{head}{lesson_html(rest, folder)}</div>'
+
+
+def no_notes_html(open: bool) -> str:
+    """Return what stands where no notes are."""
+    said = (
+        say("This lesson has no notes.")
+        if open
+        else say("Open a lesson: its notes for the teacher are then here, and on no student's page.")
+    )
+    return f'<div class="duet-class"><p class="soft">{said}</p></div>'
+
+
+def join_html(address: Address) -> str:
+    """Return the address for the teacher."""
+    if address.private:
+        told = say("Only this computer can open it. Start with --host 0.0.0.0 to let the class in.")
+    else:
+        told = say(
+            "Students type it, or point a camera at the code. For the projector open {link}: it shows everything and is no student.",
+            link=f"{address.short}?screen=1",
+        )
+    warning = f'<p class="soft">{html.escape(told)}</p>'
+    return (
+        f'<div class="duet-class"><div class="duet-join"><div><p><b class="url">{html.escape(address.short)}</b></p></div>'
+        f"{qr_svg(address.url)}</div>{warning}</div>"
+    )
+
+
+def overlay_html(address: Address) -> str:
+    """Return the address for everybody's screen."""
+    return (
+        '<div class="duet-overlay"><section><button type="button" aria-label="'
+        f'{say("Close")}">✕</button><h2>{say("Join the class")}</h2>'
+        f"{qr_svg(address.url)}"
+        f'<div class="url">{html.escape(address.short)}</div><p>{say("Point your camera at the code, or type the address.")}</p>'
+        "</section></div>"
+    )
+
+
+def mine_html(poll: Poll, mine: int | None) -> str:
+    """Return what is said to a student about their own answer."""
+    if poll.verdicts:
+        return _verdict_html(poll, mine)
+    if mine is None:
+        ask = say("Your prediction? Answer here, or with the keys 1 to {count}.", count=len(poll.choices))
+        said = ask if poll.open else say("Answers are closed.")
+        return f'<div class="duet duet-lesson"><p class="mine duet-say">{said}</p></div>'
+    until = say("You may change it until the reveal.") if poll.open else say("Answers are closed.")
+    return (
+        f'<div class="duet duet-lesson"><p class="mine duet-say">{say("Your prediction:")} '
+        f"<b>{inline_html(poll.choices[mine])}</b>. {until}</p></div>"
+    )
+
+
+def _verdict_html(poll: Poll, mine: int | None) -> str:
+    verdict = poll.verdicts[mine] if mine is not None else None
+    measured = "".join(f"<p>{html.escape(line)}</p>" for line in poll.outcome)
+    if verdict is None or mine is None:
+        return (
+            f'<div class="duet duet-lesson"><div class="card duet-say"><b>{say("Measured in this run")}</b>{measured}</div></div>'
+        )
+    mark, kind = ("✓", "right") if verdict.right else ("↺", "wrong")
+    return (
+        f'<div class="duet duet-lesson"><div class="card {kind} duet-say"><p class="mark"><span>{mark}</span> '
+        f"<b>{html.escape(verdict.headline)}</b></p><dl><dt>{say('You said')}</dt><dd>{inline_html(poll.choices[mine])}</dd>"
+        f"<dt>{say('Measured')}</dt><dd>{measured}</dd></dl>{lesson_html(verdict.reply)}</div></div>"
+    )

@@ -1,0 +1,137 @@
+"""One visitor's private stand, and the note of who comes and goes."""
+
+import threading
+from collections.abc import Callable
+
+import viser
+
+from app.background import Background
+from app.languages.lesson_book import in_language
+from app.languages.speaking import speak
+from app.lessons.lesson import LessonBook
+from app.page.lesson_resume import open_link
+from app.page.lesson_run import LessonRun
+from app.page.lesson_saved import Saved
+from app.page.page import Operation, View
+from app.people import People
+from app.server import DuetServer, request_query
+from app.session import Session
+from app.settings import Language, Settings
+
+
+class Stand:
+    """A session, what is seen of it, and what is operated.
+
+    Args:
+        client: the visitor's.
+        settings: to begin with.
+        problems: what was wrong with the visitor's link.
+        wake: asks for a frame at once.
+        background: computes for the session.
+        people: who can be imitated.
+        book: the lessons.
+        found: what was kept of the visitor, and whether they are to be where they were.
+        back: the visitor's own session and lessons, if they are back from having been away; None for new ones.
+
+    Attributes:
+        session, lessons: the visitor's.
+        superseded: whether the same tab has come by another connection meanwhile.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        settings: Settings,
+        problems: tuple[str, ...],
+        wake: Callable[[], None],
+        background: Background,
+        people: People,
+        book: LessonBook,
+        found: tuple[Saved, bool] | None,
+        back: tuple[Session, LessonRun] | None = None,
+    ) -> None:
+        self.client, self.query = client, request_query(client)
+        self.superseded = False
+        self.session = Session(settings, wake, background, people) if back is None else back[0]
+        self._book = book
+        self._language: Language = self.session.settings.page.language
+        speak(self._language)
+        self.lessons = LessonRun(self.session, in_language(book, self._language)) if back is None else back[1]
+        with client.atomic():
+            self.view = View(client, self.session, lambda: [client], self.lessons)
+            self.operation = Operation(client, self.session, self.view)
+            self.view.welcome(client)
+            if back is None:
+                self.operation.notify_problems((*problems, *open_link(self.lessons, self.query, found)))
+                self.operation.notify_lessons(book)
+        self._halted = self._ran = False
+
+    def _translate(self) -> None:
+        """Make the page anew in another language; the session and the lessons go on where they are."""
+        saved = self.lessons.saved()
+        self.operation.close()
+        self._language = self.session.settings.page.language
+        speak(self._language)
+        self.lessons = LessonRun(self.session, in_language(self._book, self._language))
+        if saved is not None:
+            self.lessons.resume(saved, reopen=True)
+        with self.client.atomic():
+            self.client.gui.reset()
+            self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
+            self.operation = Operation(self.client, self.session, self.view)
+            self.view.welcome(self.client)
+
+    def halt(self, halted: bool) -> None:
+        """Have everything stand still as long as somebody else says so; afterwards it goes on if it did before."""
+        if halted and not self._halted:
+            self._ran = not self.session.paused
+        elif self._halted and not halted and self._ran:
+            self.session.paused = False
+        self._halted = halted
+
+    def frame(self, now: float, elapsed: float) -> None:
+        """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]."""
+        speak(self._language)
+        if self._halted:
+            self.session.paused, elapsed = True, 0.0
+        moved = self.session.advance(elapsed) > 0
+        if self.session.settings.page.language != self._language:
+            self._translate()
+        self.lessons.frame()
+        with self.client.atomic():
+            self.view.show(now, moved)
+            self.operation.show()
+        self.client.flush()
+
+
+class Visitors:
+    """Notes on the network's thread who comes and goes, and tells it on the frame loop's.
+
+    Attributes:
+        wake: asks for a frame at once; set by the frame loop.
+    """
+
+    def __init__(self, server: DuetServer) -> None:
+        self._server = server
+        self.wake: Callable[[], None] = lambda: None
+        self._arrivals: list[viser.ClientHandle] = []
+        self._departures: set[int] = set()
+        self._lock = threading.Lock()
+
+        @server.on_client_connect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._arrivals.append(client)
+            self.wake()
+
+        @server.on_client_disconnect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._departures.add(client.client_id)
+
+    def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
+        """Return who came (and is still there) and the ids of who left since the last call."""
+        with self._lock:
+            arrivals, self._arrivals = self._arrivals, []
+            departures, self._departures = self._departures, set()
+        return [client for client in arrivals if client.client_id not in departures], departures
