@@ -114,10 +114,10 @@ class Curves:
         """Return those at the end."""
         return self._recorded.stretches[-1].settings
 
-    def panels(self, details: Details) -> tuple[Panel, ...]:
-        """Return the paper's pair of plots and what is chosen beside it; `NOT_OVER_TIME` gives λ over time here."""
+    def panels(self, details: Details, only: tuple[str, ...] = ()) -> tuple[Panel, ...]:
+        """Return the paper's pair of plots, or `only` those, and what is chosen beside it; `NOT_OVER_TIME` gives λ over time here."""
         shown = "lambda" if details in NOT_OVER_TIME else "none" if details in OF_OTHER_RUNS else details
-        return tuple(self._panel(name) for name in cells(self.settings, shown))
+        return tuple(self._panel(name) for name in cells(self.settings, shown, only))
 
     def _panel(self, name: str) -> Panel:
         if name == "pairs":

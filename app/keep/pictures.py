@@ -3,7 +3,7 @@
 import io
 import re
 from collections.abc import Callable
-from typing import Final, Literal
+from typing import Final, Literal, cast
 
 import matplotlib
 import numpy as np
@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from app.figures.style import COLOURS, DPI, FAINT, INK, STYLE, sheet
-from app.keep.curves import NOT_OVER_TIME, Curves, Panel, Stroke
+from app.keep.curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
 from app.keep.made import made_here
 from app.keep.replay import Replay
 from app.keep.table import changes, newest
@@ -47,6 +47,7 @@ def picture_bytes(
     kind: Kind,
     table: Array | None = None,
     stopped: Callable[[], bool] = never,
+    only: tuple[str, ...] = (),
 ) -> bytes:
     """Return a picture of the plots as a file's content.
 
@@ -56,6 +57,7 @@ def picture_bytes(
         kind: of file.
         table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
+        only: names of plots that stand for the first two, as in a step of a lesson.
 
     Raises:
         BadSetting: it cannot be made here.
@@ -63,7 +65,7 @@ def picture_bytes(
     """
     # The style belongs to this picture, not to whoever else draws in this process.
     with matplotlib.rc_context(STYLE):
-        figure = _figure(recorded, seconds, details, table, stopped)
+        figure = _figure(recorded, seconds, details, table, stopped, only)
         out = io.BytesIO()
         if kind == "png":
             figure.savefig(out, format="png", dpi=DPI, metadata={"Software": None})
@@ -79,14 +81,15 @@ def inline_svg(
     name: str,
     table: Array | None = None,
     stopped: Callable[[], bool] = never,
+    only: tuple[str, ...] = (),
 ) -> str:
     """Return a picture as an <svg> element for an HTML page.
 
     Args:
         name: letters and digits; keeps its ids apart from those of other pictures on the page.
-        recorded, seconds, details, table, stopped: as in `picture_bytes`.
+        recorded, seconds, details, table, stopped, only: as in `picture_bytes`.
     """
-    return embedded(picture_bytes(recorded, seconds, details, "svg", table, stopped).decode(), name)
+    return embedded(picture_bytes(recorded, seconds, details, "svg", table, stopped, only).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:
@@ -100,14 +103,25 @@ def embedded(svg: str, name: str) -> str:
     return re.sub(r"url\(#", f"url(#{name}-", svg)
 
 
-def _figure(recorded: Recorded, seconds: float, details: Details, table: Array | None, stopped: Callable[[], bool]) -> Figure:
+def _figure(
+    recorded: Recorded,
+    seconds: float,
+    details: Details,
+    table: Array | None,
+    stopped: Callable[[], bool],
+    only: tuple[str, ...] = (),
+) -> Figure:
+    charts = [name for name in NOT_OVER_TIME if name in only]
+    if charts and details == "none":
+        details = cast(Details, charts[0])
+    courses_only = tuple(name for name in only if name not in (*NOT_OVER_TIME, *OF_OTHER_RUNS))
     if table is not None and (details in NOT_OVER_TIME or details == "stability"):
         # They ask the laws of the settings.
         details = "none"
     whole = rerun(recorded, stopped=stopped).table if table is None else table
     curves = Curves(recorded, newest(recorded, whole, seconds), stopped=stopped)
     other = details if details in NOT_OVER_TIME else ""
-    panels = curves.panels("none" if other else details)
+    panels = curves.panels("none" if other else details, courses_only)
     rows = len(panels) + bool(other)
     figure = sheet(HEIGHT * rows + 0.55, WIDTH)
     ratios = [1.0] * len(panels) + [1.5] * bool(other)

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from app.keep.made import made_here
 from app.page.relevance import matters
+from app.page.theme import PALETTES
 from app.settings import Settings
 from scenes.settings import RunSettings, Spec, specs, values
 
@@ -31,6 +32,9 @@ class Entry:
         attempts: how often the challenge was tried.
         passed: whether it was ever passed; None if there is none.
         words: what the student wrote.
+        chapter: under which it stands, such as the lesson's title; a heading where it is another one than before.
+        settings: of the run, as a person reads them.
+        plots: of the run.
     """
 
     title: str
@@ -43,6 +47,9 @@ class Entry:
     attempts: int = 0
     passed: bool | None = None
     words: str = ""
+    chapter: str = ""
+    settings: str = ""
+    plots: Sequence["Plot"] = ()
 
 
 @dataclass(frozen=True)
@@ -94,7 +101,7 @@ def report_html(
     entries: Sequence[Entry],
     settings: Settings | None,
     plots: Sequence[Plot] = (),
-    own_words: str = "",
+    own_words: str | None = "",
     *,
     about: str = "",
     labels: Labels = ENGLISH,
@@ -107,7 +114,7 @@ def report_html(
         entries: the steps, in order.
         settings: of the last run; None to leave them out.
         plots: pictures.
-        own_words: what the student wrote about all of it; "" leaves lines to write on by hand.
+        own_words: what the student wrote about all of it; "" leaves lines to write on by hand, None leaves it out.
         about: one line under the title, such as a name and a date.
         labels: what the report itself says.
         rich: makes HTML of a text of the lesson's author (question, prediction, verdict, outcome, judgement), for formulas; the
@@ -120,20 +127,28 @@ def report_html(
     made = f"{labels.made_by} {made_here()['duet']}"
     parts.append(f'<p class="about">{html.escape(f"{about} · {made}" if about else made)}</p>')
     parts.append(f"<h2>{html.escape(labels.results)}</h2>")
-    parts += [_entry(entry, labels, rich) for entry in entries] or [f"<p>{html.escape(labels.nothing)}</p>"]
+    for before, entry in zip((None, *entries), entries, strict=False):
+        if entry.chapter and (before is None or entry.chapter != before.chapter):
+            parts.append(f'<h2 class="chapter">{html.escape(entry.chapter)}</h2>')
+        parts.append(_entry(entry, labels, rich))
+    if not entries:
+        parts.append(f"<p>{html.escape(labels.nothing)}</p>")
     if plots:
         parts.append(f"<h2>{html.escape(labels.plots)}</h2>")
         parts += [_figure(plot) for plot in plots]
     if settings is not None:
         parts.append(f"<h2>{html.escape(labels.settings)}</h2>{_table(settings, labels)}")
-    parts.append(f"<h2>{html.escape(labels.words)}</h2>")
-    parts.append(f'<p class="words">{html.escape(own_words)}</p>' if own_words.strip() else '<p class="lines"></p>')
+    if own_words is not None:
+        parts.append(f"<h2>{html.escape(labels.words)}</h2>")
+        parts.append(f'<p class="words">{html.escape(own_words)}</p>' if own_words.strip() else '<p class="lines"></p>')
     style = Path(__file__).with_name("report.css").read_text(encoding="utf-8")
     return (
         f'<!doctype html>\n<html lang="{html.escape(labels.language)}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{style}</style></head><body>\n" + "\n".join(parts) + "\n</body></html>\n"
+        f"<title>{html.escape(title)}</title><style>{style}{_colours()}</style></head><body>\n"
+        + "\n".join(parts)
+        + "\n</body></html>\n"
     )
 
 
@@ -164,9 +179,19 @@ def _entry(entry: Entry, labels: Labels, rich: Callable[[str], str]) -> str:
         rows.add(
             labels.challenge, _mark(entry.passed, labels.passed, labels.not_passed) + tries + (_list(lines) if lines else "")
         )
+    if entry.settings:
+        rows.add(labels.settings, html.escape(entry.settings))
     if entry.words.strip():
         rows.add(labels.words, f'<span class="words">{html.escape(entry.words)}</span>')
-    return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(rows.parts)}</dl></article>"
+    plots = "".join(_figure(plot) for plot in entry.plots)
+    return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(rows.parts)}</dl>{plots}</article>"
+
+
+def _colours() -> str:
+    """Return the rules for the symbols in formulas: on paper as on the page."""
+    light = PALETTES["light"]
+    symbols = {"lam": light.activation, "dm": light.critical, "v": light.velocity, "u": light.pull, "w": light.approach}
+    return "".join(f"svg .{name} {{ color: {colour}; }}\n" for name, colour in symbols.items())
 
 
 def _mark(good: bool, yes: str, no: str) -> str:

@@ -4,16 +4,20 @@ The page calls what the visitor does, `advance` once a frame, and then takes wha
 longer than a frame is done in the background.
 """
 
-from collections.abc import Callable
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Final, Literal, NamedTuple, get_args
 
 from app.background import Background, Job
+from app.keep.lab import Done, lab_bytes, labels_here, report_title
 from app.keep.past import Past
 from app.keep.player import player_html
 from app.keep.replay import Film, Replay, film
 from app.keep.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
 from app.keep.snippet import as_python
 from app.keep.table import csv_bytes, csv_suffix
+from app.languages.speaking import say
 from app.session import Session
 from controllers.kinematics import Array
 from scenes.inputs import KEEP, Recorded
@@ -119,6 +123,18 @@ class Shelf:
     @property
     def _own_law(self) -> str | None:
         return self._session.own_law if self.replay is None else None
+
+    def ask_report(self, done: Sequence[Done]) -> None:
+        """Have a lab report made of steps of lessons."""
+        if not done:
+            self._news.append(News("There is nothing to report yet", "Answer a question of a lesson first."))
+            return
+        lessons = sorted({one.lesson.number for one in done})
+        name = "duet-lab-report" + (f"-lesson-{lessons[0]}" if len(lessons) == 1 else "")
+        # It is packed a moment later, when the student may have gone on.
+        given = [replace(one, progress=copy.deepcopy(one.progress)) for one in done]
+        texts = report_title(done), say("Name"), say("Lesson {number}: {title}")
+        self._submit("report", lambda data: self._keep(name + ".html", data), lab_bytes, *texts, given, labels_here())
 
     def load(self, data: bytes, name: str) -> None:
         """Read a file, make its run again, say how it compares, and replay it."""
@@ -280,7 +296,7 @@ class Shelf:
     ) -> None:
         self._drop(kind)
         wake: Callable[[], None] = lambda: self._session.post(_nothing)  # noqa: E731
-        words = {"film": "the replay", "load": "the run of the file"}
+        words = {"film": "the replay", "load": "the run of the file", "report": "the lab report"}
         job = self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=wake)
         self._jobs[job] = words.get(kind) or next(w for k, w in WORDS.items() if k == kind), done
 

@@ -60,6 +60,14 @@ class LessonRun:
             self._walk = Walkthrough(self.book)
         return self._walk
 
+    @property
+    def begun(self) -> bool:
+        """Return whether anything was done in any lesson."""
+        walk = self._walk
+        return walk is not None and any(
+            not walk.done_in(lesson.id, step.id).untouched for lesson in self.book.lessons for step in lesson.steps
+        )
+
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
         """Open the lessons where they were left, or at a step. `lesson`, `step`: from 0, or a lesson's name."""
         if not self.book.lessons:

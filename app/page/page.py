@@ -21,6 +21,7 @@ from app.page.controls import Controls
 from app.page.gizmos import NUDGE, Gizmos
 from app.page.keep import ReplayBar, past_style
 from app.page.keys import HOTKEYS
+from app.page.lab import LabDesk
 from app.page.lesson_camera import lesson_view
 from app.page.lesson_desk import LessonDesk
 from app.page.lesson_marks import Marks
@@ -276,6 +277,9 @@ class Operation:
             if session.background is not None:
                 self._keep = view.keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
             self._link = LinkBox(client, session, view.lessons)
+            self._lab: LabDesk | None = None
+            if self._keep is not None:
+                self._lab = LabDesk(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
         self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
         self._gizmos = Gizmos(client.scene, session)
         self._desk = LessonDesk(client, session, view.lessons, view.lesson_panel, self._notify)
@@ -347,6 +351,8 @@ class Operation:
             self._keep.show()
         self._link.show(perf_counter())
         self._desk.show()
+        if self._lab is not None:
+            self._lab.show()
         # Nobody can take hold of what is over.
         self._gizmos.offer(past is None and not self._view.lessons.hands_off)
         self._gizmos.show()
