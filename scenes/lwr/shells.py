@@ -86,6 +86,7 @@ PROUD: Final = 0.0007
 """What lies on a coarse shell stands out of it by so much more [m]: less than `SKIN`, so it stays inside the capsules."""
 
 GHOST_INSET: Final = 0.0012
+COARSE_INSET: Final = 0.004
 """A ghost is drawn this much slimmer [m]."""
 
 GAP: Final = 0.0012
@@ -340,6 +341,6 @@ def packed(parts: Parts, palette: str, coarse: bool) -> bytes:
     if palette not in SEEN_THROUGH:
         return (glb.merged_glb if coarse else glb.glb)(parts, materials)
     # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
-    parts = {name: swollen(part, -GHOST_INSET) for name, part in parts.items()}
+    parts = {name: swollen(part, -(COARSE_INSET if coarse else GHOST_INSET)) for name, part in parts.items()}
     # Colours on vertices would not be seen through. A ghost has one colour anyway.
     return glb.glb({"body": join(parts.values())} if coarse else parts, materials)
