@@ -87,7 +87,7 @@ def lab_bytes(
         entry, run = _entry(one, f"p{i}", chapter, stopped)
         entries.append(entry)
         last = run or last
-    about = f"{name}: {LINE}    {time.strftime('%Y-%m-%d')}"
+    about = f"{name}: {LINE} · {time.strftime('%Y-%m-%d')}"
     settings = None if last is None else Settings(run=last)
     return report_html(title, entries, settings, (), None, about=about, labels=labels, rich=rich_html).encode()
 

@@ -18,6 +18,7 @@ from app.keep.table import changes, newest
 from app.page.contact import contact
 from app.page.curve import FAR, ORDERS, distances
 from app.page.laws import LAW_NAMES, all_laws
+from app.page.relevance import OBSTACLE
 from app.page.theme import PALETTES
 from app.settings import Details
 from controllers.activation import activation
@@ -234,6 +235,8 @@ def caption(run: RunSettings) -> str:
     law, known = run.law, specs(RunSettings)
     scene = known["scene"].choice_labels[known["scene"].choices.index(run.scene)]
     name = known["law"].choice_labels[known["law"].choices.index(law.law)]
+    if run.scene not in OBSTACLE:
+        return f"Duet {made_here()['duet']} · {scene} · K = {run.gain:g}/s, dt = {1000.0 * run.dt:g} ms"
     return (
         f"Duet {made_here()['duet']} · {scene} · {mathtext(name).replace('d_m', '$d_m$')} · $d_m$ = "
         f"{1000.0 * law.critical_distance:g} mm, n = {law.order:g}, v = {law.nominal_velocity:g} m/s, K = {run.gain:g}/s, "

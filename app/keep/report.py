@@ -79,6 +79,7 @@ class Labels:
     words: str = "In my own words"
     plots: str = "Plots"
     settings: str = "Settings"
+    last_settings: str = "Settings of the last run"
     setting: str = "setting"
     value: str = "value"
     meaning: str = "meaning"
@@ -126,7 +127,8 @@ def report_html(
     parts = [f"<h1>{html.escape(title)}</h1>"]
     made = f"{labels.made_by} {made_here()['duet']}"
     parts.append(f'<p class="about">{html.escape(f"{about} · {made}" if about else made)}</p>')
-    parts.append(f"<h2>{html.escape(labels.results)}</h2>")
+    if not any(entry.chapter for entry in entries):
+        parts.append(f"<h2>{html.escape(labels.results)}</h2>")
     for before, entry in zip((None, *entries), entries, strict=False):
         if entry.chapter and (before is None or entry.chapter != before.chapter):
             parts.append(f'<h2 class="chapter">{html.escape(entry.chapter)}</h2>')
@@ -137,7 +139,7 @@ def report_html(
         parts.append(f"<h2>{html.escape(labels.plots)}</h2>")
         parts += [_figure(plot) for plot in plots]
     if settings is not None:
-        parts.append(f"<h2>{html.escape(labels.settings)}</h2>{_table(settings, labels)}")
+        parts.append(f"<h2>{html.escape(labels.last_settings)}</h2>{_table(settings, labels)}")
     if own_words is not None:
         parts.append(f"<h2>{html.escape(labels.words)}</h2>")
         parts.append(f'<p class="words">{html.escape(own_words)}</p>' if own_words.strip() else '<p class="lines"></p>')

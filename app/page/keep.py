@@ -98,6 +98,7 @@ class ReplayBar:
         self._upload = gui.add_upload_button(
             say("Load a run"),
             icon=viser.Icon.UPLOAD,
+            color="gray",
             hint=say("A file saved with Run: it is made again, compared with what came out then, and replayed."),
         )
 
