@@ -1,20 +1,42 @@
 """The six tests on a file."""
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from app.own_law.limits import Limits
 from app.own_law.own_law import OwnLaw
 from app.own_law.trials import TRIALS, examine_law
 from app.own_law.verdict import Verdict
+from controllers.errors import DuetError
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation
 
 
-def examine(path: Path, limits: Limits = Limits()) -> list[Verdict]:  # noqa: B008 (frozen)
-    """Return the verdicts of all six tests on a file; a law that fails in one of them begins the next one anew.
+class Dropped(DuetError):
+    """Nobody wants to know any more."""
+
+
+def examine(
+    path: Path,
+    limits: Limits = Limits(),  # noqa: B008 (frozen)
+    only: Sequence[str] | None = None,
+    text: bytes | None = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> list[Verdict]:
+    """Return the verdicts of the tests on a file; a law that fails in one of them begins the next one anew.
+
+    Args:
+        path: of the file.
+        limits: that it is held to.
+        only: names of the tests to be made; None for all six.
+        text: the file as it is to be tested, whatever it holds by now; None for what it holds.
+        stopped: asked before every call whether to give up.
 
     Raises:
         BadInputFile: there is no such file, or it cannot be read.
+        Dropped: it was `stopped`.
     """
-    with OwnLaw(path, limits, waits=True) as law:
+    with _Examined(path, limits, text, stopped) as law:
 
         def again() -> None:
             if law.problem is not None:
@@ -24,8 +46,26 @@ def examine(path: Path, limits: Limits = Limits()) -> list[Verdict]:  # noqa: B0
         if not law.load():
             # It cannot even be loaded: one reason for all.
             reason = law.problem.text if law.problem is not None else "the file could not be loaded."
-            return [Verdict(name, False, reason, {}) for name in TRIALS]
-        return examine_law(law, again)
+            return [Verdict(name, False, reason, {}) for name in only or TRIALS]
+        return examine_law(law, again, only)
+
+
+def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> Verdict:
+    """Return the verdict of one test on a file; see `examine`. For a process of its own."""
+    return examine(path, only=(name,), text=text, stopped=stopped)[0]
+
+
+class _Examined(OwnLaw):
+    """A law that waits to be loaded, and gives up when it is told so."""
+
+    def __init__(self, path: Path, limits: Limits, text: bytes | None, stopped: Callable[[], bool]) -> None:
+        super().__init__(path, limits, waits=True, text=text)
+        self._stopped = stopped
+
+    def __call__(self, situation: Situation) -> Array:
+        if self._stopped():
+            raise Dropped("The tests were given up.")
+        return super().__call__(situation)
 
 
 def verdict_table(path: Path, verdicts: list[Verdict]) -> str:

@@ -39,6 +39,7 @@ class OwnLaw:
         limits: of time and memory.
         waits: whether a call waits until the file is loaded. If not, nobody is ever held up by more than two calls' limit (on a busy
             machine, by the time in which the law gets as much of a core), and the arm stands still until then.
+        text: of the file, if it is known already; None to read it.
 
     Attributes:
         problem: why it is not in force; None if all is well. After the file has changed, the old one's stays until the new one has
@@ -52,14 +53,20 @@ class OwnLaw:
     wants_all_pairs: ClassVar[bool] = True
     """A file that says `WANTS_ALL_PAIRS = False` is spared them."""
 
-    def __init__(self, path: Path, limits: Limits = Limits(), waits: bool = False) -> None:  # noqa: B008 (frozen)
+    def __init__(
+        self,
+        path: Path,
+        limits: Limits = Limits(),  # noqa: B008 (frozen)
+        waits: bool = False,
+        text: bytes | None = None,
+    ) -> None:
         self.path = path.absolute()
         self.limits = limits
         self.problem: Problem | None = None
         self._waits = waits
         self._process: LawProcess | None = None
         self._stamp = _stamp(self.path)
-        self._text = _read(self.path)
+        self._text = read_law(self.path) if text is None else text
         self._looked = monotonic()
         self._idle = False
         """Whether no process is to be started: the law has failed, or is closed."""
@@ -138,7 +145,7 @@ class OwnLaw:
             return False
         self._stamp = stamp
         try:
-            text = _read(self.path)
+            text = read_law(self.path)
         except BadInputFile as error:
             self._fail(Problem(str(error)))
             return True
@@ -220,8 +227,8 @@ def _stamp(path: Path) -> tuple[int, int, int] | None:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def _read(path: Path) -> bytes:
-    """Return a file.
+def read_law(path: Path) -> bytes:
+    """Return a law's file as it is.
 
     Raises:
         BadInputFile: see there.

@@ -47,7 +47,9 @@ def main() -> None:
 def _end_of(name: str) -> socket.socket:
     """Return this end of the line: an inherited descriptor, or on Windows what is written to the standard input."""
     if name != "share":
-        return socket.socket(fileno=int(name))
+        # The lowest number that is free, however many files the page has open.
+        with socket.socket(fileno=int(name)) as end:
+            return end.dup()
     size = int.from_bytes(sys.stdin.buffer.read(4), "little")
     return socket.fromshare(sys.stdin.buffer.read(size))  # type: ignore[attr-defined]
 

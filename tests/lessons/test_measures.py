@@ -13,12 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 
+from app.lessons import FOLDER
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Start
 from app.lessons.measures import QUANTITIES, checked_parameters, measure, shown_value
 from app.lessons.measures.line import balance
 from app.lessons.measures.smoothness import largest_zigzag
-from app.lessons.own_law import TESTS
 from app.lessons.places import Place
 from app.lessons.runs import Input, Setup
 from app.lessons.trials import simulated
@@ -29,7 +29,6 @@ from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.settings import LawSettings
 from scenes.simulation import Simulation
 
-FOLDER = TESTS["answers"].setup.folder
 UP = (0.0, 0.0, 1.0)
 
 

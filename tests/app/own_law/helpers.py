@@ -14,7 +14,7 @@ import numpy as np
 from app.own_law.limits import Limits
 from controllers.laws.situation import Situation
 
-SHORT = Limits(load=0.4, call=0.02, memory=96 * 2**20)
+SHORT = Limits(load=0.1, call=0.02, memory=96 * 2**20)
 """So that what never ends is ended soon."""
 
 PAPER = """

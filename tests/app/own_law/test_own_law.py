@@ -9,7 +9,7 @@ import statistics
 import subprocess
 import sys
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -46,6 +46,17 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(own_law_module, "LOOK", 0.0)
 
 
+@pytest.fixture(scope="module")
+def paper(tmp_path_factory: pytest.TempPathFactory) -> Iterator[OwnLaw]:
+    """The paper's law from a file, in one process for all tests that only call it; without damping, as it is printed."""
+    path = write(
+        tmp_path_factory.mktemp("paper") / "my_law.py", PAPER.replace("MU = 0.15, 6.0, 0.30, 0.06", "MU = 0.15, 6.0, 0.30, 0.0")
+    )
+    with OwnLaw(path, waits=True) as law:
+        yield law
+        assert law.problem is None
+
+
 def frozen(law: OwnLaw) -> str:
     """Call a law that fails; return what is said. Its process is gone at once, and nothing starts another."""
     with law:
@@ -64,32 +75,29 @@ def frozen(law: OwnLaw) -> str:
 # ---- it works -----------------------------------------------------------------------------------------------------------------
 
 
-def test_it_is_a_law_like_any_other(file: Path) -> None:
+def test_it_is_a_law_like_any_other(paper: OwnLaw) -> None:
     """q̇, λ and the line's speed are the file's; the same situation gives the same bits; the situation itself is not touched."""
-    law: Law = OwnLaw(write(file, PAPER), waits=True)
+    law: Law = paper
     assert isinstance(law, OwnLaw)
-    with law:
-        before = [np.copy(value) for value in SITUATION if isinstance(value, np.ndarray)]
-        first, again = law(SITUATION), law(SITUATION)
-        assert_array_equal(first, again)
-        J_d, mu = SITUATION.row, 0.06
-        np.testing.assert_allclose(first, SITUATION.nominal + J_d * (0.3 + SITUATION.pull) / (J_d @ J_d + mu**2), rtol=1e-14)
-        first[:] = 0.0  # It is the caller's.
-        for value, now in zip(before, (v for v in SITUATION if isinstance(v, np.ndarray)), strict=True):
-            assert_array_equal(now, value)
-        assert law.activation(0.3) == law.activation(0.3) == 0.5**6
-        assert law.line_rate(0.1, 0.2, 0.0, 1.0) == pytest.approx(-0.2 + 0.5 / 1.0036)
-        assert_array_equal(
-            law.line_rates(np.array([0.1, 0.3]), 0.2, 0.0, 1.0), [law.line_rate(d, 0.2, 0.0, 1.0) for d in (0.1, 0.3)]
-        )
-        assert law(situation(14)).shape == (14,) and law(SITUATION._replace(rows=None, distances=None)).shape == (7,)
-        assert law.ready and law.problem is None and law.seconds < 1.0
+    before = [np.copy(value) for value in SITUATION if isinstance(value, np.ndarray)]
+    first, again = law(SITUATION), law(SITUATION)
+    assert_array_equal(first, again)
+    J_d = SITUATION.row
+    np.testing.assert_allclose(first, SITUATION.nominal + J_d * (0.3 + SITUATION.pull) / (J_d @ J_d), rtol=1e-14)
+    first[:] = 0.0  # It is the caller's.
+    for value, now in zip(before, (v for v in SITUATION if isinstance(v, np.ndarray)), strict=True):
+        assert_array_equal(now, value)
+    assert law.activation(0.3) == law.activation(0.3) == 0.5**6
+    assert law.line_rate(0.1, 0.2, 0.0, 1.0) == pytest.approx(0.3)
+    assert_array_equal(law.line_rates(np.array([0.1, 0.3]), 0.2, 0.0, 1.0), [law.line_rate(d, 0.2, 0.0, 1.0) for d in (0.1, 0.3)])
+    assert law(situation(14)).shape == (14,) and law(SITUATION._replace(rows=None, distances=None)).shape == (7,)
+    assert law.wants_task and law.wants_all_pairs
+    assert law.ready and law.problem is None and law.seconds < 1.0
 
 
-def test_without_an_activation_it_is_nought_and_pairs_are_given(file: Path) -> None:
-    with OwnLaw(write(file, GOOD), waits=True) as law:
-        assert law.activation(0.1) == 0.0 and law.wants_task and law.wants_all_pairs
+def test_without_an_activation_it_is_nought_and_pairs_may_be_left_out(file: Path) -> None:
     with OwnLaw(write(file, "WANTS_ALL_PAIRS = False\n" + GOOD), waits=True) as law:
+        assert law.activation(0.1) == 0.0
         assert law.load()
         assert not law.wants_all_pairs and OwnLaw.wants_all_pairs
 
@@ -135,16 +143,15 @@ def test_what_it_prints_and_asks_for_goes_nowhere(file: Path, capfd: pytest.Capt
     assert capfd.readouterr() == ("", "")
 
 
-def test_it_moves_an_arm(file: Path) -> None:
+def test_it_moves_an_arm(paper: OwnLaw) -> None:
     """The paper's law from a file makes the run that the paper's law makes, as the law and as a second simulation's beside it."""
     settings = RunSettings(scene="ball", law=LawSettings(law="smooth_priority"))
-    with OwnLaw(write(file, PAPER.replace("0.06", "0.0")), waits=True) as law:
-        reference, own, other = Simulation(settings), Simulation(settings), Simulation(settings)
-        own.law = other.law = law
-        for _ in range(300):
-            for simulation in (reference, own, other):
-                simulation.step(None)
-        assert law.problem is None
+    reference, own, other = Simulation(settings), Simulation(settings), Simulation(settings)
+    own.law = other.law = paper
+    for _ in range(300):
+        for simulation in (reference, own, other):
+            simulation.step(None)
+    assert paper.problem is None
     for name in ("d", "lambda", "e2"):
         column = COLUMN[name]
         np.testing.assert_allclose(own.history.table()[:, column], reference.history.table()[:, column], atol=1e-12)
@@ -182,21 +189,16 @@ def test_a_failure_freezes_the_arm_and_nothing_else(file: Path) -> None:
     ("text", "says"),
     [
         ("def law(s):\n    return s.nominal / s.gain", "line 2: AttributeError: 'Situation' object has no attribute 'gain'"),
-        ("def law(s):\n    return s.nominal * float('nan')", "line 1: law returned nan for joint 1 of 7; expected finite"),
-        ("def law(s):\n    return s.nominal[:3]", "line 1: law returned an array of shape (3,); expected 7 joint velocities"),
-        ("def law(s):\n    return 'left'", "line 1: law returned a str that holds no plain numbers; expected 7"),
         ("def law(s:\n    return None", "line 1: SyntaxError: '(' was never closed"),
-        ("x = 1", "my_law.py: there is no function law(situation)"),
-        ("def law(s):\n    import sys\n    sys.exit('bye')", "line 3: it called exit (bye); a law returns velocities"),
         ("import os\ndef law(s):\n    os._exit(3)", "my_law.py: it ended its own process (exit code 3); a law returns velocities"),
         ("import os\ndef law(s):\n    os.abort()", "line 3: its process crashed (SIGABRT), in “os.abort()”"),
         ("import ctypes\ndef law(s):\n    ctypes.string_at(0)", "line 3: its process crashed (SIGSEGV), in “ctypes.string_at(0)”"),
-        ("import os\ndef law(s):\n    os.closerange(3, 100)", "it hung up the line between its process and the page"),
         ("import socket\ndef law(s):\n    for i in range(3, 20):\n        try:\n            socket.socket(fileno=i).send(bytes(99))\n"
          "        except OSError:\n            pass", "it wrote to the line between its process and the page"),
     ],
 )  # fmt: skip
 def test_how_it_may_fail(file: Path, text: str, says: str) -> None:
+    """While it is called, while it is loaded, and by what no exception tells of; `test_law_file` has all the rest."""
     said = frozen(OwnLaw(write(file, text), waits=True))
     assert says in said, said
 
@@ -228,7 +230,7 @@ def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[i
         assert law.problem is not None
         assert law.problem.line in line
         assert " ms, in “" in law.problem.text and "Is there an endless loop?" in law.problem.text
-        assert ("reading the file did not end within 400 ms" in law.problem.text) == text.startswith("x = 1")
+        assert ("reading the file did not end within 100 ms" in law.problem.text) == text.startswith("x = 1")
         assert all(pid is None or gone(pid) for pid in pids)
 
 
@@ -248,6 +250,17 @@ def test_a_memory_hog_is_ended_and_named(file: Path, hog: str) -> None:
         assert law.problem is not None and pid is not None and gone(pid)
         assert law.problem.line == 5
         assert "more memory than the 96 MiB that a law may take" in law.problem.text
+
+
+def test_its_descriptors_are_low_however_many_the_page_has_open(file: Path) -> None:
+    """What the law may break in its process does not depend on the page's."""
+    text = "import os\ndef law(s):\n    os.closerange(3, 20)"
+    opened = [os.open(os.devnull, os.O_RDONLY) for _ in range(100)]
+    try:
+        assert "it hung up the line" in frozen(OwnLaw(write(file, text), waits=True))
+    finally:
+        for number in opened:
+            os.close(number)
 
 
 def test_ended_from_outside(file: Path) -> None:
@@ -324,15 +337,14 @@ def test_a_curve_takes_no_longer_than_it_may(file: Path) -> None:
         assert law.problem is None
 
 
-def test_how_long_a_call_takes(file: Path, record_property: Callable[[str, object], None]) -> None:
-    """Measured, not asserted: the median of 1000 calls there and back."""
-    with OwnLaw(write(file, PAPER), waits=True) as law:
-        taken: list[float] = []
-        for _ in range(1000):
-            begin = perf_counter()
-            law(SITUATION)
-            taken.append(perf_counter() - begin)
-        assert law.problem is None
+def test_how_long_a_call_takes(paper: OwnLaw, record_property: Callable[[str, object], None]) -> None:
+    """Measured, not asserted: the median of 500 calls there and back."""
+    taken: list[float] = []
+    for _ in range(500):
+        begin = perf_counter()
+        paper(SITUATION)
+        taken.append(perf_counter() - begin)
+    assert paper.problem is None
     record_property("call_us_median", statistics.median(taken) * 1e6)
     print(f"a call there and back: {statistics.median(taken) * 1e6:.0f} µs")
 
@@ -463,7 +475,7 @@ def test_what_the_law_started_goes_with_it(file: Path, end: str) -> None:
     """When it is closed, and when it has gone by itself."""
     text = """
         import os, subprocess, sys
-        child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+        child = subprocess.Popen([sys.executable, "-SE", "-c", "input()"], stdin=subprocess.PIPE)
 
         def law(s):
             if s.distance < 0:
@@ -483,22 +495,22 @@ def test_what_the_law_started_goes_with_it(file: Path, end: str) -> None:
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "sys.exit()"])
 def test_it_goes_with_the_page(file: Path, end: str) -> None:
     """However the page's process ends, and even in the middle of an endless loop."""
-    write(file, "def law(s):\n    while True: pass")
+    write(file, "while True: pass")
     page = f"""
         import os, sys
         from pathlib import Path
-        from app.own_law.limits import Limits
-        from app.own_law.own_law import OwnLaw
-        from tests.app.own_law.helpers import situation
-        law = OwnLaw(Path({str(file)!r}), Limits(load=60.0, call=0.01))
-        assert law.load()
-        law(situation())
-        print(law.pid, flush=True)
+        from app.own_law.child import Child
+        from app.own_law.wire import pack_file
+        path = Path({str(file)!r})
+        child = Child(path, 2**28)
+        assert child.line.receive(60.0) is not None
+        child.line.send(pack_file(path.read_bytes()))
+        print(child.pid, flush=True)
         {end}
     """
     root = Path(__file__).parents[3]
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(page)], cwd=root, capture_output=True, text=True, timeout=60.0, check=False
+        [sys.executable, "-c", textwrap.dedent(page)], cwd=root, capture_output=True, text=True, timeout=120.0, check=False
     )
     assert done.stdout.strip().isdigit(), done.stderr
     until(lambda: gone(int(done.stdout)))
