@@ -87,15 +87,3 @@ class Cloakroom:
 
     def _close(self, word: str) -> None:
         self._kept.pop(word).session.close()
-
-
-def twin(session: Session, other: Session) -> Session:
-    """Have a new session with another one's settings go on from where that one is, and return it; the other one is left alone.
-
-    For a tab that is back before its old connection was noticed to be gone: whether it is cannot be known, a tab may have been doubled.
-    """
-    session.simulation.resume(other.simulation.snapshot())
-    if session.ghost is not None and other.ghost is not None:
-        session.ghost.resume(other.ghost.snapshot())
-    session.paused = other.paused
-    return session

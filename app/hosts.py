@@ -13,7 +13,7 @@ import viser
 
 from app.background import Background
 from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
-from app.cloakroom import Cloakroom, same_tab, twin
+from app.cloakroom import Cloakroom, same_tab
 from app.languages.speaking import say
 from app.languages.visitor import accepted_by, language_script, with_language
 from app.lecture import LectureHost
@@ -123,9 +123,17 @@ class PrivateHost(Visitors):
         before = [stand for stand in self._stands.values() if same_tab(stand.query, query)]
         if before:
             settings = before[-1].session.settings
-        stand = Stand(client, settings, problems, lambda: self.wake(), self._background, self._people, self._book, found, back)
+        try:
+            stand = Stand(
+                client, settings, problems, lambda: self.wake(), self._background, self._people, self._book, found, back
+            )
+        except Exception:
+            if back is not None:
+                self._cloakroom.leave(query, *back)
+            raise
         if before and not stand.lessons.open:
-            twin(stand.session, before[-1].session)
+            # Whether the other connection is broken cannot be known yet: a tab may have been doubled, and keeps its own session.
+            stand.session.go_on_from(before[-1].session)
         for one in before:
             one.superseded = True
         self._stands[client.client_id] = stand

@@ -109,6 +109,14 @@ class Session:
         if self._studies is not None and settings.page.what_if:
             self._studies.prepare(settings)
 
+    def go_on_from(self, other: "Session") -> None:
+        """Go on from where another session with the same settings is, its ghost too; that one is left alone."""
+        self._frozen, self.paused = other._frozen, other.paused
+        self.simulation.resume(other.simulation.snapshot())
+        self._raise_ghost()
+        if self.ghost is not None and other.ghost is not None:
+            self.ghost.resume(other.ghost.snapshot())
+
     def close(self) -> None:
         """Drop everything that is being computed for this session, and end its own law's process."""
         if self._own_law is not None:

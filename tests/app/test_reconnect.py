@@ -1,0 +1,250 @@
+"""Connections that break: whoever comes back finds everything as it was, and nobody else notices."""
+
+from __future__ import annotations
+
+import gc
+import itertools
+import logging
+import os
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from app.cloakroom import MOST, Cloakroom, same_tab
+from app.hosts import House, PrivateHost
+from app.lessons.walkthrough import Phase
+from app.page.lesson_resume import KEEP
+from app.page.lesson_run import LessonRun
+from app.session import Session
+from app.settings import Settings
+from app.wsclient import SyncVisitor
+from scenes.settings import changed
+from tests.app.conftest import HAND, OpenHouse, ask, live_sessions
+from tests.app.test_page import page_label
+
+WORD = "0123456789abcdef0123456789abcdef"
+
+
+def host_of(opened: House) -> PrivateHost:
+    assert isinstance(opened.host, PrivateHost)
+    return opened.host
+
+
+class Tab:
+    """A tab that comes back by its own link under its own word, whenever its connection breaks."""
+
+    def __init__(self, opened: House, link: str, word: str = WORD) -> None:
+        self.opened, self.query, self.number = opened, f"{link}&resume={word}", -1
+        self.visitor: SyncVisitor = self.come()
+
+    def come(self) -> SyncVisitor:
+        before = set(live_sessions(self.opened))
+        self.visitor = SyncVisitor(self.opened.url, query=self.query)
+        self.visitor.wait_for(lambda _: len(set(live_sessions(self.opened)) - before) == 1, 60.0)
+        (self.number,) = set(live_sessions(self.opened)) - before
+        self.visitor.wait_for(
+            lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/base") for n in list(v.mirror.nodes)), 60.0
+        )
+        return self.visitor
+
+    @property
+    def session(self) -> Session:
+        return live_sessions(self.opened)[self.number]
+
+    @property
+    def lessons(self) -> LessonRun:
+        return host_of(self.opened)._stands[self.number].lessons
+
+    def cut(self, unfinished: bytes = b"") -> None:
+        """Break the connection without a word; perhaps in the middle of a message."""
+        self.visitor.break_off(unfinished)
+        with suppress(Exception):
+            self.visitor.close()
+
+
+@pytest.fixture
+def tab(house: OpenHouse) -> Iterator[Callable[..., Tab]]:
+    with ExitStack() as stack:
+
+        def make(opened: House, link: str = "", word: str = WORD) -> Tab:
+            one = Tab(opened, link, word)
+            stack.callback(lambda: one.visitor.close())
+            return one
+
+        yield make
+
+
+def remembered(one: Tab) -> dict[str, Any]:
+    """All that must not be lost, as it is between two frames."""
+
+    def look(session: Session) -> dict[str, Any]:
+        simulation, ghost, lessons = session.simulation, session.ghost, one.lessons
+        return {
+            "settings": session.settings,
+            "paused": session.paused,
+            "progress": lessons.walk.to_json() if lessons.open else "",
+            "lesson": (lessons.open, lessons.walk.lesson.id, lessons.walk.step.id, lessons.walk.phase) if lessons.open else None,
+            "state": (simulation.steps, simulation.time, simulation.positions.tobytes(), simulation.velocities.tobytes()),
+            "history": (
+                simulation.history.count,
+                simulation.history.last().positions.tobytes() if simulation.history.count else b"",
+            ),
+            "ghost": None if ghost is None else (ghost.settings, ghost.steps, ghost.positions.tobytes()),
+        }
+
+    return ask(one.session, look, 60.0)
+
+
+def labels(visitor: SyncVisitor) -> list[str]:
+    return [str(element.get("label")) for element in list(visitor.mirror.gui.values())]
+
+
+def click(visitor: SyncVisitor, start: str) -> None:
+    """Press the button whose label begins so."""
+    visitor.wait_for(lambda v: any(label.startswith(start) for label in labels(visitor)), 60.0)
+    visitor.click(next(label for label in labels(visitor) if label.startswith(start)))
+
+
+def open_files() -> int:
+    gc.collect()
+    return len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
+
+
+def test_fifteen_dropped_connections_lose_nothing(
+    house: OpenHouse, tab: Callable[..., Tab], caplog: pytest.LogCaptureFixture
+) -> None:
+    opened = house()
+    host, other = host_of(opened), tab(opened, "dm=0.2", WORD[::-1])
+    one = tab(opened, "lesson=3&step=2")
+    # An answer, a run that has been seen, settings that are not the lesson's, and a ghost.
+    click(one.visitor, "2 ")
+    one.visitor.wait_for(lambda v: "Run" in labels(one.visitor), 60.0)
+    ask(one.session, lambda s: s.change("speed", 2.0))
+    click(one.visitor, "Run")
+    one.visitor.wait_for(lambda _: one.lessons.walk.phase is Phase.OBSERVE, 120.0)
+    ask(one.session, lambda s: s.change("dm", 0.11))
+    ask(one.session, lambda s: s.change("ghost", "frozen"))
+    ask(one.session, lambda s: s.change("dm", 0.12))
+    others = ask(other.session, lambda s: s.settings), other.session
+    with caplog.at_level(logging.WARNING):
+        caplog.clear()
+        counts: list[tuple[int, int]] = []
+        for turn in range(15):
+            session = one.session
+            if turn == 5:
+                click(one.visitor, "Next")
+                one.visitor.wait_for(lambda _: one.lessons.walk.phase is Phase.EXPLAIN, 60.0)
+            if turn == 10:
+                ask(session, lambda s: s.toggle_pause())
+            ask(session, lambda s: setattr(s, "paused", True))
+            before = remembered(one)
+            message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
+            one.cut(message if turn % 2 else b"")
+            other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
+            assert len(host._cloakroom) == 1
+            one.come()
+            assert one.session is session and len(host._cloakroom) == 0
+            assert remembered(one) == before
+            counts.append((open_files(), threading.active_count()))
+        assert not caplog.records, caplog.text
+    assert len(set(counts[1:])) == 1, counts
+    assert (ask(other.session, lambda s: s.settings), other.session) == others
+    steps = one.session.simulation.steps
+    ask(one.session, lambda s: s.toggle_pause())
+    one.visitor.wait_for(lambda _: one.session.simulation.steps > steps, 60.0)
+
+
+def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(house: OpenHouse, tab: Callable[..., Tab]) -> None:
+    opened = house()
+    one = tab(opened, "n=8")
+    one.visitor.set_value(page_label("dm"), 210.0)
+    one.visitor.wait_for(lambda _: one.session.settings.run.law.critical_distance == pytest.approx(0.21), 60.0)
+    begin = one.session.simulation.time
+    one.visitor.wait_for(lambda _: one.session.simulation.time > begin + 1.0, 60.0)
+    session, time = one.session, one.session.simulation.time
+    one.visitor.move_gizmo(HAND, phase="start")
+    one.visitor.wait_for(lambda _: session.held is not None, 60.0)
+    one.cut()
+    one.come()
+    assert one.session is session and session.held is None
+    # Whoever has had hold of the hand has sent the autopilot away.
+    expected = changed(changed(changed(Settings(), "n", 8.0), "dm", 0.21), "autopilot", False)
+    assert session.simulation.time >= time and session.settings == expected
+    assert one.visitor.mirror.labelled(page_label("dm"), "GuiSliderMessage")["value"] == pytest.approx(210.0)
+    # The same tab by another link is somebody else's wish.
+    one.query = f"n=9&resume={WORD}"
+    one.cut()
+    one.come()
+    assert one.session is not session and one.session.settings == changed(Settings(), "n", 9.0)
+    assert len(host_of(opened)._cloakroom) == 0
+
+
+def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenHouse, tab: Callable[..., Tab]) -> None:
+    opened = house()
+    one = tab(opened, "n=8")
+    session = one.session
+    ask(session, lambda s: s.change("ghost", "frozen"))
+    ask(session, lambda s: s.change("dm", 0.2))
+    one.visitor.wait_for(lambda _: session.simulation.time > 0.5, 60.0)
+    ask(session, lambda s: s.toggle_pause())
+    before, old = remembered(one), one.visitor
+    one.come()
+    assert one.session is not session
+    after = remembered(one)
+    assert [after[key] for key in ("settings", "paused", "state", "ghost")] == [
+        before[key] for key in ("settings", "paused", "state", "ghost")
+    ]
+    old.close()
+    one.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
+    assert len(host_of(opened)._cloakroom) == 0  # what was left has gone on elsewhere
+    one.cut()
+    one.come()
+    assert remembered(one) == after
+
+
+def test_what_is_kept_is_kept_for_ten_minutes_and_for_few() -> None:
+    closed: list[int] = []
+    numbers = itertools.count()
+
+    class Noted(Session):
+        def __init__(self) -> None:
+            super().__init__(Settings())
+            self.number = next(numbers)
+
+        def close(self) -> None:
+            closed.append(self.number)
+
+    room, lessons = Cloakroom(), np.nan
+    query: dict[str, str] = {"resume": WORD, "dm": "0.2", "window": "800x600"}
+
+    def leave(query: dict[str, str], now: float) -> Session:
+        session = Noted()
+        room.leave(query, session, lessons, now)  # pyright: ignore[reportArgumentType]
+        return session
+
+    assert KEEP == 600.0
+    first = leave(query, 0.0)
+    back = room.fetch({**query, "window": "390x844"}, KEEP)
+    assert back is not None and back[0] is first and len(room) == 0 and not closed
+    leave(query, 0.0)
+    assert room.fetch(query, KEEP + 0.1) is None and closed == [1]
+    leave(query, 0.0)
+    assert room.fetch({**query, "dm": "0.3"}, 1.0) is None and closed == [1, 2]
+    leave({"dm": "0.2"}, 0.0)
+    leave({"resume": "../../etc"}, 0.0)
+    assert closed == [1, 2, 3, 4] and len(room) == 0
+    for number in range(MOST + 2):
+        leave({"resume": f"{number:016d}"}, float(number))
+    assert closed == [1, 2, 3, 4, 5, 6] and len(room) == MOST
+    leave({"resume": f"{5:016d}"}, 20.0)
+    assert closed[-1] == 10 and len(room) == MOST
+    room.tidy(KEEP + 4.5)
+    assert closed[-3:] == [7, 8, 9] and len(room) == MOST - 3
+    room.close()
+    assert len(room) == 0 and len(closed) == next(numbers) - 1
+    assert same_tab(query, {**query, "window": "1x1"}) and not same_tab({}, {}) and not same_tab(query, {"resume": WORD})
