@@ -19,6 +19,17 @@ settings.register_profile("explore", deadline=None, max_examples=1000, print_blo
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """One browser at a time, and at once: two workers share the tests by files, and all that draw are one file to them."""
+
+    def draws(item: pytest.Item) -> bool:
+        return "browser" in getattr(item, "fixturenames", ())
+
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group("browser" if draws(item) else item.path.name))
+    items.sort(key=lambda item: not draws(item))
+
+
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]):
     """Leave the outcome on the test, so that `page_at` knows whether to keep a picture."""

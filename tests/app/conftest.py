@@ -31,7 +31,7 @@ def live_sessions(house: House) -> dict[int, Session]:
             return host.sessions
 
 
-def ask(session: Session, question: Callable[[Session], T], timeout: float = 10.0) -> T:
+def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.0) -> T:
     """The answer to a question put on the session's own thread, between two frames."""
     answer: Future[T] = Future()
 
@@ -57,11 +57,11 @@ class Guest:
         """See the function `ask`."""
         return ask(self.session, question)
 
-    def wait(self, predicate: Callable[[Session], object], timeout: float = 10.0) -> None:
+    def wait(self, predicate: Callable[[Session], object], timeout: float = 60.0) -> None:
         """Return as soon as something is true of the session; for single attributes only, else `ask`."""
         self.visitor.wait_for(lambda _: predicate(self.session), timeout)
 
-    def run_on(self, seconds: float, timeout: float = 20.0) -> None:
+    def run_on(self, seconds: float, timeout: float = 60.0) -> None:
         """Return when so much more time has been simulated."""
         until = self.session.simulation.time + seconds
         self.wait(lambda s: s.simulation.time >= until, timeout)
