@@ -224,13 +224,13 @@ def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
     if trial.law:
         attempt = walk.attempt_own_law(examine(stand_in(trial.law)).judgements)
     else:
-        attempt = walk.attempt(simulated(trial.setup), _said(step, trial))
+        attempt = walk.attempt(simulated(trial.setup), said_by(step, trial))
     _ensure(attempt is not None, "the challenge took no attempt")
     assert attempt is not None
     return attempt.failed
 
 
-def _said(step: Step, trial: Trial) -> tuple[float | None, ...]:
+def said_by(step: Step, trial: Trial) -> tuple[float | None, ...]:
     """Return the forecasts of a trial; one that names a measurement is what that gives under the forecast's settings."""
     assert step.challenge is not None
     said: list[float | None] = []

@@ -4,7 +4,7 @@ The page shows `view`, calls what the student does (`choose`, `next`, `back`, `r
 `settings`, `start` and `target_source` whenever `turn` has changed, tells `watch` about it, and hands it to `observe` at its end.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from typing import Final
@@ -39,6 +39,7 @@ class Walkthrough:
     Args:
         book: with at least one lesson.
         progress: to go on from; None for a fresh start. What does not fit the book is left out.
+        kept: see `kept`; None for nothing.
 
     Attributes:
         turn: goes up whenever a fresh run has to begin.
@@ -47,7 +48,7 @@ class Walkthrough:
         BadSetting: the book holds no lesson.
     """
 
-    def __init__(self, book: LessonBook, progress: Progress | None = None) -> None:
+    def __init__(self, book: LessonBook, progress: Progress | None = None, kept: Mapping[str, Person] | None = None) -> None:
         if not book.lessons:
             raise BadSetting("There is no lesson to walk through; the folder holds none that can be read.")
         self.book = book
@@ -56,7 +57,7 @@ class Walkthrough:
         self._lesson = self._step = 0
         self._phase = Phase.DO
         self._showing = False
-        self._kept: dict[str, Person] = {}
+        self._kept: dict[str, Person] = dict(kept or {})
         self._seen: tuple[int, RunSettings] | None = None
         self._running: tuple[int, int, Setup] | None = None
         self._mixed = False
@@ -327,6 +328,11 @@ class Walkthrough:
         can_back = self._showing or self._before() is not None or self._step > 0 or self._lesson > 0
         return make_view(self._place(), self.yours, can_next, can_back)
 
+    @property
+    def kept(self) -> Mapping[str, Person]:
+        """Return what the student did in runs that a later step takes up, by name; it outlives a reload beside `to_json`."""
+        return self._kept
+
     def to_json(self) -> str:
         """Return everything that survives a reload."""
         progress = self._progress
@@ -334,9 +340,9 @@ class Walkthrough:
         return to_json(progress)
 
     @classmethod
-    def from_json(cls, book: LessonBook, text: str) -> "Walkthrough":
-        """Return a walkthrough that goes on from `to_json`, with a book that may be another one, or in another language."""
-        return cls(book, from_json(text))
+    def from_json(cls, book: LessonBook, text: str, kept: Mapping[str, Person] | None = None) -> "Walkthrough":
+        """Return a walkthrough that goes on from `to_json` and `kept`, with a book that may be another one, or in another language."""
+        return cls(book, from_json(text), kept)
 
     # ---- inside ------------------------------------------------------------------------------------------------------------
 

@@ -25,7 +25,7 @@ class Forecasts:
 
     def __init__(self, gui: viser.GuiApi, session: Session, run: LessonRun) -> None:
         self._session, self._run = session, run
-        self._said_for: tuple[str, str] | None = None
+        self._filled_for: tuple[str, str] | None = None
         self._boxes = [self._make(gui, i) for i in range(MOST_FORECASTS)]
         self._set: dict[tuple[int, str], object] = {(i, "visible"): False for i in range(MOST_FORECASTS)}
 
@@ -46,14 +46,15 @@ class Forecasts:
         said[index] = number
 
     def show(self, view: View, challenge: Challenge | None) -> None:
-        """Offer the boxes of a challenge; none without one. In another step they are empty again."""
-        here = view.lesson.id, view.step.id
-        if self._said_for != here:
-            self._said_for = here
-            self._run.said.clear()
-            for box in self._boxes:
-                if box.value:
-                    box.value = ""
+        """Offer the boxes of a challenge, with what was typed there; none without one."""
+        here = (view.lesson.id, view.step.id) if challenge is not None else None
+        if self._filled_for != here:
+            self._filled_for = here
+            said = (*self._run.said, *(None,) * MOST_FORECASTS)
+            for box, number in zip(self._boxes, said[:MOST_FORECASTS], strict=True):
+                text = "" if number is None else f"{number:g}"
+                if box.value != text:
+                    box.value = text
         for i in range(MOST_FORECASTS):
             shown = challenge is not None and i < len(view.forecasts)
             if challenge is not None and shown:

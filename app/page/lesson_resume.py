@@ -8,6 +8,7 @@ from typing import Final
 
 from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
+from app.page.names import names_script
 from app.settings import WHOLE
 
 KEEP: Final = 600.0
@@ -121,4 +122,4 @@ def resume_script() -> str:
         "if(tries>0){tries--;(innerWidth<577?head:head.closest('[data-dock-leaf]')?.querySelector('input')??head)"
         ".scrollIntoView({block:'start'});}},300);"
         "for(const kind of ['pointerdown','wheel','keydown'])addEventListener(kind,()=>{tries=0;},true);});})();"
-    )
+    ) + names_script()

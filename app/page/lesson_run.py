@@ -35,14 +35,13 @@ class LessonRun:
         open: whether a lesson is open; otherwise the page is the visitor's own.
         version: goes up whenever something has to be shown anew.
         notes: (title, text) of what the visitor is to be told; whoever shows them takes them out.
-        said: the forecasts that the visitor has typed.
         seen: (lesson, step) → the run in which the visitor saw what came of it.
     """
 
     def __init__(self, session: Session, book: LessonBook) -> None:
         self.book, self.open, self.version = book, False, 0
         self.notes: deque[tuple[str, str]] = deque(maxlen=8)
-        self.said: list[float | None] = []
+        self._said: dict[tuple[str, str], list[float | None]] = {}
         self.seen: dict[tuple[str, str], Recorded] = {}
         self._session = session
         self._walk: Walkthrough | None = None
@@ -88,28 +87,43 @@ class LessonRun:
         """Close the lessons: the visitor's own settings are back, and the experiment begins anew with them."""
         if not self.open:
             return
-        self.open, self._waiting = False, None
-        self._session.invite(None)
-        self._adopt(with_look(self._own, self._session))
-        self._session.reset()
-        self._session.paused = False
-        self.version += 1
+        self._waiting = None
+        try:
+            self._session.invite(None)
+            self._adopt(with_look(self._own, self._session))
+            self._session.reset()
+        finally:
+            self._session.paused, self.open = False, False
+            self.version += 1
 
     def saved(self) -> Saved | None:
         """Return what outlives a connection; None if no lesson was ever opened."""
         if self._walk is None:
             return None
-        return Saved(self._walk.to_json(), self._own if self.open else self._session.settings, self.open, self.seen)
+        settings, open_now = self._session.settings, self.open
+        said = {step: tuple(numbers) for step, numbers in self._said.items()}
+        return Saved(
+            self._walk.to_json(),
+            self._own if open_now else settings,
+            open_now,
+            self.seen,
+            settings if open_now and not self._showing else None,
+            dict(self._walk.kept),
+            said,
+        )
 
     def resume(self, saved: Saved, reopen: bool) -> None:
         """Take up what was saved; `reopen`: also where the visitor was."""
         if not self.book.lessons:
             return
-        self._walk = Walkthrough.from_json(self.book, saved.progress)
+        self._walk = Walkthrough.from_json(self.book, saved.progress, saved.kept)
         self.seen = dict(saved.seen)
+        self._said = {step: list(numbers) for step, numbers in saved.said.items()}
         if saved.open and reopen:
             self.enter()
             self._own = saved.own
+            if saved.now is not None:
+                self._adopt(with_look(saved.now, self._session))
 
     # ---- what the visitor does ---------------------------------------------------------------------------------------------
 
@@ -117,6 +131,11 @@ class LessonRun:
     def locked(self) -> bool:
         """Return whether Run is locked."""
         return self.open and self.walk.locked
+
+    @property
+    def said(self) -> list[float | None]:
+        """Return the forecasts that the visitor has typed in the present step; whoever takes them writes them here."""
+        return self._said.setdefault((self.walk.lesson.id, self.walk.step.id), [])
 
     @property
     def _showing(self) -> bool:
@@ -168,9 +187,10 @@ class LessonRun:
                 walk.back()
             case "reset":
                 walk.reset()
+                self.said.clear()
                 self._turn = -1
             case "again":
-                walk.run_again()
+                self._run_again()
             case "run":
                 self._run()
             case "why":
@@ -189,11 +209,15 @@ class LessonRun:
         if walk.locked:
             self.notes.append(("Predict first", "Choose an answer; then the run is free."))
         elif session.paused and not walk.yours and walk.finished(session.simulation):
-            walk.run_again()
-            self._begin()
+            self._run_again()
             session.paused = False
         else:
             session.toggle_pause()
+
+    def _run_again(self) -> None:
+        self.walk.run_again()
+        # A challenge is tried with the student's own settings, and tried again with them.
+        self._begin(self.walk.phase is Phase.CHALLENGE)
 
     def _check(self) -> None:
         walk, session = self.walk, self._session
@@ -290,11 +314,12 @@ class LessonRun:
         if self.open and self.walk.turn != self._turn:
             self._begin()
 
-    def _begin(self) -> None:
+    def _begin(self, own_settings: bool = False) -> None:
         walk, session = self.walk, self._session
         self._turn, self._measured = walk.turn, -1
         self._runs.prepare(walk.lesson.id, walk.step, walk.setup if self._showing else None)
-        self._adopt(walk.settings(with_look(Settings(), session)))
+        if not own_settings:
+            self._adopt(walk.settings(with_look(Settings(), session)))
         session.reset()
         start = walk.start(session.simulation)
         if start is not None:

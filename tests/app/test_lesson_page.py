@@ -8,9 +8,11 @@ import pytest
 
 from app.hosts import House, LectureHost, PrivateHost
 from app.lessons.loading import load_lessons
+from app.lessons.trials import person_of
 from app.lessons.walkthrough import Phase
 from app.page.keys import HOTKEYS, LESSON_KEYS
 from app.page.lesson_forecasts import read_number
+from app.page.lesson_marks import reaches
 from app.page.lesson_resume import KEEP, Keeper, open_link, step_of
 from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
@@ -18,6 +20,7 @@ from app.page.lesson_text import formula, lesson_html, plain, spoken
 from app.session import Session
 from app.settings import Settings
 from app.wsclient import SyncVisitor
+from scenes.cast import Nobody
 from scenes.settings import changed, values
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
 
@@ -29,6 +32,11 @@ def run_of(house: House, guest: Guest) -> LessonRun:
     """The lessons of a visitor."""
     assert isinstance(house.host, PrivateHost)
     return house.host._stands[guest.number].lessons
+
+
+def as_opened(settings: Settings) -> Settings:
+    """Settings as a link would give them: the language is the browser's."""
+    return changed(settings, "lang", "auto")
 
 
 def labels(visitor: SyncVisitor) -> list[str]:
@@ -176,6 +184,67 @@ def test_a_challenge_says_what_failed() -> None:
     assert len(run.view().hints) == 1
 
 
+def swing(session: Session, run: LessonRun) -> None:
+    """Swing the elbow as a drag would, mark to mark, until the present run is long enough."""
+    trial = next(trial for trial in run.walk.step.trials if not trial.fails)
+    person = person_of(session.simulation, trial.setup)
+    while session.simulation.time < trial.setup.seconds:
+        session.hold(person.target(session.simulation.time))
+        session.advance(0.02)
+        run.frame()
+
+
+def test_a_challenge_is_tried_again_with_the_students_own_settings() -> None:
+    session, run = alone(0, 2)
+    while run.walk.phase is not Phase.CHALLENGE:
+        run.act("next")
+        run.frame()
+    session.advance(0.05)
+    run.frame()
+    session.change("k", 5.0)
+    session.change("dt", 0.005)
+    swing(session, run)
+    run.act("check")
+    attempt = run.view().attempt
+    assert attempt is not None and not attempt.passed and attempt.note, "settings changed in the middle of the run"
+    run.act("again")
+    assert session.simulation.steps == 0 and session.settings.run.gain == 5.0 and not session.paused
+    swing(session, run)
+    run.act("check")
+    assert run.walk.done.passed, run.view().attempt
+    run.act("reset")
+    run.act("next")
+    assert session.settings.run.gain == run.walk.setup.run.gain != 5.0
+
+
+def test_marks_are_touched_as_near_as_the_challenge_asks() -> None:
+    step = BOOK.lessons[0].steps[2]
+    assert reaches(step) == (0.015, 0.015) and len(step.marks) == 2
+    assert reaches(BOOK.lessons[0].steps[0]) == ()
+
+
+def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
+    session, run = alone(2, 2)
+    while run.walk.phase is not Phase.CHALLENGE:
+        run.act("next")
+        run.frame()
+    session.change("v", 0.17)
+    run.said.extend([0.25, None, 0.5])
+    run.walk._kept["push"] = Nobody()
+    saved = run.saved()
+    assert saved is not None
+    other = Session(Settings())
+    again = LessonRun(other, BOOK)
+    again.resume(saved, reopen=True)
+    assert other.settings.run == session.settings.run and other.settings.run.law.nominal_velocity == 0.17
+    assert again.said == [0.25, None, 0.5] and dict(again.walk.kept) == dict(run.walk.kept)
+    again.act("leave")
+    assert other.settings == Settings()
+    again.enter(2, 2)
+    again.act("reset")
+    assert again.said == []
+
+
 # ---- texts ----------------------------------------------------------------------------------------------------------------------
 
 
@@ -238,7 +307,7 @@ def test_without_a_link_the_page_is_as_ever(house: OpenHouse, arrive: Arrive) ->
     opened = house()
     guest = arrive(opened)
     assert not run_of(opened, guest).open and "Lessons" in labels(guest.visitor)
-    assert guest.session.settings == Settings()
+    assert as_opened(guest.session.settings) == Settings()
 
 
 def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pytest.FixtureRequest) -> None:
@@ -267,7 +336,7 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
     assert again.open and again.walk.to_json() == kept
     click(visitor, "Leave")
     visitor.wait_for(lambda _: not again.open)
-    assert live_sessions(opened)[number].settings == Settings()
+    assert as_opened(live_sessions(opened)[number].settings) == Settings()
 
 
 def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:

@@ -1,0 +1,409 @@
+"""How lessons are walked in a real browser: by clicks alone or by keys alone, every answer, every verdict, every challenge."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import ClassVar, Protocol
+
+from playwright.sync_api import Page
+
+from app.hosts import House, PrivateHost
+from app.lessons.check import said_by
+from app.lessons.lesson import Step, Trial
+from app.lessons.places import start_positions
+from app.lessons.trials import person_of
+from app.lessons.walkthrough import Phase
+from app.page.lesson_run import LessonRun
+from app.session import Session
+from scenes.cast import Person
+from scenes.targets import BallTarget
+from tests.app.conftest import ask, live_sessions
+from tests.browser import close_software_note, until, wait_frames
+
+LONG = 180.0
+"""How long a run may take on a busy machine [s]."""
+
+DRAG = 0.02
+"""Wall time between two places of a drag [s]."""
+
+
+def enter(page: Page, opened: House, query: str) -> tuple[Session, LessonRun]:
+    """Open a lesson by its link; return the session and its lessons."""
+    known = set(live_sessions(opened))
+    page.set_default_timeout(60_000)
+    page.goto(f"{opened.url}/?{query}")
+    page.locator(".duet-l-head").wait_for()
+    until(page, lambda: set(live_sessions(opened)) - known, "a session", 60.0)
+    close_software_note(page)
+    assert isinstance(opened.host, PrivateHost)
+    number = max(set(live_sessions(opened)) - known)
+    return live_sessions(opened)[number], opened.host._stands[number].lessons
+
+
+def press(page: Page, label: str) -> None:
+    """Press a button of the panel by the beginning of its label, a regular expression."""
+    page.get_by_role("button", name=re.compile(rf"^\s*{label}")).first.click()
+
+
+def shown_step(page: Page, session: Session, run: LessonRun, lesson: int, step: int) -> None:
+    """Go to a step, from 0, and wait until it is on the page."""
+    ask(session, lambda _: run.act("go", lesson, step))
+    crumb = f"Lesson {run.book.lessons[lesson].number} · step {step + 1} "
+    until(page, lambda: crumb in (page.locator(".duet-l-head .crumb").text_content() or ""), crumb, 60.0)
+
+
+class Hands(Protocol):
+    """What a student does, by mouse or by keyboard."""
+
+    def choose(self, answer: int) -> None:
+        """Give an answer, from 0."""
+        ...
+
+    def do(self, what: str) -> None:
+        """Do one of run, next, back, why, check, hint, reset, again, leave."""
+        ...
+
+    def say(self, label: str, text: str) -> None:
+        """Type a forecast."""
+        ...
+
+
+class Clicks:
+    """By the mouse alone."""
+
+    LABELS: ClassVar = {
+        "run": r"Run( again)?\s*$",
+        "next": r"(Next|Skip the run|Back to the outcome)",
+        "back": r"Back\s*$",
+        "why": "Show me why",
+        "check": "Check my",
+        "hint": r"Hint \d of",
+        "reset": "Reset step",
+        "again": r"Reset\s*$",
+        "leave": "Leave the lessons",
+    }
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+
+    def choose(self, answer: int) -> None:
+        press(self.page, rf"(● )?{answer + 1} ")
+
+    def do(self, what: str) -> None:
+        press(self.page, self.LABELS[what])
+
+    def say(self, label: str, text: str) -> None:
+        box = self.page.get_by_label(label, exact=True)
+        box.click()
+        box.fill(text)
+
+
+class Keys:
+    """By the keyboard alone; nothing is ever pointed at."""
+
+    KEYS: ClassVar = {"run": "Space", "next": "n", "back": "b", "why": "y", "check": "c", "hint": "h", "again": "r", "leave": "x"}
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+
+    def choose(self, answer: int) -> None:
+        self.page.keyboard.press(str(answer + 1))
+
+    def do(self, what: str) -> None:
+        if what == "reset":
+            # A button without a key of its own: reached as every control is.
+            self.tab_to(lambda: self._focused("innerText").strip() == "Reset step", "“Reset step”")
+            self.page.keyboard.press("Enter")
+            self._let_go()
+        else:
+            self.page.keyboard.press(self.KEYS[what])
+
+    def say(self, label: str, text: str) -> None:
+        self.tab_to(lambda: self._focused("getAttribute('aria-label')") == label, f"the box “{label}”")
+        self.page.keyboard.press("Control+a")
+        self.page.keyboard.type(text)
+        self._let_go()
+
+    def tab_to(self, there: object, what: str) -> None:
+        """Press Tab until something has the focus."""
+        assert callable(there)
+        for _ in range(120):
+            if there():
+                return
+            self.page.keyboard.press("Tab")
+        raise AssertionError(f"{what} cannot be reached by Tab")
+
+    def _focused(self, what: str) -> str:
+        return str(self.page.evaluate(f"document.activeElement?.{what} ?? ''"))
+
+    def _let_go(self) -> None:
+        # Escape leaves a box as a click beside it would; keys are the lesson's again.
+        self.page.keyboard.press("Escape")
+        self.page.evaluate("document.activeElement?.blur()")
+
+
+@contextmanager
+def dragging(session: Session, person: Person) -> Iterator[None]:
+    """Have somebody's wishes posted to a session as a drag posts them, for as long as the block runs."""
+    over = threading.Event()
+
+    def drag() -> None:
+        while not over.wait(DRAG):
+            session.post(lambda: session.hold(person.target(session.simulation.time)))
+
+    thread = threading.Thread(target=drag, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+        session.post(lambda: session.hold(None))
+
+
+@dataclass
+class Walked:
+    """What was seen on the way through a step.
+
+    Attributes:
+        lesson, step: names.
+        answers: how many answers got their verdict.
+        whys: how many runs that show why were begun.
+        challenge: "passed", or "" where there is none.
+        seconds: wall time.
+    """
+
+    lesson: str
+    step: str
+    answers: int = 0
+    whys: int = 0
+    challenge: str = ""
+    seconds: float = 0.0
+    said: list[str] = field(default_factory=list)
+
+
+class Walker:
+    """Walks lessons that are open on a page.
+
+    Args:
+        page: the tab.
+        session, run: of the tab, only to be asked, but for what a drag posts and for the settings of a challenge.
+        hands: how.
+    """
+
+    def __init__(self, page: Page, session: Session, run: LessonRun, hands: Hands) -> None:
+        self.page, self.session, self.run, self.hands = page, session, run, hands
+
+    def at(self, phase: Phase, what: str = "") -> None:
+        """Wait for a part of the present step, in the session and on the page."""
+        until(self.page, lambda: self.run.walk.phase is phase, f"{phase} {what}", LONG)
+        self.page.locator(f".duet-l-head .phases .now:text-is('{phase.value.capitalize()}')").wait_for()
+
+    def on(self, label: str) -> None:
+        """Wait until a button with this beginning is on the page: what is asked for can be seen to be possible."""
+        self.page.get_by_role("button", name=re.compile(rf"^\s*{label}")).first.wait_for()
+
+    def step(self, whole: bool = True) -> Walked:
+        """Walk the present step from its beginning to its end, and stay there.
+
+        Args:
+            whole: give every answer; otherwise the last wrong one and the right one.
+        """
+        begin, step = perf_counter(), self.run.walk.step
+        walked = Walked(self.run.walk.lesson.id, step.id)
+        question = step.question
+        if question is not None:
+            wrong = [i for i in range(len(question.choices)) if i != question.right]
+            for answer in wrong if whole else wrong[-1:]:
+                self._answer(answer, walked, skip=True)
+                self.hands.do("reset")
+            self._answer(question.right, walked, skip=False)
+        else:
+            self.at(Phase.DO, step.id)
+            self._run_alone(step)
+        while self.run.walk.phase is not self.run.walk.phases[-1]:
+            before = self.run.walk.phase
+            self.hands.do("next")
+            until(self.page, lambda before=before: self.run.walk.phase is not before, f"on from {before}", LONG)
+            self.at(self.run.walk.phase)
+            self._look()
+        if step.challenge is not None and not step.challenge.own_law:
+            self._challenge(step)
+            walked.challenge = "passed"
+        walked.seconds = perf_counter() - begin
+        return walked
+
+    # ---- parts of a step -------------------------------------------------------------------------------------------------------
+
+    def _answer(self, answer: int, walked: Walked, skip: bool) -> None:
+        """Give an answer, run or skip the run, and read the verdict."""
+        page, run, step = self.page, self.run, self.run.walk.step
+        self.at(Phase.PREDICT, step.id)
+        assert page.get_by_role("button", name="Run (predict first)").is_disabled()
+        self.hands.choose(answer)
+        self.at(Phase.DO, step.id)
+        assert run.walk.done.choice == answer
+        if skip:
+            self.on("Skip the run")
+            self.hands.do("next")
+        else:
+            self._go()
+        self.at(Phase.OBSERVE, step.id)
+        card = page.locator(".duet-l-verdict .card .mark b")
+        card.wait_for()
+        question = step.question
+        assert question is not None and run.walk.verdict is not None
+        assert run.walk.verdict.right == (answer == question.right)
+        headline = card.inner_text()
+        assert headline == run.walk.verdict.headline, headline
+        text = page.locator(".duet-l-verdict .card").inner_text()
+        assert "You said" in text and "Measured" in text
+        said = page.locator("#duet-say")
+        until(page, lambda: headline in (said.text_content() or ""), "the verdict is announced", 60.0)
+        walked.answers += 1
+        walked.said.append(headline)
+        if not skip:
+            assert run.walk.done.outcome is not None and not run.walk.done.outcome.reference
+        self._look()
+        if answer != question.right and question.choices[answer].why is not None:
+            self.on("Show me why")
+            self.hands.do("why")
+            until(page, lambda: run.view().showing, "the run that shows why", 60.0)
+            self.on("Back to the outcome")
+            self.hands.do("next")
+            until(page, lambda: not run.view().showing, "the outcome", 60.0)
+            self.at(Phase.OBSERVE, step.id)
+            walked.whys += 1
+
+    def _go(self) -> None:
+        """Start the run, twice as fast."""
+        ask(self.session, lambda s: s.change("speed", 2.0))
+        self.on(r"Run( again)?\s*$")
+        self.hands.do("run")
+        until(self.page, lambda: not self.session.paused or self.session.simulation.steps > 0, "the run", 60.0)
+
+    def _run_alone(self, step: Step) -> None:
+        """Let a run without a question go to its end; one that is the student's own goes on by itself."""
+        if not self.run.walk.yours:
+            self._go()
+            if step.measurements or step.observe:
+                self.at(Phase.OBSERVE, step.id)
+
+    def _challenge(self, step: Step) -> None:
+        """Fail once, read why, open the hints, then pass as the lesson's own attempt does."""
+        page, run, hands = self.page, self.run, self.hands
+        challenge = step.challenge
+        assert challenge is not None
+        self.on("Check my")
+        before = run.walk.done.attempts
+        hands.do("check")
+        until(page, lambda: run.walk.done.attempts > before, "the first attempt", LONG)
+        attempt = page.locator(".duet-l-attempt .card")
+        attempt.wait_for()
+        if run.walk.done.last is not None and not run.walk.done.last.passed:
+            assert attempt.get_attribute("class") is not None and "wrong" in str(attempt.get_attribute("class"))
+        for count in range(1, len(step.hints) + 1):
+            hands.do("hint")
+            until(page, lambda count=count: page.locator(".duet-l-hints li").count() == count, "a hint", 60.0)
+        trial = next(trial for trial in step.trials if not trial.fails)
+        if challenge.forecasts:
+            self._forecast(step, trial)
+        elif challenge.setup.input.kind == "yours":
+            self._by_hand(step, trial)
+        else:
+            self._settings(trial)
+            self._go()
+            until(page, lambda: run.walk.finished(self.session.simulation) and self.session.paused, "the run's end", LONG)
+            until(page, lambda: run.walk.done.attempts > before + 1, "judged at its end", LONG)
+        assert run.walk.done.passed, (step.id, trial.name, run.walk.done.last)
+        page.locator(".duet-l-attempt .card.right").wait_for()
+
+    def _settings(self, trial: Trial) -> None:
+        """Set what a trial sets; the sliders themselves have tests of their own."""
+        wanted = trial.setup.settings(self.session.settings).run
+
+        def change(session: Session) -> None:
+            from scenes.settings import values
+
+            for key, value in values(wanted).items():
+                if values(session.settings)[key] != value:
+                    session.change(key, value)
+
+        ask(self.session, change)
+
+    def _by_hand(self, step: Step, trial: Trial) -> None:
+        """Do by drags what a trial's person does, in a run begun anew with a trial's settings."""
+        page, run, session = self.page, self.run, self.session
+        self._settings(trial)
+        turn = run.walk.turn
+        self.hands.do("again")
+        until(page, lambda: run.walk.turn != turn and session.simulation.time < 2.0, "a fresh run", 60.0)
+        simulation = session.simulation
+        if trial.setup.input.kind == "nobody":
+            positions = ask(session, lambda s: start_positions(s.simulation.room, trial.setup.start))
+            assert positions is not None and simulation.room.ball is not None
+            place = positions[simulation.room.ball].copy()
+            person: Person = _Still(place)
+        else:
+            person = ask(session, lambda _: person_of(simulation, trial.setup))
+        with dragging(session, person):
+            until(page, lambda: simulation.time >= trial.setup.seconds, "the drag", LONG)
+            attempts = run.walk.done.attempts
+            self.hands.do("check")
+            until(page, lambda: run.walk.done.attempts > attempts, "the attempt", LONG)
+
+    def _forecast(self, step: Step, trial: Trial) -> None:
+        said = said_by(step, trial)
+        for label, number in zip(self.run.view().forecasts, said, strict=True):
+            assert number is not None
+            self.hands.say(label, f"{number:.4g}")
+        until(
+            self.page,
+            lambda: (
+                all(n is not None and abs(n - m) < 1e-3 * abs(m or 1.0) for n, m in zip(self.run.said, said, strict=False) if m)
+                and len(self.run.said) == len(said)
+            ),
+            "the numbers",
+            60.0,
+        )
+        attempts = self.run.walk.done.attempts
+        self.hands.do("check")
+        until(self.page, lambda: self.run.walk.done.attempts > attempts, "the attempt", LONG)
+
+    def _look(self) -> None:
+        """No formula is missing, and no text is wider than the panel."""
+        wait_frames(self.page, 2)
+        wrong = self.page.evaluate(
+            """() => { const bad = [];
+                 for (const block of document.querySelectorAll('.duet-lesson')) {
+                   if (/\\$|\\\\[a-z]/.test(block.innerText)) bad.push('unset formula: ' + block.innerText.slice(0, 80));
+                   if (block.scrollWidth > block.clientWidth + 1) bad.push('too wide: ' + block.innerText.slice(0, 80));
+                 }
+                 for (const image of document.querySelectorAll('.duet-lesson img'))
+                   if (image.complete && !image.naturalWidth) bad.push('no picture: ' + image.alt);
+                 return bad; }"""
+        )
+        assert not wrong, wrong
+
+    def on_to_the_next(self) -> None:
+        """Go on to the next step or lesson, and wait for it."""
+        here = self.run.walk.step
+        self.hands.do("next")
+        until(self.page, lambda: self.run.walk.step is not here, "the next step", 60.0)
+
+
+@dataclass(frozen=True)
+class _Still:
+    """Somebody who holds the ball at a place."""
+
+    place: object
+
+    def target(self, time: float) -> BallTarget:
+        """Return the place."""
+        del time
+        return BallTarget(self.place)  # type: ignore[arg-type]
