@@ -15,12 +15,13 @@ from app.background import Background
 from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
 from app.cloakroom import Cloakroom, same_tab
 from app.languages.speaking import say
-from app.languages.visitor import accepted_by, language_script, with_language
+from app.languages.visitor import language_script
 from app.lecture import LectureHost
 from app.lessons.lesson import LessonBook
 from app.lessons.loading import load_lessons, load_notes
 from app.page.keys import relay_script
 from app.page.lesson_resume import Keeper, resume_script
+from app.page.page import View
 from app.page.software import software_script
 from app.page.teacher import NotesPanel
 from app.page.teacher_script import class_script
@@ -69,7 +70,7 @@ class PrivateHost(Visitors):
     ) -> None:
         self._start, self._background, self._people, self._book = start, background, people, book
         self._key, self._notes = key, notes or {}
-        self._teachers: dict[int, NotesPanel] = {}
+        self._teachers: dict[int, tuple[View, NotesPanel]] = {}
         self._keeper, self._cloakroom = Keeper(), Cloakroom()
         self._stands: dict[int, Stand] = {}
         super().__init__(server)
@@ -107,8 +108,7 @@ class PrivateHost(Visitors):
         for number, stand in list(self._stands.items()):
             try:
                 stand.frame(now, elapsed)
-                if number in self._teachers:
-                    self._show_notes(stand, self._teachers[number])
+                self._show_notes(number, stand)
             except Exception:
                 # One broken page must not stop the others; a tab that is just closing ends up here too.
                 if number in self._server.get_clients():
@@ -117,7 +117,6 @@ class PrivateHost(Visitors):
     def _let_in(self, client: viser.ClientHandle) -> None:
         query = request_query(client)
         settings, problems = from_query(query, self._start)
-        settings = with_language(settings, accepted_by(client))
         self._keep_all(query)
         found, back = self._keeper.find(query), self._cloakroom.fetch(query)
         before = [stand for stand in self._stands.values() if same_tab(stand.query, query)]
@@ -146,15 +145,18 @@ class PrivateHost(Visitors):
                 self._keeper.keep(stand.query, stand.lessons.saved())
 
     def _look_at_key(self, stand: Stand) -> None:
-        """Give a teacher the notes, and tell whoever has another key."""
-        if is_teacher(self._key, stand.query):
-            self._teachers[stand.client.client_id] = NotesPanel(stand.client.gui, self._notes)
-        elif is_mistaken(self._key, stand.query):
+        """Tell whoever has another key than the teacher's."""
+        if is_mistaken(self._key, stand.query):
             stand.client.add_notification(say("The key is another one"), say(WRONG_KEY), color="orange", auto_close_seconds=12.0)
 
-    def _show_notes(self, stand: Stand, panel: NotesPanel) -> None:
+    def _show_notes(self, number: int, stand: Stand) -> None:
+        """Show a teacher the notes; another language makes the page anew."""
+        if not is_teacher(self._key, stand.query):
+            return
         with stand.client.atomic():
-            panel.show(stand.lessons)
+            if number not in self._teachers or self._teachers[number][0] is not stand.view:
+                self._teachers[number] = stand.view, NotesPanel(stand.client.gui, self._notes)
+            self._teachers[number][1].show(stand.lessons)
 
 
 class FrameLoop:

@@ -17,7 +17,7 @@ from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
 from app.classroom.places import Kept
 from app.languages.lesson_book import in_language
 from app.languages.speaking import say, speak
-from app.languages.visitor import asked_by, with_language
+from app.languages.visitor import browser_language, language_of
 from app.lessons.lesson import LessonBook
 from app.lessons.walkthrough import Walkthrough
 from app.page.lesson_panel import ORDER
@@ -55,6 +55,7 @@ class _Seat:
         teacher: whether it brought the key.
         banner, answers, panel: what it has beside the stage; None for what it has not.
         stand: its own session; None while it sees the stage.
+        view: what the banner stands on; another one in another language.
         moved: whether it was asked to come again.
     """
 
@@ -68,6 +69,7 @@ class _Seat:
     answers: Answers | None = None
     panel: TeacherPanel | None = None
     stand: Stand | None = None
+    view: View | None = None
     moved: bool = False
 
 
@@ -106,10 +108,10 @@ class LectureHost(Visitors):
         self._background, self._people = background, people
         self.room = Classroom(sessions)
         self._apart = Apart(server, self._belongs_apart)
-        self._choose_language = start.page.language == "auto"
-        start = with_language(start, "")
         self.session = Session(start, lambda: self.wake(), background, people)
-        self._language: Language = start.page.language
+        # The stage has one language: the chosen one, or that of whoever has the controls.
+        self._browser: Language = "en"
+        self._language: Language = language_of(start, self._browser)
         self._seats: dict[int, _Seat] = {}
         self._operation: Operation | None = None
         self._operator: int | None = None
@@ -161,7 +163,7 @@ class LectureHost(Visitors):
         if self._operator is None:
             self._hand_over()
         moved = self.session.advance(elapsed) > 0
-        if self.session.settings.page.language != self._language:
+        if language_of(self.session.settings, self._browser) != self._language:
             self._translate()
         self.lessons.frame()
         if self.room.paused and not self.room.free and not self.session.paused:
@@ -213,6 +215,8 @@ class LectureHost(Visitors):
             if seat.panel is not None:
                 with contextlib.suppress(Exception), seat.client.atomic():
                     seat.panel.show(state, self.lessons)
+            if seat.stand is not None and seat.view is not seat.stand.view:
+                seat.view, seat.banner = seat.stand.view, Banner(seat.client.gui)
             if seat.banner is not None:
                 with contextlib.suppress(Exception), seat.client.atomic():
                     seat.banner.show(*self._line(seat))
@@ -298,10 +302,7 @@ class LectureHost(Visitors):
                 continue
             client = seat.client
             self._operator = number
-            if self._choose_language:
-                # The stage has one language: that of the first one who has the controls.
-                self._choose_language = False
-                self.session.change("lang", asked_by(client, seat.query.get("lang")))
+            self._browser = browser_language(client)
             self._operation = Operation(client, self.session, self._view)
             if not self.lessons.open:
                 self._operation.notify_problems(open_link(self.lessons, seat.query, None))
@@ -318,7 +319,7 @@ class LectureHost(Visitors):
     def _translate(self) -> None:
         """Make everybody's page anew in another language; the session and the lessons go on where they are."""
         saved = self.lessons.saved()
-        self._language = self.session.settings.page.language
+        self._language = language_of(self.session.settings, self._browser)
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(self._book, self._language))
         if saved is not None:
@@ -434,7 +435,7 @@ class LectureHost(Visitors):
         stand = Stand(seat.client, settings, (), lambda: self.wake(), self._background, self._people, self._book, found)
         if kept is not None and saved is not None and saved.open:
             stand.session.post(lambda: _restore(stand.session, kept.settings))
-        seat.stand, seat.banner = stand, Banner(seat.client.gui)
+        seat.stand = stand
 
     def _from_stage(self, who: str) -> Saved | None:
         """Return the teacher's lesson and step as a place to begin at, with the student's own answers; None outside the lessons."""

@@ -8,6 +8,7 @@ import viser
 from app.background import Background
 from app.languages.lesson_book import in_language
 from app.languages.speaking import speak
+from app.languages.visitor import browser_language, language_of
 from app.lessons.lesson import LessonBook
 from app.page.lesson_resume import open_link
 from app.page.lesson_run import LessonRun
@@ -16,7 +17,7 @@ from app.page.page import Operation, View
 from app.people import People
 from app.server import DuetServer, request_query
 from app.session import Session
-from app.settings import Language, Settings
+from app.settings import Settings
 
 
 class Stand:
@@ -54,7 +55,8 @@ class Stand:
         self.superseded = False
         self.session = Session(settings, wake, background, people) if back is None else back[0]
         self._book = book
-        self._language: Language = self.session.settings.page.language
+        self._browser = browser_language(client)
+        self._language = language_of(self.session.settings, self._browser)
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language)) if back is None else back[1]
         with client.atomic():
@@ -70,7 +72,7 @@ class Stand:
         """Make the page anew in another language; the session and the lessons go on where they are."""
         saved = self.lessons.saved()
         self.operation.close()
-        self._language = self.session.settings.page.language
+        self._language = language_of(self.session.settings, self._browser)
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(self._book, self._language))
         if saved is not None:
@@ -95,7 +97,7 @@ class Stand:
         if self._halted:
             self.session.paused, elapsed = True, 0.0
         moved = self.session.advance(elapsed) > 0
-        if self.session.settings.page.language != self._language:
+        if language_of(self.session.settings, self._browser) != self._language:
             self._translate()
         self.lessons.frame()
         with self.client.atomic():

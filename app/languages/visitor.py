@@ -4,12 +4,9 @@ import viser
 
 from app.languages.words import Words
 from app.settings import Language, Settings
-from scenes.settings import changed
 
 KNOWN: tuple[Language, ...] = ("en", "de", "sl")
 """What a browser can ask for."""
-
-_PSEUDO: Language = "pseudo"
 
 
 def preferred(accept: str) -> Language:
@@ -40,9 +37,9 @@ def _quality(text: str) -> float:
     return quality if name.strip().lower() == "q" and 0.0 <= quality <= 1.0 else 0.0
 
 
-def with_language(settings: Settings, accept: str) -> Settings:
-    """Return the settings with a language: the one that was chosen, or the one that the browser likes best."""
-    return settings if settings.page.language != "auto" else changed(settings, "lang", preferred(accept))
+def language_of(settings: Settings, browser: Language) -> Language:
+    """Return what a page speaks: the language that was chosen, by link or on the page, or the one that the browser likes best."""
+    return browser if settings.page.language == "auto" else settings.page.language
 
 
 def mark_html(words: Words) -> str:
@@ -58,17 +55,9 @@ def language_script() -> str:
     )
 
 
-def accepted_by(client: viser.ClientHandle) -> str:
-    """Return the header `Accept-Language` of a visitor's browser; "" if it sent none or is gone."""
+def browser_language(client: viser.ClientHandle) -> Language:
+    """Return the language of ours that a visitor's browser likes best; English if it is gone."""
     connection = client._viser_server._websock_server._live_connections.get(client.client_id)
     if connection is None or connection.request is None:
-        return ""
-    return ",".join(connection.request.headers.get_all("Accept-Language"))
-
-
-def asked_by(client: viser.ClientHandle, link: str | None) -> Language:
-    """Return the language that a visitor's link asks for, `?lang=de`, or else their browser."""
-    for language in (*KNOWN, _PSEUDO):
-        if language == link:
-            return language
-    return preferred(accepted_by(client))
+        return "en"
+    return preferred(",".join(connection.request.headers.get_all("Accept-Language")))

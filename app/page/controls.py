@@ -40,8 +40,8 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
 )
 """Where each of the others is found; `plot` and `speed` have places of their own."""
 
-UNOFFERED: Final = ("auto", "pseudo")
-"""Languages that a link can ask for and nobody else."""
+UNOFFERED: Final = ("pseudo",)
+"""Choices that a link can ask for, and nobody else."""
 
 COMPARE: Final = (
     "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm, "
