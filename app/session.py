@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from app.background import Background
+from app.own_law.examination import Examination
 from app.own_law.own_law import OwnLaw
 from app.people import NOBODY_ELSE, People
 from app.settings import Settings
@@ -91,7 +92,12 @@ class Session:
         self._ghost_inputs = InputsLog(GHOST_KEEP)
         self._frozen = settings.run.law, settings.run.gain
         self._own_law = OwnLaw(people.law_file) if people.law_file is not None else None
-        self.simulation.use(self._own_law)
+        self._own_law_runs = True
+        self.examination: Examination | None = None
+        """The tests of a law of one's own; None where there is none."""
+        if people.law_file is not None and background is not None:
+            self.examination = Examination(people.law_file, background, wake)
+        self.simulation.use(self._law_of_run())
         # What is computed apart knows the settings' laws only, and would answer for another one.
         with_studies = background is not None and self._own_law is None
         self._studies = Studies(background, wake) if with_studies and background is not None else None
@@ -121,6 +127,8 @@ class Session:
         """Drop everything that is being computed for this session, and end its own law's process."""
         if self._own_law is not None:
             self._own_law.close()
+        if self.examination is not None:
+            self.examination.drop()
         if self._studies is not None:
             self._studies.forget()
         if self.trade_off is not None:
@@ -129,13 +137,40 @@ class Session:
     @property
     def own_law(self) -> str | None:
         """Name of the file whose law runs instead of the settings'; None if theirs does."""
-        return self._own_law.path.name if self._own_law is not None else None
+        law = self._law_of_run()
+        return law.path.name if law is not None else None
+
+    @property
+    def own_ghost(self) -> str | None:
+        """Name of the file whose law the ghost runs; None if it runs another one, or there is no ghost."""
+        law = self._law_of_ghost()
+        return law.path.name if law is not None else None
 
     @property
     def own_law_problem(self) -> str:
-        """Why the law of one's own is not in force, and the arm stands still; "" if all is well."""
-        problem = self._own_law.problem if self._own_law is not None else None
-        return problem.text if problem is not None else ""
+        """Why the law of one's own is not in force, and the arm stands still; "" if all is well, or it is nobody's law now."""
+        law = self._law_of_run() or self._law_of_ghost()
+        return law.problem.text if law is not None and law.problem is not None else ""
+
+    def let_own_law_run(self, runs: bool) -> None:
+        """Have a law of one's own in force, where there is one, or (in lessons, until it is its turn) not. The run begins anew."""
+        if self._own_law is not None and runs != self._own_law_runs:
+            self._own_law_runs = runs
+            self._hand_out_laws(True)
+
+    def _law_of_run(self) -> OwnLaw | None:
+        return self._own_law if self._own_law_runs and self.settings.page.ghost != "own" else None
+
+    def _law_of_ghost(self) -> OwnLaw | None:
+        return self._own_law if self._own_law_runs and self.settings.page.ghost == "own" else None
+
+    def _hand_out_laws(self, anew: bool) -> None:
+        """Give everybody the law that they are to run. `anew`: the run begins anew, for what it was made with knows of one law only."""
+        self.simulation.use(self._law_of_run())
+        if self.ghost is not None:
+            self.ghost.use(self._law_of_ghost())
+        if anew and self.simulation.steps:
+            self.reset()
 
     def post(self, action: Callable[[], None]) -> None:
         """Have something done at the beginning of the next frame, on the session's own thread."""
@@ -169,6 +204,7 @@ class Session:
         if after.page.ghost != before.page.ghost:
             self._frozen = after.run.law, after.run.gain
             self._raise_ghost()
+            self._hand_out_laws(self._own_law is not None and "own" in (after.page.ghost, before.page.ghost))
         elif anew:
             self._raise_ghost()
         elif self.ghost is not None and after.run != before.run:
@@ -190,6 +226,8 @@ class Session:
 
     def _ghost_settings(self) -> RunSettings:
         run, choice = self.settings.run, self.settings.page.ghost
+        if choice == "own":
+            return run
         if choice in ("off", "frozen"):
             law, gain = self._frozen
             return replace(run, law=law, gain=gain)
@@ -202,6 +240,7 @@ class Session:
             self.ghost = None
             return
         self.ghost = Simulation(self._ghost_settings())
+        self.ghost.use(self._law_of_ghost())
         self.ghost.resume(self.simulation.snapshot())
 
     def hold(self, target: Target | None) -> None:

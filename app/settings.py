@@ -26,8 +26,10 @@ Ghost = Literal[
     "barrier_qp",
     "intermediate_value",
     "unprotected",
+    "own",
 ]
-"""A second run on the same inputs: none, with the settings frozen when it was chosen, or with another law."""
+"""A second run on the same inputs: none, with the settings frozen when it was chosen, with another law, or with the one of `--law-file`
+while the settings' law runs."""
 Source = Literal["clips", "figure", "file", "camera"]
 """Who is imitated: a built-in clip, the figure on the stage, a BVH file, or a camera at the server."""
 
@@ -114,6 +116,7 @@ class PageSettings:
                     "Barrier QP",
                     "Intermediate value",
                     "Unprotected",
+                    "My own law (--law-file)",
                 ),
             )
         },

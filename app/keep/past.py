@@ -19,7 +19,7 @@ class Past:
         trade_off: of the live session.
     """
 
-    ghost = held = what_if = smoothness = own_law = None
+    ghost = held = what_if = smoothness = own_law = own_ghost = None
     computing = False
     study_message = own_law_problem = ""
 
