@@ -9,11 +9,13 @@ from collections.abc import Callable, Mapping
 
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
+from app.lessons.own_law import attempt_of
 from app.lessons.runs import LONGEST
 from app.lessons.walkthrough import Phase, View, Walkthrough
+from app.own_law.examination import NO_FILE, Progress
 from app.page.lesson_runs import FurtherRuns
 from app.page.lesson_saved import Again, Saved
-from app.page.lesson_settings import adopt, with_look
+from app.page.lesson_settings import adopt, astray, begin, with_look
 from app.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting, DuetError
@@ -224,6 +226,10 @@ class LessonRun:
         challenge = walk.step.challenge
         if challenge is None or walk.phase is not Phase.CHALLENGE:
             return
+        if challenge.own_law:
+            if session.examination is not None:
+                session.examination.begin()
+            return
         count = len(challenge.forecasts)
         said = (*self.said, *(None,) * count)[:count]
         person: Person | None = None
@@ -256,21 +262,16 @@ class LessonRun:
 
     def _frame(self) -> None:
         walk, session = self.walk, self._session
-        asked, has = walk.setup.run, session.settings.run
-        if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
-            self.notes.append(("The lesson needs its own experiment", "It has begun anew. Leave the lessons for another one."))
-            self._begin()
-            return
-        if self.hands_off and not session.settings.page.autopilot:
-            self.notes.append(
-                ("The lesson moves this one", "The run has begun anew. It is your turn when the handles are there.")
-            )
+        note = astray(session, walk)
+        if note is not None:
+            self.notes.append(note)
             self._begin()
             return
         if walk.locked:
             session.paused = True
         simulation = session.simulation
         walk.watch(simulation)
+        self._advance_own_tests()
         if self._waiting is not None and self._runs.ready:
             action, given = self._waiting
             self.act(action, *given)
@@ -290,9 +291,17 @@ class LessonRun:
                 self._observe()
             elif not walk.yours:
                 walk.next()
-        elif not walk.yours and walk.step.challenge is not None and not walk.step.challenge.forecasts:
+        elif not walk.yours and walk.step.challenge is not None and walk.step.challenge.criteria:
             self._check()
         self._follow()
+
+    def _advance_own_tests(self) -> None:
+        examination = self._session.examination
+        if examination is None or not examination.advance():
+            return
+        self.version += 1
+        if examination.progress.finished:
+            self.walk.attempt_own_law(attempt_of(examination.progress.verdicts).judgements)
 
     def _observe(self) -> None:
         """Measure the run, and keep it where it is the one that answers the step's question."""
@@ -320,19 +329,7 @@ class LessonRun:
         self._runs.prepare(walk.lesson.id, walk.step, walk.setup if self._showing else None)
         if not own_settings:
             self._adopt(walk.settings(with_look(Settings(), session)))
-        session.reset()
-        start = walk.start(session.simulation)
-        if start is not None:
-            session.simulation.reset(start)
-            if session.ghost is not None:
-                session.ghost.reset(start)
-        if walk.yours:
-            session.invite(None)
-            session.change("autopilot", False)
-        else:
-            session.invite(walk.target_source(session.simulation))
-        # A hand that is the visitor's answers at once; anything else waits for Run.
-        session.paused = walk.locked or not walk.yours
+        begin(session, walk)
         self.version += 1
 
     def _adopt(self, settings: Settings) -> None:
@@ -345,6 +342,20 @@ class LessonRun:
     def view(self) -> View:
         """Return everything that is to be shown of the present step."""
         return self.walk.view()
+
+    @property
+    def own_tests(self) -> Progress | None:
+        """Return how far the tests of the visitor's own law are; None where the step does not ask for one."""
+        challenge = self.walk.step.challenge if self.open and self.walk.phase is Phase.CHALLENGE else None
+        if challenge is None or not challenge.own_law:
+            return None
+        examination = self._session.examination
+        return NO_FILE if examination is None else examination.progress
+
+    @property
+    def own_law_problem(self) -> str:
+        """Return why the visitor's own law is not in force; "" if all is well."""
+        return self._session.own_law_problem
 
     def live(self) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are now."""

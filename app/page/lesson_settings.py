@@ -1,8 +1,9 @@
-"""How a session takes on the settings of a lesson, and gets the visitor's own ones back."""
+"""How a session begins a lesson's run, takes on its settings, and gets the visitor's own ones back."""
 
 from dataclasses import replace
 from typing import Final
 
+from app.lessons.walkthrough import Walkthrough
 from app.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
@@ -34,3 +35,30 @@ def adopt(session: Session, settings: Settings) -> str:
             return ""
         problem = refused
     return problem
+
+
+def begin(session: Session, walk: Walkthrough) -> None:
+    """Begin the present run of a walkthrough in a session that has its settings: from where it starts, moved by whoever moves."""
+    session.reset()
+    start = walk.start(session.simulation)
+    if start is not None:
+        session.simulation.reset(start)
+        if session.ghost is not None:
+            session.ghost.reset(start)
+    if walk.yours:
+        session.invite(None)
+        session.change("autopilot", False)
+    else:
+        session.invite(walk.target_source(session.simulation))
+    # A hand that is the visitor's answers at once; anything else waits for Run.
+    session.paused = walk.locked or not walk.yours
+
+
+def astray(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
+    """Return title and text of what to tell a visitor who has chosen what a lesson's run cannot go on with; None if it can."""
+    asked, has = walk.setup.run, session.settings.run
+    if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
+        return "The lesson needs its own experiment", "It has begun anew. Leave the lessons for another one."
+    if not walk.yours and not session.settings.page.autopilot:
+        return "The lesson moves this one", "The run has begun anew. It is your turn when the handles are there."
+    return None
