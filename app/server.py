@@ -26,7 +26,7 @@ import threading
 import time
 import types
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -43,6 +43,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
+from app.documents import DOCUMENTS, PREFIX, document_page
 from app.doorway import LOOPBACK_NAMES, Doorway
 from app.gate import UPLOAD_TOO_LARGE, Control, Gate, Limits, Malformed, Refused, Scope, Traffic
 from app.index import ROOM_IS_FULL, full_page, page_query, patched_index
@@ -250,7 +251,13 @@ class DuetServer(viser.ViserServer):
     def _has_room(self) -> bool:
         return self.max_clients is None or len(self._taken) < self.max_clients
 
-    def _answer(self, connection: ServerConnection, request: Request, static: Callable[..., Response | None]) -> Response | None:
+    async def _document(self, name: str) -> Response:
+        # Its formulas take a second to draw; meanwhile everybody else is served.
+        return _respond(200, _HTML, await asyncio.to_thread(document_page, name), {})
+
+    def _answer(
+        self, connection: ServerConnection, request: Request, static: Callable[..., Response | None]
+    ) -> Response | Awaitable[Response] | None:
         """Answer a request, or return None to let it become a websocket."""
         path, _, query = request.path.partition("?")
         if request.headers.get("Upgrade", "").lower() == "websocket":
@@ -269,6 +276,9 @@ class DuetServer(viser.ViserServer):
             packed = "gzip" in request.headers.get("Accept-Encoding", "")
             extra = {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"} if packed else {"Vary": "Accept-Encoding"}
             return _respond(200, _HTML, self._pages["packed" if packed else "plain"], extra)
+        document = path.removeprefix(PREFIX)
+        if path != document and document in DOCUMENTS:
+            return self._document(document)
         if path == "/index.html":
             # Under this name viser's client would take the websocket's address for a foreign one.
             return _respond(308, "text/plain", b"", {"Location": "./" + ("?" + query if query else "")})

@@ -6,6 +6,7 @@ from typing import Final
 import viser
 from viser._messages import HotkeyKey, KeyModifier
 
+from app.documents import DOCUMENTS, PREFIX
 from app.languages.speaking import say
 
 
@@ -94,4 +95,6 @@ def help_html() -> str:
     """Return the table as HTML."""
     rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{say(h.text)}</td></tr>" for h in (*HOTKEYS, *LESSON_KEYS))
     rows += f"<tr><td><kbd>1</kbd> … <kbd>5</kbd></td><td>{say('lesson: your answer')}</td></tr>"
-    return f"<table>{rows}<tr><td><kbd>Ctrl K</kbd></td><td>{say('every command by name')}</td></tr></table>"
+    rows += f"<tr><td><kbd>Ctrl K</kbd></td><td>{say('every command by name')}</td></tr>"
+    links = " · ".join(f'<a href=".{PREFIX}{name}" target="_blank">{say(title)}</a>' for name, (_, title) in DOCUMENTS.items())
+    return f"<table>{rows}</table><p>{say('To read')}: {links}</p>"
