@@ -17,6 +17,9 @@ log = logging.getLogger("duet.languages")
 FOLDER: Final = Path(__file__).parent
 """Where the files are: one TOML file a language, English text = text."""
 
+CONTEXT: Final = "\x04"
+"""Stands between a word that tells apart what English does not, and the text: "lesson" + CONTEXT + "Run"; as in gettext."""
+
 _NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
 
 
@@ -37,6 +40,7 @@ class Words:
     def __call__(self, text: str, /, **parts: object) -> str:
         """Return an English text in this language, with its {names} filled in."""
         found = self.texts.get(text)
+        text = text.rpartition(CONTEXT)[2]
         said = self.otherwise(text) if found is None else found
         if not parts:
             return said

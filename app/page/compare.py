@@ -11,6 +11,7 @@ from app.session import Session
 from app.studies import Smoothness
 from scenes.experiments import EXPERIMENTS
 from scenes.rerun import WhatIf
+from scenes.smoothness import Measured
 
 
 class ComparePanel:
@@ -98,11 +99,33 @@ def smoothness_html(found: Smoothness) -> str:
         f"<tr><td>{1000.0 * dt:g} ms</td>" + "".join(f"<td>{_step(measured.largest[i])}</td>" for _, measured in runs) + "</tr>"
         for i, dt in enumerate(found.law.dts)
     )
-    words = "<br>".join(f"{name[:1].upper()}{name[1:]}: {say(measured.words)}" for name, measured in runs)
+    words = "<br>".join(f"{name[:1].upper()}{name[1:]}: {_words(measured)}" for name, measured in runs)
     return (
         f'<table class="duet-numbers"><tr><th>dt</th>{head}</tr>{body}</table>'
         f'<p>{words}</p><p class="duet-tip">{say("Largest step of q̇ [rad/s] in the last {s} s.", s=f"{found.law.seconds:.0f}")}</p>'
     )
+
+
+def _words(measured: Measured) -> str:
+    """Return the verdict as a sentence."""
+    first, *_, finest = (step or 0.0 for step in measured.largest)
+    match measured.verdict:
+        case "measuring":
+            return say("Measuring …")
+        case "still":
+            return say("Nothing moved that keeps clear.")
+        case "smooth":
+            return say("Smooth: half the time step, half the largest step.")
+        case "jump":
+            return say("A jump of {jump} rad/s: it stays, however small the time step.", jump=f"{finest:.2g}")
+        case _:
+            parts = measured.dts[0] / measured.dts[-1]
+            return say(
+                "Between: at dt/{parts}, {share} % of the largest step are left; {smooth} % would be smooth, 100 % a jump.",
+                parts=f"{parts:.0f}",
+                share=f"{100.0 * finest / first:.0f}",
+                smooth=f"{100.0 / parts:.0f}",
+            )
 
 
 def _step(value: float | None) -> str:

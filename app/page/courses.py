@@ -8,7 +8,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from app.languages.speaking import say
+from app.languages.sides import side
+from app.languages.speaking import say, text
 from app.page.bins import COLUMNS, DRIVEN, JOINTS, RESTING
 from app.page.relevance import both_avoid
 from app.page.theme import Palette
@@ -92,7 +93,7 @@ def _of_joints(title: str, unit: str, stem: str, count: int, span: tuple[float, 
 
 
 _DISTANCE: Final = Course(
-    'distance <b class="d">d</b>',
+    text('distance <b class="d">d</b>'),
     "m",
     (
         Line("d", "distance", 2.2),
@@ -109,7 +110,7 @@ _DISTANCE: Final = Course(
 def _squared_error(unit: str, arms: tuple[str, ...]) -> Course:
     lines = (Line("e2", "error", 2.2), Line("e2_b", "pull", 1.8, (2.0, 3.0)), *_shadows("e2", "error"))
     legend = tuple(zip(("e", "u"), ("", "dot"), arms, strict=True)) if len(arms) > 1 else ()
-    return Course('error <b class="e">e²</b>', unit, lines, legend, symbol="e")
+    return Course(text('error <b class="e">e²</b>'), unit, lines, legend, symbol="e")
 
 
 def _followed(prefix: str, title: str, model: str) -> Course:
@@ -119,7 +120,7 @@ def _followed(prefix: str, title: str, model: str) -> Course:
     return Course(title, "°", (*own, *desired), (*names, ("", "dash", model)), None, DEGREES, positive=False)
 
 
-_COURSES: Final[dict[str, Course]] = {
+COURSES: Final[dict[str, Course]] = {
     "hand": Course('hand error <b class="e">|e|</b>', "mm", (Line("e", "error", 2.2),), scale=1000.0),
     "elbow": Course("elbow angle", "°", (Line("elbow", "distance", 2.2),), (), None, DEGREES, False),
     "lambda": Course(
@@ -154,21 +155,21 @@ def course_of(name: str, simulation: Simulation) -> Course:
     match name:
         case "error":
             two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
-            return _squared_error(simulation.error_unit, (say(avoiding), say(other)) if two else (say(avoiding),))
+            return _squared_error(simulation.error_unit, (side(avoiding), side(other)) if two else (side(avoiding),))
         case "distance":
             return _DISTANCE if run.law.law in RESTING else replace(_DISTANCE, legend=_DISTANCE.legend[:1])
         case "joints":
-            return _of_joints("joints q", "°", "q", count, (-180.0, 180.0))
+            return _of_joints(text("joints q"), "°", "q", count, (-180.0, 180.0))
         case "rates":
-            return _of_joints("joint speeds q̇", "°/s", "dq", count, None)
+            return _of_joints(text("joint speeds q̇"), "°/s", "dq", count, None)
         case "follow" if run.scene == "imitation":
-            return _followed("", say("q, {arm} arm", arm=say(avoiding)), "person")
+            return _followed("", say("q, {arm} arm", arm=side(avoiding)), text("person"))
         case "follow":
-            return _followed("", "q, slave", "master" if run.following == "identical" else "master, mirrored")
+            return _followed("", text("q, slave"), text("master") if run.following == "identical" else text("master, mirrored"))
         case "follow_other":
-            return _followed("other_", say("q, {arm} arm", arm=say(other)), "person")
+            return _followed("other_", say("q, {arm} arm", arm=side(other)), text("person"))
         case _:
-            return _COURSES[name]
+            return COURSES[name]
 
 
 def colour_of(line: Line, palette: Palette) -> str:

@@ -6,6 +6,7 @@ from typing import Any, Final
 import viser
 
 from app.languages.speaking import say
+from app.languages.speaking import say
 from app.lessons.walkthrough import Phase, View
 from app.page.buttons import ChoiceButtons
 from app.page.keys import LESSON_KEYS, Hotkey
@@ -204,7 +205,8 @@ class LessonDesk:
             del button
         runs = asking or view.showing or view.phase is Phase.CHALLENGE
         paused = self._session.paused
-        label = "Run (predict first)" if view.locked else "Run again" if over and paused else "Run" if paused else "Pause"
+        label = text("Pause") if not paused else text("Run again") if over else text("lesson\x04Run")
+        label = text("Run (predict first)") if view.locked else label
         self._write("run", "label", say(label))
         self._write("run", "disabled", view.locked)
         self._write("run", "visible", runs)

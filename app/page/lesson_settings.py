@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Final
 
+from app.languages.speaking import text
 from app.lessons.walkthrough import Walkthrough
 from app.session import Session
 from app.settings import Settings
@@ -58,7 +59,7 @@ def astray(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
     """Return title and text of what to tell a visitor who has chosen what a lesson's run cannot go on with; None if it can."""
     asked, has = walk.setup.run, session.settings.run
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
-        return "The lesson needs its own experiment", "It has begun anew. Leave the lessons for another one."
+        return text("The lesson needs its own experiment"), text("It has begun anew. Leave the lessons for another one.")
     if not walk.yours and not session.settings.page.autopilot:
-        return "The lesson moves this one", "The run has begun anew. It is your turn when the handles are there."
+        return text("The lesson moves this one"), text("The run has begun anew. It is your turn when the handles are there.")
     return None

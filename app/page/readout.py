@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 import viser
 
 from app.keep.past import Past, Shown
+from app.languages.sides import side
 from app.languages.speaking import say
 from app.page.budget import live_html
 from app.page.contact import contact
@@ -187,7 +188,7 @@ def tip_html(session: Shown) -> str:
     """Return one or two sentences on what to do and what to watch."""
     run, simulation = session.settings.run, session.simulation
     itself = session.settings.page.autopilot and session.held is None
-    yours, other = say(simulation.guided.name), say(simulation.avoiding.name)
+    yours, other = side(simulation.guided.name), side(simulation.avoiding.name)
     match run.scene:
         case "solo":
             return _solo_tip(run, itself)
@@ -285,9 +286,9 @@ def authority_text(authority: Authority, joint: int, simulation: Simulation, sec
     """Return why an arm cannot do what the law asks of it, "" if it can."""
     match authority:
         case Authority.STOP:
-            return say("{joint} near its limit", joint=simulation.joint_label(joint, second))
+            return say("{joint} near its limit", joint=say(simulation.joint_label(joint, second)))
         case Authority.SPEED:
-            return say("{joint} at its top speed", joint=simulation.joint_label(joint, second))
+            return say("{joint} at its top speed", joint=say(simulation.joint_label(joint, second)))
         case Authority.LEVERAGE:
             return say("no joint moves this point")
         case _:
