@@ -1,0 +1,68 @@
+"""The past on the pages of others: a lecture sees it together, nobody takes hold of it, and it ends with whoever shows it."""
+
+from __future__ import annotations
+
+from app.hosts import LectureHost, PrivateHost
+from app.wsclient import Visitor
+from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask
+
+LONG = 60.0
+
+
+def texts(visitor: Visitor) -> str:
+    """Everything that is written on a visitor's page."""
+    return " ".join(str(element.get("content", "")) for element in list(visitor.mirror.gui.values()))
+
+
+def says_so(visitor: Visitor) -> bool:
+    """Whether the page says that this is the past: over the stage, and among the states."""
+    return "This is the past" in texts(visitor) and "the past: " in texts(visitor)
+
+
+def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    assert isinstance(opened.host, LectureHost)
+    session = opened.host.session
+    first = join(opened)
+    first.wait_for(lambda v: HAND in v.mirror.nodes, LONG)
+    second = join(opened)
+    first.wait_for(lambda _: session.simulation.time > 0.5, LONG)
+    assert not says_so(second.visitor)
+    first.set_value("replay", "Watch")
+    for visitor in (first, second):
+        visitor.wait_for(says_so, LONG)
+    assert session.paused
+    first.wait_for(lambda v: HAND not in v.mirror.nodes, LONG)
+    # Both see the same moment, and it is one of the past.
+    bar = opened.host._view.keep
+    assert bar is not None
+    first.wait_for(lambda _: bar.shelf.replay is not None and not bar.shelf.replay.playing, LONG)
+    steps = ask(session, lambda s: s.simulation.steps)
+    first.set_value("moment [s]", 0.25)
+    for visitor in (first, second):
+        visitor.wait_for(lambda v: "the past: 0.2 s" in texts(v), LONG)
+    assert ask(session, lambda s: s.simulation.steps) == steps
+
+    # Whoever shows it leaves: the run goes on, for whoever is there.
+    first.close()
+    second.wait_for(lambda v: HAND in v.mirror.nodes and not says_so(v), LONG)
+    second.wait_for(lambda _: not session.paused and session.simulation.steps > steps, LONG)
+
+
+def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
+    opened = house()
+    guest = arrive(opened)
+    assert isinstance(opened.host, PrivateHost)
+    stand = opened.host._stands[guest.number]
+    bar = stand.operation._keep
+    assert bar is not None
+    guest.ask(lambda _: stand.lessons.enter(0))
+    guest.ask(lambda _: stand.lessons.act("choose", 2))
+    guest.ask(lambda _: stand.lessons.act("run"))
+    guest.wait(lambda s: s.simulation.time > 0.3, LONG)
+    guest.visitor.set_value("replay", "Watch")
+    guest.visitor.wait_for(says_so, LONG)
+    guest.ask(lambda _: stand.lessons.act("go", 0, 1))
+    guest.visitor.wait_for(lambda v: not says_so(v), LONG)
+    # The next step waits for an answer.
+    assert guest.ask(lambda s: (bar.watching, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
