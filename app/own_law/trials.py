@@ -199,4 +199,4 @@ WHY: Final[dict[str, str]] = {
 
 
 def _mm(metres: float) -> str:
-    return f"{metres * 1e3:.1f} mm"
+    return f"{metres * 1e3:.1f} mm".replace("-", "−")

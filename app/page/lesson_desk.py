@@ -5,8 +5,7 @@ from typing import Any, Final
 
 import viser
 
-from app.languages.speaking import say
-from app.languages.speaking import say
+from app.languages.speaking import say, text
 from app.lessons.walkthrough import Phase, View
 from app.page.buttons import ChoiceButtons
 from app.page.keys import LESSON_KEYS, Hotkey
@@ -231,7 +230,11 @@ class LessonDesk:
         self._write(
             "check", "label", say("Check my run") if challenge is None or not challenge.forecasts else say("Check my numbers")
         )
-        self._write("check", "visible", challenge is not None and not challenge.own_law)
+        tests = self._run.own_tests
+        if tests is not None:
+            self._write("check", "label", say("Testing …") if tests.running else say("Test my law"))
+        self._write("check", "disabled", tests is not None and tests.running)
+        self._write("check", "visible", challenge is not None and (tests is None or tests.file is not None))
 
     def _write(self, name: str, prop: str, value: object) -> None:
         if self._set.get((name, prop), _UNSET) != value:

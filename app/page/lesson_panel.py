@@ -9,6 +9,7 @@ from app.languages.speaking import say
 from app.lessons.walkthrough import Phase, View
 from app.page.lesson_html import BLOCKS, blocks_html
 from app.page.lesson_run import LessonRun
+from app.page.own_law import law_html
 
 PERIOD: Final = 0.2
 """Wall time between two refreshes of the numbers [s]."""
@@ -82,7 +83,7 @@ class LessonPanel:
             self._panel.visible = True
             self._panel.dock_left()
             self._panel.set_width(self._width)
-        state = run.version, run.computing
+        state = run.version, run.computing, run.own_law_problem
         if opened or state != self._shown or now >= self._next:
             self._next = now + PERIOD
             self._shown = state
@@ -92,7 +93,10 @@ class LessonPanel:
             self._fold(view.phase is not Phase.CHALLENGE)
             if opened and self._narrow:
                 self._panel.expand()
-            for name, text in blocks_html(view, numbers, run.computing, self._operated).items():
+            blocks = blocks_html(view, numbers, run.computing, self._operated)
+            if run.own_tests is not None:
+                blocks["attempt"] = law_html(run.own_tests, run.own_law_problem, view.passed)
+            for name, text in blocks.items():
                 self._write(name, text)
         return opened
 
