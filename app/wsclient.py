@@ -250,7 +250,7 @@ class Visitor:
             message |= {"type": f"TransformControlsDrag{phase.capitalize()}Message"}
         await self.send(message)
 
-    async def wait_for(self, predicate: Callable[[Visitor], object], timeout: float = 5.0) -> None:
+    async def wait_for(self, predicate: Callable[[Visitor], object], timeout: float = 60.0) -> None:
         """Return as soon as `predicate(self)` is true; it is asked again after every frame and at the end of the connection.
 
         Raises:
@@ -358,7 +358,7 @@ class SyncVisitor:
         """See `Visitor.move_gizmo`."""
         self._run(self.visitor.move_gizmo(name, position, wxyz, phase=phase))
 
-    def wait_for(self, predicate: Callable[[Visitor], object], timeout: float = 5.0) -> None:
+    def wait_for(self, predicate: Callable[[Visitor], object], timeout: float = 60.0) -> None:
         """See `Visitor.wait_for`; the predicate runs in the visitor's thread."""
         self._run(self.visitor.wait_for(predicate, timeout), timeout + 5.0)
 

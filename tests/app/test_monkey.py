@@ -1,0 +1,38 @@
+"""A few seconds with a visitor who does anything at all; `python -m tests.monkey --seeds 1 2 3 4 5 --seconds 60` takes its time."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser
+
+from app.session import Session
+from app.settings import Settings
+from tests.monkey import Trouble, assert_sound, let_loose, watching
+
+
+def test_five_seconds_of_anything(browser: Browser) -> None:
+    monkey = let_loose(browser, seed=1, seconds=5.0, least=5)
+    assert len(monkey.done) >= 5 and sum(monkey.counts.values()) == len(monkey.done)
+
+
+def test_what_must_never_happen_is_seen() -> None:
+    session = Session(Settings())
+    assert_sound(session)
+    session.simulation.positions[3] = np.nan
+    with pytest.raises(Trouble, match="not finite"):
+        assert_sound(session)
+    session.simulation.positions[3] = 9.0
+    with pytest.raises(Trouble, match=r"out of its bounds by [67]\."):
+        assert_sound(session)
+    with watching() as watch:
+        watch.check()
+        logging.getLogger("duet.session").warning("this is no error")
+        watch.check()
+        logging.getLogger("duet.session").error("this is one")
+        with pytest.raises(Trouble, match="this is one"):
+            watch.check()
+    logging.getLogger("duet.session").error("nobody listens any more")
+    assert len(watch.complaints) == 1
