@@ -93,7 +93,7 @@ def join() -> Iterator[Join]:
 
     def make(house: House, query: str = "", **options: Any) -> SyncVisitor:
         visitors.append(SyncVisitor(house.url, query=query, **options))
-        visitors[-1].wait_for(lambda v: v.mirror.replayed and "/arms/left/base" in v.mirror.nodes, 10.0)
+        visitors[-1].wait_for(lambda v: v.mirror.replayed and "/arms/left/base" in v.mirror.nodes)
         return visitors[-1]
 
     yield make
@@ -107,9 +107,9 @@ def arrive(join: Join) -> Arrive:
 
     def make(house: House, query: str = "") -> Guest:
         visitor = join(house, query)
-        visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and HAND in v.mirror.nodes, 10.0)
+        visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and HAND in v.mirror.nodes)
         number = int(visitor.mirror.nodes[HAND]["owner"])
-        visitor.wait_for(lambda _: number in live_sessions(house), 10.0)
+        visitor.wait_for(lambda _: number in live_sessions(house))
         return Guest(visitor, live_sessions(house)[number], number)
 
     return make
