@@ -377,7 +377,7 @@ class LectureHost(Visitors):
 
     def _reveal(self) -> None:
         poll = self.room.poll(self._walk)
-        if poll is None or poll.revealed:
+        if poll is None or poll.revealed or not poll.tally.answered:
             return
         self.room.ballots.reveal(poll.place)
         favourite = poll.tally.favourite

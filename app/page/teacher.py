@@ -173,6 +173,7 @@ class TeacherPanel:
         # Before the reveal the teacher alone sees how the class answers; afterwards it is on the stage, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._reveal.visible = poll is not None and not poll.revealed
+        self._reveal.disabled = poll is None or not poll.tally.answered
         self._again.visible = poll is not None and (poll.revealed or not poll.open)
         self._pause.label = say("Let everybody go on") if state.paused else say("Pause everybody")
         self._invite.label = say("Hide it again") if state.inviting else say("Show it on every screen")
