@@ -43,7 +43,7 @@ class OwnLaw:
 
     Attributes:
         problem: why it is not in force; None if all is well. After the file has changed, the old one's stays until the new one has
-            given velocities.
+            given velocities; `refresh` asks it for some, so that it goes while nothing moves, too.
 
     Raises:
         BadInputFile: there is no such file, or it cannot be read.
@@ -72,6 +72,8 @@ class OwnLaw:
         """Whether no process is to be started: the law has failed, or is closed."""
         self._closed = False
         self._known: dict[float, float] = {}
+        self._question: bytes | None = None
+        """The newest situation, as it was asked about."""
 
     def __enter__(self) -> "OwnLaw":
         return self
@@ -96,7 +98,8 @@ class OwnLaw:
 
     def __call__(self, situation: Situation) -> Array:
         """Return q̇ (n,) [rad/s]; zeros where the law does not give any."""
-        payload = self._ask(pack_situation(situation))
+        self._question = pack_situation(situation)
+        payload = self._ask(self._question)
         if payload is None:
             return np.zeros(len(situation.nominal))
         velocities = np.frombuffer(payload, np.float64).copy()
@@ -134,8 +137,8 @@ class OwnLaw:
         if self._closed:
             return False
         if self._process is not None:
-            # So that a file that cannot be loaded is noticed while nothing moves.
-            self._ready(False)
+            # So that a file that cannot be loaded, or has been mended, is noticed while nothing moves.
+            self._try_again()
         if now - self._looked < LOOK:
             return False
         self._looked = now
@@ -155,6 +158,13 @@ class OwnLaw:
         if self._process is not None or self._idle:
             self.restart()
         return True
+
+    def _try_again(self) -> None:
+        """Look whether it is loaded, and if something was wrong, whether it still is, in the situation in which it was."""
+        if self._ready(False) is None or self.problem is None:
+            return
+        if self._question is None or self._ask(self._question) is not None:
+            self.problem = None
 
     def load(self) -> bool:
         """Return whether the file could be loaded; waits for it, whatever `waits` is."""

@@ -437,14 +437,21 @@ def test_nothing_is_started_before_it_is_needed(file: Path) -> None:
 
 
 @pytest.mark.usefixtures("eager")
-def test_a_broken_file_is_noticed_while_nothing_moves(file: Path) -> None:
-    """Paused: nobody calls the law, and the message comes all the same."""
+def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
+    """Paused: nobody calls the law, and the message comes, changes and goes all the same."""
     with OwnLaw(write(file, GOOD)) as law:
         until(lambda: np.any(law(SITUATION)))
         write(file, "def law(s)")
         until(lambda: law.refresh() or law.problem is not None)
         until(lambda: law.refresh() or law.problem is not None)
         assert law.problem is not None and law.problem.line == 1
+        write(file, "# It can be read now.\ndef law(s):\n    return s.nominal / 0 + undefined")
+        until(lambda: law.refresh() or (law.problem is not None and law.problem.line == 3))
+        until(lambda: law.refresh() or (law.problem is not None and law.problem.line == 3))
+        write(file, GOOD)
+        until(lambda: law.refresh() or law.problem is None)
+        until(lambda: law.refresh() or law.problem is None)
+        assert law.ready
 
 
 # ---- nothing is left ----------------------------------------------------------------------------------------------------------
