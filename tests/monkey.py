@@ -406,7 +406,7 @@ class Monkey:
 
     def leave(self) -> None:
         """Go, after which nobody must be left."""
-        self.page.goto("about:blank")
+        self.page.goto("about:blank", timeout=1000 * PATIENCE)
         self._until(lambda: not live_sessions(self.opened) and self.opened.server.count_clients() == 0, "an empty house")
         self.watch.check()
 
