@@ -121,7 +121,7 @@
     const left = strips ? Math.min(130, 0.4 * width) : 44, bottom = plot.lowest ? 20 : 6;
     const t0 = timeOf(0), t1 = Math.max(timeOf(last), t0 + 1e-6), [low, high] = span(plot);
     return {
-      width, height, left, right: width - 6, top: 4, bottom: height - bottom, t0, t1, low, high,
+      width, height, left, right: width - 6, top: 8, bottom: height - bottom, t0, t1, low, high,
       x: (t) => left + (t - t0) / (t1 - t0) * (width - 6 - left),
       y: (v) => height - bottom - (v - low) / (high - low) * (height - bottom - 4),
     };

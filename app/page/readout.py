@@ -186,6 +186,8 @@ def _speed(value: float) -> str:
 
 def tip_html(session: Shown) -> str:
     """Return one or two sentences on what to do and what to watch."""
+    if isinstance(session, Past):
+        return say("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
     run, simulation = session.settings.run, session.simulation
     itself = session.settings.page.autopilot and session.held is None
     yours, other = side(simulation.guided.name), side(simulation.avoiding.name)
