@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.keep.report import Entry, Labels, Plot, report_html
-from app.languages.speaking import say, spoken
+from app.languages.speaking import say, speak, spoken
 from app.lessons.lesson import Lesson, Step
 from app.lessons.phases import phases_of
 from app.lessons.progress import StepProgress
@@ -14,7 +14,7 @@ from app.lessons.runs import Setup, settings_text
 from app.lessons.trials import begin, person_of
 from app.lessons.view import Place, make_view
 from app.page.lesson_text import inline_html, lesson_html, plain
-from app.settings import Settings
+from app.settings import Language, Settings
 from scenes.inputs import InputsLog, Recorded
 from scenes.rerun import Stopped, never
 from scenes.settings import RunSettings, values
@@ -62,33 +62,30 @@ def report_title(done: Sequence[Done]) -> str:
     return say("Lab report: lesson {number}, {title}", number=lesson.number, title=plain(lesson.title))
 
 
-def lab_bytes(
-    title: str, name: str, chapter: str, done: Sequence[Done], labels: Labels, stopped: Callable[[], bool] = never
-) -> bytes:
+def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bool] = never) -> bytes:
     """Return the report as one HTML file.
 
     Args:
-        title: of the report.
-        name: what stands before the line for the student's name.
-        chapter: heading of a lesson, with {number} and {title} in it.
         done: the steps, in order.
-        labels: what the report itself says.
+        language: in which the report speaks.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
         BadSetting: a run cannot be made again here.
         Stopped: see there.
     """
+    speak(language)
     entries: list[Entry] = []
     last: RunSettings | None = None
     for i, one in enumerate(done):
         if stopped():
             raise Stopped
-        entry, run = _entry(one, f"p{i}", chapter, stopped)
+        entry, run = _entry(one, f"p{i}", stopped)
         entries.append(entry)
         last = run or last
-    about = f"{name}: {LINE} · {time.strftime('%Y-%m-%d')}"
+    about = f"{say('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
     settings = None if last is None else Settings(run=last)
+    title, labels = report_title(done), labels_here()
     return report_html(title, entries, settings, (), None, about=about, labels=labels, rich=rich_html).encode()
 
 
@@ -97,7 +94,7 @@ def rich_html(text: str) -> str:
     return lesson_html(text) if "\n" in text.strip() or "$$" in text else inline_html(text.strip())
 
 
-def _entry(one: Done, name: str, chapter: str, stopped: Callable[[], bool]) -> tuple[Entry, RunSettings | None]:
+def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[Entry, RunSettings | None]:
     lesson, step, progress = one.lesson, one.step, one.progress
     view = make_view(Place(lesson, step, one.index, phases_of(step)[-1], progress, False), step.yours, False, False)
     texts = dict(view.texts)
@@ -115,7 +112,7 @@ def _entry(one: Done, name: str, chapter: str, stopped: Callable[[], bool]) -> t
         attempts=view.attempts,
         passed=view.passed if view.challenge else None,
         words=progress.words,
-        chapter=chapter.format(number=lesson.number, title=plain(lesson.title)),
+        chapter=say("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
         settings=_settings(run) if run is not None else "",
         plots=(Plot(_svg(recorded, step, name, stopped)),) if recorded is not None else (),
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.keep.made import made_here
+from app.languages.speaking import say, text
 from app.page.relevance import matters
 from app.page.theme import PALETTES
 from app.settings import Settings
@@ -70,28 +71,28 @@ class Labels:
     """What the report itself says, for other languages."""
 
     language: str = "en"
-    results: str = "Predictions and outcomes"
-    question: str = "Question"
-    prediction: str = "Prediction"
-    outcome: str = "Measured"
-    verdict: str = "Verdict"
-    challenge: str = "Challenge"
-    words: str = "In my own words"
-    plots: str = "Plots"
-    settings: str = "Settings"
-    last_settings: str = "Settings of the last run"
-    setting: str = "setting"
-    value: str = "value"
-    meaning: str = "meaning"
-    right: str = "right"
-    wrong: str = "not so"
-    passed: str = "passed"
-    not_passed: str = "not passed"
-    attempts: str = "attempts"
-    nothing: str = "Nothing was answered yet."
-    on: str = "on"
-    off: str = "off"
-    made_by: str = "Made by Duet"
+    results: str = text("Predictions and outcomes")
+    question: str = text("Question")
+    prediction: str = text("Prediction")
+    outcome: str = text("Measured")
+    verdict: str = text("Verdict")
+    challenge: str = text("Challenge")
+    words: str = text("In my own words")
+    plots: str = text("Plots")
+    settings: str = text("Settings")
+    last_settings: str = text("Settings of the last run")
+    setting: str = text("setting")
+    value: str = text("value")
+    meaning: str = text("meaning")
+    right: str = text("right")
+    wrong: str = text("not so")
+    passed: str = text("passed")
+    not_passed: str = text("not passed")
+    attempts: str = text("attempts")
+    nothing: str = text("Nothing was answered yet.")
+    on: str = text("on")
+    off: str = text("off")
+    made_by: str = text("Made by Duet")
 
 
 ENGLISH: Final = Labels()
@@ -228,8 +229,8 @@ def _table(settings: Settings, labels: Labels) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in (labels.setting, labels.value, labels.meaning))
     present = values(settings.run)
     rows = "".join(
-        f"<tr><td>{_label(spec.label)}</td><td>{html.escape(_shown(spec, present[key], labels))}</td>"
-        f"<td>{html.escape(spec.help)}</td></tr>"
+        f"<tr><td>{_label(say(spec.label))}</td><td>{html.escape(_shown(spec, present[key], labels))}</td>"
+        f"<td>{html.escape(say(spec.help))}</td></tr>"
         for key, spec in specs(RunSettings).items()
         if matters(key, settings)
     )
@@ -244,7 +245,7 @@ def _label(label: str) -> str:
 
 def _shown(spec: Spec, value: Any, labels: Labels) -> str:
     if spec.choices:
-        return spec.choice_labels[spec.choices.index(value)] if spec.choice_labels else str(value)
+        return say(spec.choice_labels[spec.choices.index(value)]) if spec.choice_labels else str(value)
     if isinstance(value, bool):
         return labels.on if value else labels.off
     number = f"{value * spec.page_scale:.6g}" if isinstance(value, float) else str(value)

@@ -10,14 +10,14 @@ from dataclasses import replace
 from typing import Any, Final, Literal, NamedTuple, get_args
 
 from app.background import Background, Job
-from app.keep.lab import Done, lab_bytes, labels_here, report_title
+from app.keep.lab import Done, lab_bytes
 from app.keep.past import Past
 from app.keep.player import player_html
 from app.keep.replay import Film, Replay, film
 from app.keep.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
 from app.keep.snippet import as_python
 from app.keep.table import csv_bytes, csv_suffix
-from app.languages.speaking import say
+from app.languages.speaking import spoken, text
 from app.session import Session
 from controllers.kinematics import Array
 from scenes.inputs import KEEP, Recorded
@@ -27,12 +27,12 @@ Kind = Literal["run", "csv", "png", "svg", "html", "python"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 
 WORDS: Final[dict[Kind, str]] = {
-    "run": "the file of the run",
-    "csv": "the table",
-    "png": "the picture",
-    "svg": "the picture",
-    "html": "the page that plays it",
-    "python": "the lines of Python",
+    "run": text("the file of the run"),
+    "csv": text("the table"),
+    "png": text("the picture"),
+    "svg": text("the picture"),
+    "html": text("the page that plays it"),
+    "python": text("the lines of Python"),
 }
 
 DRAFT: Final = 20.0
@@ -42,9 +42,9 @@ NOT_AGAIN: Final = "{} runs in a process of its own and is not made again; the t
 """Of a law of one's own."""
 
 TITLES: Final[dict[Verdict, str]] = {
-    "exact": "Loaded: the same run",
-    "close": "Loaded: the same run, but for the last digits",
-    "differs": "Loaded, but it is not the same run",
+    "exact": text("Loaded: the same run"),
+    "close": text("Loaded: the same run, but for the last digits"),
+    "differs": text("Loaded, but it is not the same run"),
 }
 
 
@@ -93,13 +93,13 @@ class Shelf:
         """Have something made of the last `seconds` of what is shown: of the live run, or of the one that is replayed."""
         recorded = self._shown(seconds)
         if recorded is None:
-            self._news.append(News("There is nothing to keep yet", "Let it run for a moment."))
+            self._news.append(News(text("There is nothing to keep yet"), text("Let it run for a moment.")))
             return
         page, name = self._session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
         table: Array | None = None
         if self._own_law is not None:
             if kind in ("run", "html", "python"):
-                self._news.append(News("This cannot be made of this run", NOT_AGAIN.format(self._own_law)))
+                self._news.append(News(text("This cannot be made of this run"), NOT_AGAIN.format(self._own_law)))
                 return
             table = self._session.simulation.history.table(recorded.steps)
         match kind:
@@ -127,14 +127,13 @@ class Shelf:
     def ask_report(self, done: Sequence[Done]) -> None:
         """Have a lab report made of steps of lessons."""
         if not done:
-            self._news.append(News("There is nothing to report yet", "Answer a question of a lesson first."))
+            self._news.append(News(text("There is nothing to report yet"), text("Answer a question of a lesson first.")))
             return
         lessons = sorted({one.lesson.number for one in done})
         name = "duet-lab-report" + (f"-lesson-{lessons[0]}" if len(lessons) == 1 else "")
         # It is packed a moment later, when the student may have gone on.
         given = [replace(one, progress=copy.deepcopy(one.progress)) for one in done]
-        texts = report_title(done), say("Name"), say("Lesson {number}: {title}")
-        self._submit("report", lambda data: self._keep(name + ".html", data), lab_bytes, *texts, given, labels_here())
+        self._submit("report", lambda data: self._keep(name + ".html", data), lab_bytes, given, spoken().language)
 
     def load(self, data: bytes, name: str) -> None:
         """Read a file, make its run again, say how it compares, and replay it."""
@@ -161,12 +160,12 @@ class Shelf:
     def watch(self, seconds: float) -> None:
         """Look at the last `seconds` of the live run; it waits meanwhile."""
         if self._own_law is not None:
-            self._news.append(News("This run cannot be replayed", NOT_AGAIN.format(self._own_law)))
+            self._news.append(News(text("This run cannot be replayed"), NOT_AGAIN.format(self._own_law)))
             return
         self.leave()
         whole, draft = self._shown(seconds), self._shown(min(seconds, DRAFT))
         if whole is None or draft is None:
-            self._news.append(News("There is nothing to replay yet", "Let it run for a moment."))
+            self._news.append(News(text("There is nothing to replay yet"), text("Let it run for a moment.")))
             return
         self._watch(draft, whole if whole.steps > draft.steps else None, "")
 
@@ -262,7 +261,7 @@ class Shelf:
     def _fail(self, job: Job) -> None:
         if job.kind == "film":
             self.leave()
-        title = "This file was not loaded" if job.kind == "load" else "This could not be made"
+        title = text("This file was not loaded") if job.kind == "load" else text("This could not be made")
         self._news.append(News(title, job.message))
 
     @property
@@ -296,7 +295,7 @@ class Shelf:
     ) -> None:
         self._drop(kind)
         wake: Callable[[], None] = lambda: self._session.post(_nothing)  # noqa: E731
-        words = {"film": "the replay", "load": "the run of the file", "report": "the lab report"}
+        words = {"film": text("the replay"), "load": text("the run of the file"), "report": text("the lab report")}
         job = self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=wake)
         self._jobs[job] = words.get(kind) or next(w for k, w in WORDS.items() if k == kind), done
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.keep.lab import Done, done_in, lab_bytes, labels_here, recorded_of, report_title, rich_html
+from app.keep.lab import Done, done_in, lab_bytes, recorded_of, report_title, rich_html
 from app.keep.report import LOCKED
 from app.keep.shelf import Shelf
 from app.lessons.loading import load_lessons
@@ -49,7 +49,7 @@ def steps_of(run: LessonRun, only: str | None = None) -> tuple[Done, ...]:
 
 def made(done: tuple[Done, ...]) -> str:
     """The report."""
-    return lab_bytes(report_title(done), "Name", "Lesson {number}: {title}", done, labels_here()).decode()
+    return lab_bytes(done, "en").decode()
 
 
 def test_prediction_outcome_plots_settings_and_own_words(run: LessonRun) -> None:
@@ -100,7 +100,7 @@ def test_formulas_are_drawn_and_paragraphs_kept() -> None:
 
 def test_it_ends_when_it_is_not_wanted(run: LessonRun) -> None:
     with pytest.raises(Stopped):
-        lab_bytes("t", "n", "c", steps_of(run), labels_here(), lambda: True)
+        lab_bytes(steps_of(run), "en", lambda: True)
 
 
 def test_the_shelf_makes_it_as_a_file(run: LessonRun) -> None:
