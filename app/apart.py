@@ -11,6 +11,7 @@ from weakref import WeakKeyDictionary
 
 import viser
 import viser.infra._infra as viser_infra
+from viser._gui_handles import _PlacementMixin
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 from viser.infra._messages import Message
 from websockets.asyncio.server import ServerConnection
@@ -84,3 +85,15 @@ async def _produce_apart(
 
 
 viser_infra._message_producer = _produce_apart
+
+
+class _PlacedForOne(_PlacementMixin):
+    """A panel that everybody has, as one browser is to place it."""
+
+    def __init__(self, client: viser.ClientHandle, panel: viser.PanelHandle) -> None:
+        self._placement_uuid, self._placement_gui_api = panel._placement_uuid, client.gui
+
+
+def expand_for(client: viser.ClientHandle, panel: viser.PanelHandle) -> None:
+    """Unfold a panel that everybody has, for one browser only."""
+    _PlacedForOne(client, panel).expand()

@@ -219,8 +219,10 @@ class LectureHost(Visitors):
                 seat.view, seat.banner = seat.stand.view, Banner(seat.client.gui)
             if seat.banner is not None:
                 with contextlib.suppress(Exception), seat.client.atomic():
-                    seat.banner.show(*self._line(seat))
+                    inside = seat.answers is not None and seat.answers.narrow and self.lessons.open
+                    seat.banner.show(*self._line(seat), self._view.lesson_panel.tab if inside else None)
                     if seat.answers is not None:
+                        seat.answers.fold(self.lessons.open)
                         seat.answers.show(poll, None if poll is None else self.room.ballots.answer_of(poll.place, seat.who))
 
     def _line(self, seat: _Seat) -> tuple[str, str]:
@@ -286,8 +288,10 @@ class LectureHost(Visitors):
         seat.banner = Banner(client.gui)
         seat.answers = Answers(client, self._view.lesson_panel, lambda choice: self._post_answer(who, choice))
 
-    def _give_panel(self, seat: _Seat) -> None:
-        seat.panel = TeacherPanel(seat.client, self._post, self._find_address(seat), self._notes if seat.teacher else None)
+    def _give_panel(self, seat: _Seat) -> TeacherPanel:
+        notes = self._notes if seat.teacher else None
+        seat.panel = TeacherPanel(seat.client, self._post, self._find_address(seat), notes)
+        return seat.panel
 
     def _take_back(self, seat: _Seat) -> None:
         self.room.leave(seat.client.client_id)
@@ -308,8 +312,8 @@ class LectureHost(Visitors):
                 self._operation.notify_problems(open_link(self.lessons, seat.query, None))
             self._operation.notify_lessons(self._book)
             self._take_back(seat)
-            if seat.panel is None:
-                self._give_panel(seat)
+            panel = seat.panel or self._give_panel(seat)
+            panel.lead()
             break
         for number, seat in self._seats.items():
             # Without a key nobody is a student before somebody leads.
@@ -340,7 +344,9 @@ class LectureHost(Visitors):
                 if number == self._operator:
                     self._operation = Operation(seat.client, self.session, self._view)
                 if seat.panel is not None:
-                    self._give_panel(seat)
+                    panel = self._give_panel(seat)
+                    if number == self._operator:
+                        panel.lead()
                 elif seat.banner is not None:
                     self._give_part(seat)
                 self._view.welcome(seat.client)

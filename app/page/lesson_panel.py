@@ -55,6 +55,11 @@ class LessonPanel:
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
 
+    @property
+    def panel(self) -> viser.PanelHandle | None:
+        """The panel itself; None before a lesson was opened."""
+        return self._panel
+
     def _make(self) -> None:
         panel = self._panel = self._gui.add_panel()
         tab = self.tab = panel.add_tab(say("Lesson"), viser.Icon.SCHOOL)

@@ -6,11 +6,17 @@ from typing import Any, Final
 import viser
 from viser._messages import HotkeyKey
 
+from app.apart import expand_for
 from app.classroom.classroom import Poll
 from app.languages.speaking import say
 from app.page.lesson_html import choice_label
 from app.page.lesson_panel import ORDER, LessonPanel
+from app.page.page import canvas_size
 from app.page.teacher_html import banner_html, mine_html
+from app.page.theme import NARROW
+
+PHONE: Final = 576.0
+"""On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""
 
 KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
 
@@ -26,18 +32,29 @@ class Banner:
     """
 
     def __init__(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
         self._handle = gui.add_html("", order=-30.0)
-        self._shown = ""
+        self._other: viser.GuiHtmlHandle | None = None
+        self._shown: tuple[str, bool] = "", False
 
-    def show(self, kind: str, text: str) -> None:
-        """Say something; "" says nothing."""
-        made = banner_html(kind, text)
-        if made != self._shown:
-            self._shown = self._handle.content = made
+    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None = None) -> None:
+        """Say something; "" says nothing. `tab`: where it is said instead, as the controls are folded up."""
+        made = banner_html(kind, text), tab is not None
+        if made == self._shown:
+            return
+        self._shown = made
+        if tab is not None and self._other is None:
+            with tab:
+                self._other = self._gui.add_html("", order=0.5)
+        self._handle.content = "" if tab is not None else made[0]
+        if self._other is not None:
+            self._other.content = made[0] if tab is not None else ""
 
     def close(self) -> None:
         """Take it away."""
-        self._handle.remove()
+        for handle in (self._handle, self._other):
+            if handle is not None:
+                handle.remove()
 
 
 class Answers:
@@ -55,6 +72,20 @@ class Answers:
         self._commands: list[viser.CommandHandle] = []
         self._texts: list[viser.GuiHtmlHandle] = []
         self._shown: tuple[Any, ...] = ()
+        width = canvas_size(client)[0]
+        self.narrow, self._phone, self._folded = width < NARROW, width <= PHONE, False
+
+    def fold(self, folded: bool) -> None:
+        """On a narrow window make room: while a lesson is open it goes before the numbers, which can be unfolded."""
+        if not self.narrow or folded == self._folded or (folded and self._panel.panel is None):
+            return
+        self._folded = folded
+        if not folded:
+            self._client.gui.main_panel.expand()
+            return
+        self._client.gui.main_panel.minimize()
+        if self._phone and self._panel.panel is not None:
+            expand_for(self._client, self._panel.panel)
 
     def _make(self) -> None:
         gui = self._client.gui

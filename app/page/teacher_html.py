@@ -32,8 +32,8 @@ def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
     count = say("{count} answered", count=tally.answered)
     if live:
         count += " · " + say("{count} not yet", count=tally.waiting)
-    measured = "".join(f"<p>{html.escape(line)}</p>" for line in poll.outcome)
-    footer = f"<footer><span>{say('Measured')}</span>{measured}</footer>" if measured else ""
+    # The first line is the question's; the verdict below has all of them.
+    footer = f"<footer><span>{say('Measured')}</span><p>{html.escape(poll.outcome[0])}</p></footer>" if poll.outcome else ""
     return f'<div class="duet-poll"><header><b>{title}</b><span>{count}</span></header><ol>{rows}</ol>{footer}</div>'
 
 
@@ -59,7 +59,7 @@ def heads_html(heads: Headcount, free: bool, paused: bool, waiting: int) -> str:
         pills.append(f'<span class="go">{say("all follow")}</span>')
     if paused:
         pills.append(f'<span class="halt">{say("everybody is paused")}</span>')
-    return f'<div class="duet-class"><div class="duet-heads" role="status">{"".join(pills)}</div></div>'
+    return f'<div class="duet-class duet-lesson"><div class="duet-heads" role="status">{"".join(pills)}</div></div>'
 
 
 def banner_html(kind: str, text: str) -> str:
@@ -97,7 +97,7 @@ def join_html(address: Address) -> str:
         )
     warning = f'<p class="soft">{html.escape(told)}</p>'
     return (
-        f'<div class="duet-class"><div class="duet-join"><div><p><b class="url">{html.escape(address.short)}</b></p></div>'
+        f'<div class="duet-class duet-lesson"><div class="duet-join"><div><p><b class="url">{html.escape(address.short)}</b></p></div>'
         f"{qr_svg(address.url)}</div>{warning}</div>"
     )
 
