@@ -1,6 +1,7 @@
 """The handles on an arm: its hand to move and turn, its elbow to swivel about the line from shoulder to wrist."""
 
 import math
+from typing import Final
 
 import numpy as np
 import pinocchio as pin
@@ -11,6 +12,9 @@ from app.session import Session
 from controllers.kinematics import Array
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
+
+FARTHEST_SWING: Final = 0.35
+"""A key held down pulls the elbow no further ahead of where it is [rad]."""
 
 
 class HandHandle:
@@ -116,6 +120,22 @@ class ElbowHandle:
         # The handle turns about its own first axis, which is the line from shoulder to wrist.
         angle = pin.log3(turn.dot(frame.T)).dot(frame[:, 0])
         session.hold(hand._replace(elbow=centre + pin.exp3(frame[:, 0] * angle).dot(out)))
+
+    def swing(self, angle: float) -> None:
+        """Have the elbow pulled on by an angle [rad], or, where nobody pulls it, away from where it is; the hand stays where it is."""
+        session, simulation = self._session, self._session.simulation
+        frame, centre = swivel_frame(simulation)
+        out = simulation.kinematics.joint_point(simulation.guided.elbow) - centre
+        held = session.held if isinstance(session.held, HandTarget) else None
+        ahead = 0.0
+        if held is not None and held.elbow is not None:
+            there = held.elbow - centre
+            ahead = math.atan2(float(frame[:, 0].dot(np.cross(out, there))), float(out.dot(there)))
+        if held is None:
+            place, rotation = wanted_pose(simulation)
+            held = HandTarget(place, rotation if _spare(simulation) else None)
+        turned = min(max(ahead + angle, -FARTHEST_SWING), FARTHEST_SWING)
+        session.hold(held._replace(elbow=centre + pin.exp3(frame[:, 0] * turned).dot(out)))
 
     def show(self) -> None:
         """Put it where the elbow is, unless it is being dragged."""

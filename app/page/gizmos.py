@@ -10,10 +10,13 @@ from app.page.figure_handles import FigureHandles
 from app.session import Session
 from controllers.kinematics import Array
 
-__all__ = ["NUDGE", "Gizmos", "swivel_frame"]
+__all__ = ["NUDGE", "SWING", "Gizmos", "swivel_frame"]
 
 NUDGE: Final = 0.02
 """Way of one key press [m]."""
+
+SWING: Final = 0.07
+"""Angle of one key press [rad]."""
 
 
 class Handle(Protocol):
@@ -98,6 +101,12 @@ class Gizmos:
         """Move what is yours, a hand or the ball, by (3,) [m]; nothing happens where nothing is."""
         if self._handles:
             self._session.nudge(way)
+
+    def swing(self, angle: float) -> None:
+        """Swing the elbow of your arm by an angle [rad]; nothing happens where there is none to be swung."""
+        for handle in self._handles:
+            if isinstance(handle, ElbowHandle):
+                handle.swing(angle)
 
     def forget_drag(self) -> None:
         """Behave as if every handle had been let go; for a reset in mid-drag."""

@@ -53,6 +53,8 @@ HOTKEYS: Final = (
     Hotkey("down", "↓", "hand or ball 2 cm down", "7", "alt+shift", "ArrowDown", viser.Icon.ARROW_DOWN),
     Hotkey("away", "Page ↑", "hand or ball 2 cm away from you", "pageup", icon=viser.Icon.ARROW_BAR_TO_UP),
     Hotkey("near", "Page ↓", "hand or ball 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
+    Hotkey("elbow_up", "J", "elbow 4° to one side", "J", icon=viser.Icon.ROTATE),
+    Hotkey("elbow_down", "K", "elbow 4° to the other side", "K", icon=viser.Icon.ROTATE_CLOCKWISE),
     Hotkey("view", "V", "the first view again", "V", icon=viser.Icon.CAMERA),
     Hotkey("law", "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
     Hotkey("ghost", "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),

@@ -18,7 +18,7 @@ from app.languages.visitor import mark_html
 from app.lessons.lesson import LessonBook
 from app.page.camera import place_camera, view_of
 from app.page.controls import Controls
-from app.page.gizmos import NUDGE, Gizmos
+from app.page.gizmos import NUDGE, SWING, Gizmos
 from app.page.keep import ReplayBar, past_style
 from app.page.keys import HOTKEYS
 from app.page.lab import LabDesk
@@ -271,6 +271,8 @@ class Operation:
             ("near", 0, 0, -1),
         ):
             self._actions[name] = lambda way=(right, up, away): self._gizmos.nudge(self._in_view(*way))
+        for name, sign in (("elbow_up", 1.0), ("elbow_down", -1.0)):
+            self._actions[name] = lambda angle=sign * SWING: self._gizmos.swing(angle)
         self._controls = Controls(client.gui, session, self.act, self._notify)
         self._keep: ReplayBar | None = None
         with client.gui.add_folder(say("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):

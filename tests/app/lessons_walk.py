@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import ClassVar, Protocol
 
+import numpy as np
 from playwright.sync_api import Page
 
 from app.hosts import House, PrivateHost
@@ -20,8 +21,10 @@ from app.lessons.trials import person_of
 from app.lessons.walkthrough import Phase
 from app.page.lesson_run import LessonRun
 from app.session import Session
+from controllers.kinematics import Array
 from scenes.cast import Person
-from scenes.targets import BallTarget
+from scenes.settings import values
+from scenes.targets import BallTarget, HandTarget
 from tests.app.conftest import ask, live_sessions
 from tests.browser import close_software_note, until, wait_frames
 
@@ -328,8 +331,6 @@ class Walker:
         wanted = trial.setup.settings(self.session.settings).run
 
         def change(session: Session) -> None:
-            from scenes.settings import values
-
             for key, value in values(wanted).items():
                 if values(session.settings)[key] != value:
                     session.change(key, value)
@@ -351,29 +352,83 @@ class Walker:
             person: Person = _Still(place)
         else:
             person = ask(session, lambda _: person_of(simulation, trial.setup))
+        if isinstance(self.hands, Keys):
+            if trial.setup.input.name == "elbow_to":
+                self._swing_by_keys(step)
+            else:
+                goal = person.target(trial.setup.seconds)
+                assert isinstance(goal, (BallTarget, HandTarget))
+                self._nudge_by_keys(goal.position)
+            self._checked()
+            return
         with dragging(session, person):
             until(page, lambda: simulation.time >= trial.setup.seconds, "the drag", LONG)
-            attempts = run.walk.done.attempts
-            self.hands.do("check")
-            until(page, lambda: run.walk.done.attempts > attempts, "the attempt", LONG)
+            self._checked()
 
-    def _forecast(self, step: Step, trial: Trial) -> None:
-        said = said_by(step, trial)
-        for label, number in zip(self.run.view().forecasts, said, strict=True):
-            assert number is not None
-            self.hands.say(label, f"{number:.4g}")
-        until(
-            self.page,
-            lambda: (
-                all(n is not None and abs(n - m) < 1e-3 * abs(m or 1.0) for n, m in zip(self.run.said, said, strict=False) if m)
-                and len(self.run.said) == len(said)
-            ),
-            "the numbers",
-            60.0,
-        )
+    def _checked(self) -> None:
+        """Have the run judged."""
         attempts = self.run.walk.done.attempts
         self.hands.do("check")
         until(self.page, lambda: self.run.walk.done.attempts > attempts, "the attempt", LONG)
+
+    def _swing_by_keys(self, step: Step) -> None:
+        """Swing the elbow to every mark with J and K."""
+        for key, place in zip("JK", self.run.walk.marks(self.session.simulation)[::-1], strict=True):
+
+            def miss(place: Array = place) -> float:
+                kinematics = self.session.simulation.kinematics
+                return float(np.linalg.norm(kinematics.joint_point(self.session.simulation.guided.elbow) - place))
+
+            for _ in range(200):
+                if ask(self.session, lambda _: miss()) < 0.012:
+                    break
+                self.page.keyboard.press(key)
+                wait_frames(self.page, 2)
+            else:
+                raise AssertionError(f"{step.id}: the mark cannot be reached with {key}")
+
+    def _nudge_by_keys(self, place: Array) -> None:
+        """Move what is the student's, hand or ball, to a place with the arrows, and wait until it is there, or stays away."""
+        session, page = self.session, self.page
+
+        def wanted() -> Array:
+            held = session.held
+            assert isinstance(held, (BallTarget, HandTarget))
+            return held.position.copy()
+
+        ways: dict[str, Array] = {}
+        for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "PageUp", "PageDown"):
+            page.keyboard.press(key)
+            until(page, lambda: session.held is not None, key, 60.0)
+            before = ask(session, lambda _: wanted())
+            page.keyboard.press(key)
+            until(page, lambda before=before: bool(np.abs(wanted() - before).max() > 1e-4), key, 60.0)
+            ways[key] = ask(session, lambda _: wanted()) - before
+        deadline = perf_counter() + LONG
+        still, last = 0, np.zeros(3)
+        while still < 20:
+            assert perf_counter() < deadline, "the place is not reached"
+            rest = place - ask(session, lambda _: wanted())
+            key = min(ways, key=lambda key: float(np.linalg.norm(rest - ways[key])))
+            if np.linalg.norm(rest - ways[key]) < np.linalg.norm(rest):
+                page.keyboard.press(key)
+            wait_frames(page, 1)
+            here = ask(session, lambda s: s.simulation.positions.copy())
+            still = still + 1 if last.shape == here.shape and np.abs(here - last).max() < 1e-4 else 0
+            last = here
+
+    def _forecast(self, step: Step, trial: Trial) -> None:
+        said = said_by(step, trial)
+        for i, (label, number) in enumerate(zip(self.run.view().forecasts, said, strict=True)):
+            assert number is not None
+
+            def taken(i: int = i, number: float = number) -> bool:
+                known = self.run.said[i] if i < len(self.run.said) else None
+                return known is not None and abs(known - number) <= 1e-3 * abs(number)
+
+            self.hands.say(label, f"{number:.4g}")
+            until(self.page, taken, f"the number for {label}", 60.0)
+        self._checked()
 
     def _look(self) -> None:
         """No formula is missing, and no text is wider than the panel."""
@@ -401,9 +456,9 @@ class Walker:
 class _Still:
     """Somebody who holds the ball at a place."""
 
-    place: object
+    place: Array
 
     def target(self, time: float) -> BallTarget:
         """Return the place."""
         del time
-        return BallTarget(self.place)  # type: ignore[arg-type]
+        return BallTarget(self.place)

@@ -25,7 +25,7 @@ import websockets
 from app.hosts import House, LectureHost
 from app.index import ROOM_IS_FULL
 from app.page.controls import PICKER, TABS
-from app.page.gizmos import NUDGE, swivel_frame
+from app.page.gizmos import NUDGE, SWING, swivel_frame
 from app.page.keys import HOTKEYS
 from app.page.plots import POINTS, WINDOW, PlotBuffer
 from app.page.relevance import matters
@@ -676,6 +676,13 @@ def test_every_hotkey_does_what_the_table_says(house: OpenHouse, arrive: Arrive)
         assert step @ np.array(way) > 0.9 * NUDGE, action
         assert way[2] or abs(step[2]) < 1e-9
         place = session.held.position.copy()
+    elbow = one.ask(lambda s: s.simulation.kinematics.joint_point(s.simulation.guided.elbow))
+    frame, foot = one.ask(lambda s: swivel_frame(s.simulation))
+    for action, angle in (("elbow_up", SWING), ("elbow_down", 0.0), ("elbow_down", -SWING)):
+        hit(action)
+        assert isinstance(session.held, HandTarget) and session.held.elbow is not None
+        assert np.allclose(session.held.elbow, foot + pin.exp3(frame[:, 0] * angle) @ (elbow - foot)), action
+        assert np.allclose(session.held.position, place), "the hand stays where it was wanted"
     one.run_on(0.0)
     hit("reset")
     assert one.ask(lambda s: (s.simulation.steps, s.simulation.history.count, s.held)) == (0, 0, None)
