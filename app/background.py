@@ -4,17 +4,16 @@ import itertools
 import logging
 import multiprocessing
 import os
-import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from ctypes import c_longlong
-from multiprocessing.connection import wait
 from typing import Any, Final, Literal
 
 from controllers.errors import DuetError
+from scenes.children import inheriting, leave_with_parent
 
 log = logging.getLogger("duet.background")
 
@@ -168,7 +167,7 @@ class Background:
                 self._pool = ProcessPoolExecutor(self.workers, self._context, _begin, (self._stop,))
             pool = self._pool
             self._stop[place] = 0  # It may be the very job that was put back here.
-            with _for_children():
+            with inheriting():
                 future = pool.submit(_work, job.ticket, place, job.function, job.arguments)
         except BrokenProcessPool:
             # Nobody had noticed that a worker was gone.
@@ -217,19 +216,6 @@ class Background:
                 job.message = "The computation failed; the server's log says why."
 
 
-@contextmanager
-def _for_children() -> Iterator[None]:
-    """Processes started meanwhile do linear algebra on one thread each."""
-    names = [f"{name}_NUM_THREADS" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")]
-    missing = [name for name in names if name not in os.environ]
-    os.environ.update(dict.fromkeys(missing, "1"))
-    try:
-        yield
-    finally:
-        for name in missing:
-            os.environ.pop(name, None)
-
-
 # --- in the worker -------------------------------------------------------------------------------------------------------------
 
 _stop: Any = None
@@ -239,18 +225,9 @@ def _begin(stop: Any) -> None:
     """Make a process a worker: it leaves Ctrl+C to its parent, goes after it, and lets others go first."""
     global _stop
     _stop = stop
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(PATIENCE)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def leave_with_parent() -> None:
-        # Even a killed one: a worker that waits for work would wait forever.
-        wait([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=leave_with_parent, daemon=True).start()
+    leave_with_parent()
 
 
 def _work(ticket: int, place: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter_ns
+from typing import Final
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from scenes.history import COLUMN
 from scenes.recording import pair_label
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
+
+FELT: Final = 0.01
+"""λ from which on the law is at work: a hundredth of the priority."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,10 @@ class Summary:
         e2_max, e2_end: squared position error, largest and last [m²].
         dq_step_max: largest change of one joint's velocity from one step to the next [rad/s].
         ddq_max: the same over dt [rad/s²].
-        pair_switches: how often another pair became the closest.
+        pair_switches: how often another pair became the closest, near or far.
+        pair_switches_felt: how often one did while the law was at work, λ ≥ `FELT` before or after it: only then does the change of
+            J_d reach q̇, in proportion to λ. While λ ≈ 0 (d well above d_m) the task has all the authority, and it does not matter which
+            pair is the closest. For other laws λ is what they show in its place; of one that shows none, nothing is counted.
         out_of_authority_s: time during which the arm could not do what the law asked for [s].
         steps: number of them.
         step_us_median: median wall time of one step of both arms [µs].
@@ -39,6 +46,7 @@ class Summary:
     dq_step_max: float
     ddq_max: float
     pair_switches: int
+    pair_switches_felt: int
     out_of_authority_s: float
     steps: int
     step_us_median: float
@@ -99,6 +107,8 @@ def summarise(simulation: Simulation, table: Array, step_us_median: float = floa
     pair = int(table[nearest, COLUMN["pair"]])
     velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
     largest = float(np.abs(np.diff(velocities, axis=0)).max()) if len(table) > 1 else 0.0
+    switched = np.diff(table[:, COLUMN["pair"]]) != 0.0
+    at_work = table[:, COLUMN["lambda"]] >= FELT
     return Summary(
         d_min=float(distance[nearest]),
         d_min_pair=pair_label(simulation.detector.pair_names[pair]) if pair >= 0 else "none",
@@ -107,7 +117,8 @@ def summarise(simulation: Simulation, table: Array, step_us_median: float = floa
         e2_end=float(table[-1, COLUMN["e2"]]),
         dq_step_max=largest,
         ddq_max=largest / dt,
-        pair_switches=int(np.count_nonzero(np.diff(table[:, COLUMN["pair"]]))),
+        pair_switches=int(np.count_nonzero(switched)),
+        pair_switches_felt=int(np.count_nonzero(switched & (at_work[1:] | at_work[:-1]))),
         out_of_authority_s=float(np.count_nonzero(table[:, COLUMN["authority"]]) * dt),
         steps=len(table),
         step_us_median=step_us_median,

@@ -2,17 +2,13 @@
 
 import math
 import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from multiprocessing.connection import wait
 from typing import Final, NamedTuple
 
 from controllers.errors import DuetError
+from scenes.children import inheriting, leave_with_parent
 from scenes.grids import Axis, Grid
 from scenes.headless import run
 from scenes.settings import RunSettings, changed
@@ -22,8 +18,6 @@ FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "dd
 
 Figures = tuple[float, ...]
 """In the order of `FIGURES`."""
-
-_THREADS: Final = tuple(f"{name}_NUM_THREADS" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR"))
 
 
 def figures(settings: RunSettings, seconds: float) -> Figures:
@@ -50,9 +44,9 @@ def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tu
         return
     # Not forked: this process may have threads, and a fork would copy their locks.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(todo)), context, _leave_with_parent)
+    pool = ProcessPoolExecutor(min(workers, len(todo)), context, leave_with_parent)
     try:
-        with _for_children():
+        with inheriting():
             tasks = {pool.submit(figures, grid.at(points[index]), grid.seconds): index for index in todo}
         for task in as_completed(tasks):
             yield tasks[task], task.result()
@@ -62,38 +56,6 @@ def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tu
         ) from None
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _for_children() -> Iterator[None]:
-    """What processes started meanwhile inherit: linear algebra on one thread each, and Ctrl+C is for their parent alone."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    main = threading.current_thread() is threading.main_thread()
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
-    try:
-        yield
-    finally:
-        if main:
-            signal.signal(signal.SIGINT, handler)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-def _leave_with_parent() -> None:
-    """End this worker when its parent is gone, even killed: a worker that waits for work would wait forever."""
-    parent = multiprocessing.parent_process()
-    if parent is None:
-        return
-
-    def watch() -> None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 class TradeOff(NamedTuple):

@@ -15,6 +15,7 @@ from typing import IO, Any, Final
 import app
 from app.own_law.law_file import FILENAME
 from app.own_law.wire import Line
+from scenes.children import ONE_THREAD
 
 _ROOT: Final = str(Path(app.__file__).resolve().parent.parent)
 _TRACE: Final = 0.2
@@ -39,7 +40,6 @@ class Child:
         ours, theirs = socket.socketpair()
         shared = hasattr(theirs, "share")
         end = "share" if shared else str(theirs.fileno())
-        threads = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")}
         known = [_ROOT, *filter(None, [os.environ.get("PYTHONPATH")])]
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "app.own_law.worker", end, str(memory), str(path)],
@@ -49,7 +49,7 @@ class Child:
             pass_fds=() if shared else (theirs.fileno(),),
             # Ctrl+C is for the page, and what the law starts goes with it.
             start_new_session=True,
-            env=os.environ | threads | {"PYTHONPATH": os.pathsep.join(known)},
+            env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(known)},
             cwd=path.parent,
         )
         if shared:

@@ -74,6 +74,8 @@ class OwnLaw:
         self._known: dict[float, float] = {}
         self._question: bytes | None = None
         """The newest situation, as it was asked about."""
+        self._answered = False
+        """Whether the present process has given velocities."""
 
     def __enter__(self) -> "OwnLaw":
         return self
@@ -103,7 +105,7 @@ class OwnLaw:
         if payload is None:
             return np.zeros(len(situation.nominal))
         velocities = np.frombuffer(payload, np.float64).copy()
-        self.problem = None
+        self._answered, self.problem = True, None
         return velocities
 
     def activation(self, distance: float) -> float:
@@ -137,8 +139,8 @@ class OwnLaw:
         if self._closed:
             return False
         if self._process is not None:
-            # So that a file that cannot be loaded, or has been mended, is noticed while nothing moves.
-            self._try_again()
+            # So that a file that has been broken, or mended, is noticed while nothing moves.
+            self._try()
         if now - self._looked < LOOK:
             return False
         self._looked = now
@@ -159,12 +161,14 @@ class OwnLaw:
             self.restart()
         return True
 
-    def _try_again(self) -> None:
-        """Look whether it is loaded, and if something was wrong, whether it still is, in the situation in which it was."""
-        if self._ready(False) is None or self.problem is None:
+    def _try(self) -> None:
+        """Look whether a process that has not given any velocities yet is loaded, and does so in the newest situation."""
+        if self._answered or self._ready(False) is None:
             return
-        if self._question is None or self._ask(self._question) is not None:
+        if self._question is None:
             self.problem = None
+        elif self._ask(self._question) is not None:
+            self._answered, self.problem = True, None
 
     def load(self) -> bool:
         """Return whether the file could be loaded; waits for it, whatever `waits` is."""
@@ -223,6 +227,7 @@ class OwnLaw:
 
     def _end(self) -> None:
         self._known.clear()
+        self._answered = False
         process, self._process = self._process, None
         if process is not None:
             process.end()

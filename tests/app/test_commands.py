@@ -31,6 +31,7 @@ SUMMARY = [
     "dq_step_max",
     "ddq_max",
     "pair_switches",
+    "pair_switches_felt",
     "out_of_authority_s",
     "steps",
     "step_us_median",

@@ -14,7 +14,7 @@ from controllers.laws.situation import row_damping
 from controllers.limits import Authority
 from controllers.proximity import Treatment
 from scenes.autopilot import Autopilot
-from scenes.headless import run, summarise
+from scenes.headless import FELT, run, summarise
 from scenes.history import COLUMN, SCALARS, History, Sample
 from scenes.room import build_room
 from scenes.settings import ArmName, RigName, RunSettings, changed
@@ -566,8 +566,23 @@ def test_the_summary_says_what_the_table_holds() -> None:
     dq = finished.simulation.history.velocities(table)[:, :7]
     assert summary.dq_step_max == np.abs(np.diff(dq, axis=0)).max()
     assert summary.ddq_max == pytest.approx(summary.dq_step_max / chosen.dt)
-    assert summary.pair_switches == int((np.diff(column(table, "pair")) != 0).sum())
+    pairs, at_work = column(table, "pair").tolist(), (column(table, "lambda") >= FELT).tolist()
+    switches = [i for i in range(1, len(pairs)) if pairs[i] != pairs[i - 1]]
+    assert summary.pair_switches == len(switches)
+    assert summary.pair_switches_felt == sum(at_work[i] or at_work[i - 1] for i in switches)
     assert summary.d_min_pair.startswith("left ") and " / right " in summary.d_min_pair
+
+
+def test_switches_of_far_pairs_are_counted_apart() -> None:
+    """The same run with λ that reaches far, and with one that is next to nothing there: only the law tells them apart."""
+    table = run(hold_settings("table", pairs="single"), 6.0).table
+    simulation = Simulation(hold_settings("table"), len(table))
+    near, far = table.copy(), table.copy()
+    near[:, COLUMN["lambda"]], far[:, COLUMN["lambda"]] = 1.0, FELT / 2.0
+    far[0, COLUMN["lambda"]] = 1.0
+    felt, not_felt = summarise(simulation, near), summarise(simulation, far)
+    assert felt.pair_switches == felt.pair_switches_felt == not_felt.pair_switches > 2
+    assert not_felt.pair_switches_felt == 0
 
 
 def test_without_a_person_it_is_the_autopilot() -> None:

@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from controllers.errors import BadSetting, DuetError
 from scenes import grids
 from scenes import sweep as sweeping
+from scenes.children import ONE_THREAD
 from scenes.grids import Axis, Grid, is_number, read_axis, read_grid
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs, values
@@ -172,7 +173,7 @@ def test_figures_are_those_of_the_run() -> None:
 
 def test_two_workers_and_one_find_the_same() -> None:
     grid = read_grid(USUAL, ["n=1,4,16", "pairs=single,soft"], 6.0)
-    before = {name: os.environ.get(name) for name in sweeping._THREADS}
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
     handler = signal.getsignal(signal.SIGINT)
     alone = list(run_points(grid, range(grid.size)))
     assert [index for index, _ in alone] == list(range(grid.size))
@@ -184,7 +185,7 @@ def test_two_workers_and_one_find_the_same() -> None:
     assert len(set(together.values())) == grid.size
     # Nothing of the way they were started is left.
     assert multiprocessing.active_children() == []
-    assert {name: os.environ.get(name) for name in sweeping._THREADS} == before
+    assert {name: os.environ.get(name) for name in ONE_THREAD} == before
     assert signal.getsignal(signal.SIGINT) is handler
 
 

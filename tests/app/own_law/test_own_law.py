@@ -439,7 +439,7 @@ def test_nothing_is_started_before_it_is_needed(file: Path) -> None:
 @pytest.mark.usefixtures("eager")
 def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
     """Paused: nobody calls the law, and the message comes, changes and goes all the same."""
-    with OwnLaw(write(file, GOOD)) as law:
+    with OwnLaw(write(file, GOOD), SHORT) as law:
         until(lambda: np.any(law(SITUATION)))
         write(file, "def law(s)")
         until(lambda: law.refresh() or law.problem is not None)
@@ -452,6 +452,10 @@ def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(fil
         until(lambda: law.refresh() or law.problem is None)
         until(lambda: law.refresh() or law.problem is None)
         assert law.ready
+        write(file, "def law(s):\n    while True: pass")
+        until(lambda: law.refresh() or law.problem is not None)
+        until(lambda: law.refresh() or law.problem is not None)
+        assert law.problem is not None and "endless loop" in law.problem.text
 
 
 # ---- nothing is left ----------------------------------------------------------------------------------------------------------
