@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.keep.report import Entry, Labels, Plot, report_html
+from app.keep.report import Entry, Labels, Plot, lowered, report_html
 from app.languages.speaking import say, speak, spoken
 from app.lessons.lesson import Lesson, Step
 from app.lessons.phases import phases_of
@@ -91,7 +91,10 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
 
 def rich_html(text: str) -> str:
     """Return a lesson's text as HTML: a line without a paragraph of its own, where it is one."""
-    return lesson_html(text) if "\n" in text.strip() or "$$" in text else inline_html(text.strip())
+    if "\n" in text.strip() or "$$" in text:
+        return lesson_html(text)
+    made = inline_html(text.strip())
+    return made if "<svg" in made else lowered(made)
 
 
 def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[Entry, RunSettings | None]:

@@ -38,6 +38,9 @@ MOST_MARKS: Final = 40
 LONGEST: Final = 2.4
 """End of the axis of speeds at most [m/s]."""
 
+LONGEST_CAPTION: Final = 112
+"""Characters that have room above a picture; letters are smaller where there are more."""
+
 Kind = Literal["png", "svg"]
 
 
@@ -141,7 +144,9 @@ def _figure(
         replay = Replay(recorded)
         replay.seek(replay.end)
         _chart(grid[-1], other, replay, curves)
-    figure.suptitle(caption(recorded.stretches[-1].settings), x=0.012, ha="left", fontsize=8.5, color="#57606a")
+    said = caption(recorded.stretches[-1].settings)
+    size = 8.5 * min(1.0, LONGEST_CAPTION / len(said.replace("$", "")))
+    figure.suptitle(said, x=0.012, ha="left", fontsize=size, color="#57606a")
     return figure
 
 
@@ -165,7 +170,7 @@ def _course(axes: Axes, panel: Panel, marks: list[float]) -> None:
     if panel.rows:
         axes.set_yticks(range(len(panel.rows)), panel.rows, fontsize=8.5)
     if panel.span is not None:
-        axes.set_ylim(*panel.span)
+        axes.set_ylim(panel.span[0], _top(panel, panel.span[1]))
     elif panel.positive:
         axes.set_ylim(0.0, max(1.08 * _largest(panel), 0.01))
     else:
@@ -186,6 +191,13 @@ def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
             axes.plot(
                 times[[begin, end]], stroke.values[[begin, begin]], color=stroke.colour, linewidth=5.0, solid_capstyle="butt"
             )
+
+
+def _top(panel: Panel, top: float) -> float:
+    """Return the end of a fixed axis; where its first line lies wholly above it, one that shows the line all the same."""
+    values = panel.strokes[0].values
+    finite = values[np.isfinite(values)]
+    return 1.08 * float(finite.max()) if len(finite) and float(finite.min()) > top else top
 
 
 def _largest(panel: Panel) -> float:

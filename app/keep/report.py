@@ -1,6 +1,7 @@
 """A lab report as one HTML page that prints well: predictions beside outcomes, plots, settings, and a student's own words."""
 
 import html
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -183,7 +184,7 @@ def _entry(entry: Entry, labels: Labels, rich: Callable[[str], str]) -> str:
             labels.challenge, _mark(entry.passed, labels.passed, labels.not_passed) + tries + (_list(lines) if lines else "")
         )
     if entry.settings:
-        rows.add(labels.settings, html.escape(entry.settings))
+        rows.add(labels.settings, lowered(html.escape(entry.settings)))
     if entry.words.strip():
         rows.add(labels.words, f'<span class="words">{html.escape(entry.words)}</span>')
     plots = "".join(_figure(plot) for plot in entry.plots)
@@ -229,7 +230,7 @@ def _table(settings: Settings, labels: Labels) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in (labels.setting, labels.value, labels.meaning))
     present = values(settings.run)
     rows = "".join(
-        f"<tr><td>{_label(say(spec.label))}</td><td>{html.escape(_shown(spec, present[key], labels))}</td>"
+        f"<tr><td>{lowered(html.escape(say(spec.label)))}</td><td>{html.escape(_shown(spec, present[key], labels))}</td>"
         f"<td>{html.escape(say(spec.help))}</td></tr>"
         for key, spec in specs(RunSettings).items()
         if matters(key, settings)
@@ -237,10 +238,9 @@ def _table(settings: Settings, labels: Labels) -> str:
     return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 
 
-def _label(label: str) -> str:
-    """Return a label with its subscript: d_m → d<sub>m</sub>."""
-    stem, _, low = label.partition("_")
-    return f"{html.escape(stem)}<sub>{html.escape(low)}</sub>" if low and " " not in low else html.escape(label)
+def lowered(escaped: str) -> str:
+    """Return text with its subscripts: d_m → d<sub>m</sub>."""
+    return re.sub(r"(?<!\w)([^\W\d_])_([A-Za-z0-9]{1,5})(?!\w)", r"\1<sub>\2</sub>", escaped)
 
 
 def _shown(spec: Spec, value: Any, labels: Labels) -> str:

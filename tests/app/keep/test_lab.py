@@ -95,6 +95,7 @@ def test_only_what_was_done_is_in_it(run: LessonRun) -> None:
 
 def test_formulas_are_drawn_and_paragraphs_kept() -> None:
     assert "<svg" in rich_html(r"speed $\lambda v$") and "<p>" not in rich_html("one line")
+    assert rich_html("2 d_m < J_d") == "2 d<sub>m</sub> &lt; J<sub>d</sub>" and rich_html("my_law.py") == "my_law.py"
     assert rich_html("a\n\nb") == "<p>a</p><p>b</p>" and "<svg" in rich_html("$$x$$")
 
 
