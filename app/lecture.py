@@ -3,18 +3,15 @@
 import contextlib
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
-from time import monotonic
 from typing import Final
 
 import viser
 
-from app.apart import Apart
 from app.background import Background
 from app.classroom.address import Address, find_address
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
-from app.classroom.places import Kept
+from app.explorers import Explorers
 from app.languages.lesson_book import in_language
 from app.languages.speaking import say, speak
 from app.languages.visitor import browser_language, language_of
@@ -23,54 +20,20 @@ from app.lessons.walkthrough import Walkthrough
 from app.page.lesson_panel import ORDER
 from app.page.lesson_resume import open_link, word_of
 from app.page.lesson_run import LessonRun
-from app.page.lesson_saved import Saved
 from app.page.page import Operation, View
 from app.page.teacher import Action, ClassState, TeacherPanel
 from app.page.teacher_answers import Answers, Banner
 from app.page.teacher_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING, overlay_html, poll_html
 from app.people import NOBODY_ELSE, People
+from app.seat import Seat, origin_of
 from app.server import DuetServer, request_query
 from app.session import Session
 from app.settings import Language, Settings
-from app.stand import Stand, Visitors
-from scenes.settings import values
+from app.stand import Visitors
 
 log = logging.getLogger("duet.lecture")
 
 NO_LESSONS: Final = LessonBook((), ())
-
-SETTLE: Final = 0.25
-"""Time between two looks at who gets a place of their own [s]."""
-
-
-@dataclass
-class _Seat:
-    """One browser.
-
-    Attributes:
-        client, query: as it came.
-        who: the word that its tab keeps, or one of ours if it keeps none.
-        lasting: whether the word outlives a reload.
-        screen: whether it only shows (a projector), and is no student's.
-        teacher: whether it brought the key.
-        banner, answers, panel: what it has beside the stage; None for what it has not.
-        stand: its own session; None while it sees the stage.
-        view: what the banner stands on; another one in another language.
-        moved: whether it was asked to come again.
-    """
-
-    client: viser.ClientHandle
-    query: dict[str, str]
-    who: str
-    lasting: bool
-    screen: bool
-    teacher: bool
-    banner: Banner | None = None
-    answers: Answers | None = None
-    panel: TeacherPanel | None = None
-    stand: Stand | None = None
-    view: View | None = None
-    moved: bool = False
 
 
 class LectureHost(Visitors):
@@ -105,18 +68,16 @@ class LectureHost(Visitors):
         listening: str = "127.0.0.1",
     ) -> None:
         self._key, self._book, self._notes, self._listening = key, book, notes or {}, listening
-        self._background, self._people = background, people
         self.room = Classroom(sessions)
-        self._apart = Apart(server, self._belongs_apart)
+        self._explorers = Explorers(server, self.room, key, background, people, book, lambda: self.wake())
         self.session = Session(start, lambda: self.wake(), background, people)
         # The stage has one language: the chosen one, or that of whoever has the controls.
         self._browser: Language = "en"
         self._language: Language = language_of(start, self._browser)
-        self._seats: dict[int, _Seat] = {}
+        self._seats: dict[int, Seat] = {}
         self._operation: Operation | None = None
         self._operator: int | None = None
-        self._next = 0.0
-        self._waiting: tuple[str, ...] = ()
+        self._address: Address | None = None
         self._ran = False
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language))
@@ -148,7 +109,7 @@ class LectureHost(Visitors):
         """Close every session."""
         for session in (self.session, *self.sessions.values()):
             session.close()
-        self._apart.close()
+        self._explorers.close()
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
@@ -175,25 +136,16 @@ class LectureHost(Visitors):
             self._show_to_all(poll)
         if self._operation is not None:
             self._operation.show()
-        self._settle(now)
+        self._explorers.settle(self._seats.values(), now)
         self._show_to_each(poll)
         self._server.flush()
         for number, seat in list(self._seats.items()):
             if seat.stand is not None:
-                self._frame_apart(number, seat.stand, now, elapsed)
+                self._explorers.frame(number, seat.stand, now, elapsed)
 
     @property
     def _walk(self) -> Walkthrough | None:
         return self.lessons.walk if self.lessons.open else None
-
-    def _frame_apart(self, number: int, stand: Stand, now: float, elapsed: float) -> None:
-        try:
-            stand.halt(self.room.paused)
-            stand.frame(now, elapsed)
-        except Exception:
-            # One broken page must not stop the others; a tab that is just closing ends up here too.
-            if number in self._server.get_clients():
-                log.exception("a frame of a student's page failed")
 
     def _show_to_all(self, poll: Poll | None) -> None:
         tab = self._view.lesson_panel.tab
@@ -202,15 +154,17 @@ class LectureHost(Visitors):
                 self._poll = self._server.gui.add_html("", order=ORDER["verdict"] - 0.5)
         if self._poll is not None:
             self._write("poll", self._poll, poll_html(poll) if poll is not None and poll.revealed else "")
-        inviting = self.room.inviting and self._address is not None
-        self._write("overlay", self._overlay, overlay_html(self._address) if inviting and self._address is not None else "")
+        inviting = self._address if self.room.inviting else None
+        self._write("overlay", self._overlay, "" if inviting is None else overlay_html(inviting))
 
     def _write(self, name: str, handle: viser.GuiHtmlHandle, text: str) -> None:
         if self._texts.get(name, "") != text:
             self._texts[name] = handle.content = text
 
     def _show_to_each(self, poll: Poll | None) -> None:
-        state = ClassState(self.room.heads, self.room.free, self.room.paused, self.room.inviting, len(self._waiting), poll)
+        state = ClassState(
+            self.room.heads, self.room.free, self.room.paused, self.room.inviting, len(self._explorers.waiting), poll
+        )
         for seat in self._seats.values():
             if seat.panel is not None:
                 with contextlib.suppress(Exception), seat.client.atomic():
@@ -225,7 +179,7 @@ class LectureHost(Visitors):
                         seat.answers.fold(self.lessons.open)
                         seat.answers.show(poll, None if poll is None else self.room.ballots.answer_of(poll.place, seat.who))
 
-    def _line(self, seat: _Seat) -> tuple[str, str]:
+    def _line(self, seat: Seat) -> tuple[str, str]:
         """Return what stands at the top of a student's page."""
         if self.room.paused:
             return "halt", say(HALTED)
@@ -239,21 +193,14 @@ class LectureHost(Visitors):
 
     # ---- who comes and goes ------------------------------------------------------------------------------------------------
 
-    def _belongs_apart(self, query: dict[str, str]) -> bool:
-        """Return whether the browser that comes with a query is to have its own session; asked on the network's thread."""
-        word = word_of(query)
-        if word is None or is_teacher(self._key, query) or "screen" in query:
-            return False
-        return self.room.free and self.room.places.holds(word)
-
     def _arrive(self, client: viser.ClientHandle) -> None:
         number, query = client.client_id, request_query(client)
         word = word_of(query)
-        seat = _Seat(client, query, word or f"tab {number}", word is not None, "screen" in query, is_teacher(self._key, query))
+        seat = Seat(client, query, word or f"tab {number}", word is not None, "screen" in query, is_teacher(self._key, query))
         self._seats[number] = seat
         try:
-            if self._apart.holds(number):
-                self._stand_up(seat)
+            if self._explorers.holds(number):
+                self._explorers.let_in(seat, self._seats.values(), self.session.settings, self.lessons)
                 self.room.enter(number, seat.who)
                 return
             self._view.welcome(client)
@@ -271,29 +218,28 @@ class LectureHost(Visitors):
     def _leave(self, number: int) -> None:
         seat = self._seats.pop(number, None)
         self.room.leave(number)
-        if seat is not None and seat.stand is not None:
-            self._keep(seat)
-            seat.stand.operation.close()
-            seat.stand.session.close()
+        if seat is not None:
+            self._explorers.leave(seat)
         if number == self._operator:
             if self._operation is not None:
                 self._operation.close()
             self._operator, self._operation = None, None
             self.session.hold(None)
 
-    def _give_part(self, seat: _Seat) -> None:
+    def _give_part(self, seat: Seat) -> None:
         """Give a student what is theirs beside the stage."""
         number, client, who = seat.client.client_id, seat.client, seat.who
         self.room.enter(number, who)
         seat.banner = Banner(client.gui)
         seat.answers = Answers(client, self._view.lesson_panel, lambda choice: self._post_answer(who, choice))
 
-    def _give_panel(self, seat: _Seat) -> TeacherPanel:
+    def _give_panel(self, seat: Seat) -> TeacherPanel:
         notes = self._notes if seat.teacher else None
-        seat.panel = TeacherPanel(seat.client, self._post, self._find_address(seat), notes)
+        self._address = find_address(origin_of(seat.client), self._listening, self._server.get_port())
+        seat.panel = TeacherPanel(seat.client, self._post, self._address, notes)
         return seat.panel
 
-    def _take_back(self, seat: _Seat) -> None:
+    def _take_back(self, seat: Seat) -> None:
         self.room.leave(seat.client.client_id)
         for part in (seat.banner, seat.answers):
             if part is not None:
@@ -317,7 +263,8 @@ class LectureHost(Visitors):
             break
         for number, seat in self._seats.items():
             # Without a key nobody is a student before somebody leads.
-            if number != self._operator and not (seat.teacher or seat.screen or seat.banner or seat.stand) and self._operator:
+            led = self._operator is not None and number != self._operator
+            if led and not (seat.teacher or seat.screen or seat.banner or seat.stand):
                 self._give_part(seat)
 
     def _translate(self) -> None:
@@ -371,7 +318,7 @@ class LectureHost(Visitors):
                 self._ask_again()
             case "invite":
                 room.inviting = not room.inviting
-        self._next = 0.0
+        self._explorers.hurry()
 
     def _pause(self, paused: bool) -> None:
         room, session = self.room, self.session
@@ -402,69 +349,3 @@ class LectureHost(Visitors):
 
     def _answer(self, who: str, choice: int) -> None:
         self.room.answer(self._walk, who, choice)
-
-    @property
-    def _address(self) -> Address | None:
-        seat = next((seat for seat in self._seats.values() if seat.panel is not None), None)
-        return None if seat is None else self._find_address(seat)
-
-    def _find_address(self, seat: _Seat) -> Address:
-        return find_address(origin_of(seat.client), self._listening, self._server.get_port())
-
-    # ---- those who explore -------------------------------------------------------------------------------------------------
-
-    def _settle(self, now: float) -> None:
-        """Now and then: give places, and call those elsewhere who are not where they belong."""
-        if now < self._next:
-            return
-        self._next = now + SETTLE
-        room = self.room
-        students = [seat for seat in self._seats.values() if seat.banner is not None or seat.stand is not None]
-        room.settle(tuple(seat.who for seat in students if seat.lasting), monotonic())
-        for seat in students:
-            wanted = room.free and seat.lasting and room.places.holds(seat.who)
-            if wanted != (seat.stand is not None) and not seat.moved:
-                seat.moved = True
-                self._apart.move(seat.client)
-        self._waiting = tuple(who for who in room.here if room.free and not room.places.holds(who))
-
-    def _stand_up(self, seat: _Seat) -> None:
-        """Give a student a session: as they left theirs, or as the teacher's is."""
-        for other in self._seats.values():
-            if other is not seat and other.who == seat.who and other.stand is not None:
-                # A connection that is gone may not have been noticed yet.
-                self._keep(other)
-        kept = self.room.places.kept(seat.who)
-        settings = self.session.settings if kept is None else kept.settings
-        saved = self._from_stage(seat.who) if kept is None else kept.saved
-        found = None if saved is None else (saved, True)
-        stand = Stand(seat.client, settings, (), lambda: self.wake(), self._background, self._people, self._book, found)
-        if kept is not None and saved is not None and saved.open:
-            stand.session.post(lambda: _restore(stand.session, kept.settings))
-        seat.stand = stand
-
-    def _from_stage(self, who: str) -> Saved | None:
-        """Return the teacher's lesson and step as a place to begin at, with the student's own answers; None outside the lessons."""
-        saved = self.lessons.saved()
-        if saved is None or not saved.open:
-            return None
-        return Saved(self.room.progress_of(who, self.lessons.walk), saved.own, True)
-
-    def _keep(self, seat: _Seat) -> None:
-        assert seat.stand is not None
-        self.room.places.keep(seat.who, Kept(seat.stand.session.settings, seat.stand.lessons.saved()))
-
-
-def _restore(session: Session, settings: Settings) -> None:
-    """Take on the settings that a student had changed within a step."""
-    for key, value in values(settings).items():
-        if values(session.settings)[key] != value:
-            session.change(key, value)
-
-
-def origin_of(client: viser.ClientHandle) -> str:
-    """Return the page's own address as a visitor's browser reached it; "" if it did not say."""
-    connection = client._viser_server._websock_server._live_connections.get(client.client_id)
-    if connection is None or connection.request is None:
-        return ""
-    return str(connection.request.headers.get("Origin", ""))[:300]

@@ -3,6 +3,7 @@
 import io
 import ipaddress
 import socket
+from functools import lru_cache
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
@@ -55,6 +56,7 @@ def own_address() -> str:
             return "127.0.0.1"
 
 
+@lru_cache(maxsize=8)
 def qr_svg(text: str) -> str:
     """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need."""
     out = io.BytesIO()

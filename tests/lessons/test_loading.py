@@ -489,7 +489,7 @@ def test_what_translated_lessons_measure_is_named_in_their_language() -> None:
 def test_the_documents_for_teachers_name_what_exists() -> None:
     """Commands and options in the plan are those of the program; the model names the closed forms."""
     plan = (FOLDER / "lecture-plan.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"--([a-z][a-z-]+)", plan)) <= {"lecture", "key", "profile", "sessions"}
+    assert set(re.findall(r"--([a-z][a-z-]+)", plan)) <= {"lecture", "key", "profile", "sessions", "host"}
     minutes = [int(row.split("|")[2]) for row in plan.splitlines() if re.match(r"\| \d:\d\d ", row)]
     assert sum(minutes) == 90
     model = (FOLDER / "model.md").read_text(encoding="utf-8")

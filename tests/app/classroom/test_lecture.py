@@ -264,6 +264,7 @@ def test_a_student_operates_nothing_but_their_own_answer(house: OpenHouse, come:
 def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, come: Come) -> None:
     opened, host, teacher = open_class(house, come)
     click(teacher, "Leave the lessons")
+    teacher.wait_for(lambda _: not host.lessons.open, WAIT)
     ask(host.session, lambda s: s.change("dm", 0.12))
     ann, bo = come(opened, "ann"), come(opened, "bo")
     choose(teacher, "Explore freely")

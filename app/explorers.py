@@ -1,0 +1,155 @@
+"""Students of a lecture who explore: who gets a place, and how everybody finds their own session again."""
+
+import logging
+from collections.abc import Callable, Collection
+from time import monotonic
+from typing import Final
+
+from app.apart import Apart
+from app.background import Background
+from app.classroom.classroom import Classroom
+from app.classroom.key import is_teacher
+from app.classroom.places import Kept
+from app.cloakroom import Cloakroom
+from app.lessons.lesson import LessonBook
+from app.page.lesson_resume import word_of
+from app.page.lesson_run import LessonRun
+from app.page.lesson_saved import Saved
+from app.people import People
+from app.seat import Seat
+from app.server import DuetServer
+from app.session import Session
+from app.settings import Settings
+from app.stand import Stand
+from scenes.settings import values
+
+log = logging.getLogger("duet.lecture")
+
+SETTLE: Final = 0.25
+"""Time between two looks at who gets a place of their own [s]."""
+
+
+class Explorers:
+    """Sessions of students' own, beside the stage.
+
+    Args:
+        server: whose stage is about to be built.
+        room: the class.
+        key: the teacher's, whose browser never leaves the stage; None if there is none.
+        background: computes for the sessions.
+        people: who can be imitated.
+        book: the lessons.
+        wake: asks for a frame at once.
+
+    Attributes:
+        waiting: the words of those who have no place.
+    """
+
+    def __init__(
+        self,
+        server: DuetServer,
+        room: Classroom,
+        key: str | None,
+        background: Background,
+        people: People,
+        book: LessonBook,
+        wake: Callable[[], None],
+    ) -> None:
+        self._server, self._room, self._key, self._wake = server, room, key, wake
+        self._background, self._people, self._book = background, people, book
+        self._apart = Apart(server, self._belongs_apart)
+        self._cloakroom = Cloakroom()
+        self._next = 0.0
+        self.waiting: tuple[str, ...] = ()
+
+    def close(self) -> None:
+        """Close the sessions of those who are away."""
+        self._cloakroom.close()
+        self._apart.close()
+
+    def _belongs_apart(self, query: dict[str, str]) -> bool:
+        """Return whether the browser that comes with a query is to have its own session; asked on the network's thread."""
+        word = word_of(query)
+        if word is None or is_teacher(self._key, query) or "screen" in query:
+            return False
+        return self._room.free and self._room.places.holds(word)
+
+    def holds(self, number: int) -> bool:
+        """Return whether the browser with this client id does not see the stage."""
+        return self._apart.holds(number)
+
+    def hurry(self) -> None:
+        """Settle in the next frame: the teacher has decided something."""
+        self._next = 0.0
+
+    def settle(self, seats: Collection[Seat], now: float) -> None:
+        """Now and then: give places, and call those elsewhere who are not where they belong. `now`: wall time [s]."""
+        self._cloakroom.tidy()
+        if now < self._next:
+            return
+        self._next = now + SETTLE
+        room = self._room
+        students = [seat for seat in seats if seat.banner is not None or seat.stand is not None]
+        room.settle(tuple(seat.who for seat in students if seat.lasting), monotonic())
+        for seat in students:
+            wanted = room.free and seat.lasting and room.places.holds(seat.who)
+            if wanted != (seat.stand is not None) and not seat.moved:
+                seat.moved = True
+                self._apart.move(seat.client)
+        self.waiting = tuple(who for who in room.here if room.free and not room.places.holds(who))
+
+    def let_in(self, seat: Seat, seats: Collection[Seat], stage: Settings, lessons: LessonRun) -> None:
+        """Give a student a session: their own where they left it, or one with their settings, or one as the stage's is."""
+        for other in seats:
+            if other is not seat and other.who == seat.who and other.stand is not None:
+                # A connection that is gone may not have been noticed yet.
+                self._keep(seat.who, other.stand)
+                other.stand.superseded = True
+        back, kept = self._cloakroom.fetch(seat.query), self._room.places.kept(seat.who)
+        settings = stage if kept is None else kept.settings
+        saved = self._from_stage(seat.who, lessons) if kept is None else kept.saved
+        found = None if saved is None else (saved, True)
+        stand = Stand(seat.client, settings, (), self._wake, self._background, self._people, self._book, found, back)
+        if back is None and kept is not None and saved is not None and saved.open:
+            stand.session.post(lambda: _restore(stand.session, kept.settings))
+        seat.stand = stand
+
+    def leave(self, seat: Seat) -> None:
+        """A student's connection is gone: what is theirs is kept for when they are back."""
+        stand = seat.stand
+        if stand is None:
+            return
+        stand.halt(False)
+        self._keep(seat.who, stand)
+        stand.operation.close()
+        if stand.superseded:
+            stand.session.close()
+        else:
+            self._cloakroom.leave(seat.query, stand.session, stand.lessons)
+
+    def frame(self, number: int, stand: Stand, now: float, elapsed: float) -> None:
+        """Advance and draw one student's session. `number`: of the client; `now`: wall time; `elapsed`: since the last frame [s]."""
+        try:
+            stand.halt(self._room.paused)
+            stand.frame(now, elapsed)
+        except Exception:
+            # One broken page must not stop the others; a tab that is just closing ends up here too.
+            if number in self._server.get_clients():
+                log.exception("a frame of a student's page failed")
+
+    def _from_stage(self, who: str, lessons: LessonRun) -> Saved | None:
+        """Return the stage's lesson and step as a place to begin at, with the student's own answers; None outside the lessons."""
+        saved = lessons.saved()
+        if saved is None or not saved.open:
+            return None
+        return Saved(self._room.progress_of(who, lessons.walk), saved.own, True)
+
+    def _keep(self, who: str, stand: Stand) -> None:
+        self._room.places.keep(who, Kept(stand.session.settings, stand.lessons.saved()))
+
+
+def _restore(session: Session, settings: Settings) -> None:
+    """Take on the settings that a student had changed within a step."""
+    for key, value in values(settings).items():
+        if values(session.settings)[key] != value:
+            session.change(key, value)

@@ -1,0 +1,85 @@
+"""A teacher and two students in a real browser: answers by key and by click, the reveal, and out to explore and back, twice."""
+
+from __future__ import annotations
+
+from playwright.sync_api import Page
+
+from app.hosts import LectureHost
+from app.session import Session
+from app.settings import Settings
+from scenes.settings import changed
+from tests.app.conftest import OpenHouse, ask
+from tests.browser import PageAt, close_software_note, until
+
+WAIT = 60.0
+
+
+def come(page: Page, address: str) -> None:
+    """Open the page, and wait for the lesson."""
+    page.set_default_timeout(WAIT * 1000.0)
+    page.goto(address)
+    page.locator(".duet-l-head").wait_for()
+    close_software_note(page)
+
+
+def on_stage(page: Page, key: str) -> None:
+    """Press a key where no widget takes it."""
+    page.locator("body").click(position={"x": 400, "y": 60})
+    page.keyboard.press(key)
+
+
+def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
+    host = opened.host
+    assert isinstance(host, LectureHost)
+    teacher, ann, bo = page_at(1000, 560), page_at(640, 420), page_at(640, 420)
+    come(teacher, f"{opened.url}/?key=chalk&lesson=1")
+    come(ann, opened.url)
+    come(bo, opened.url)
+
+    # One answers by key, the other by click; the teacher sees how many, and nobody else does.
+    teacher.get_by_text("0 answered · 2 not yet").wait_for()
+    ann.get_by_role("button", name="1 In none").wait_for()
+    on_stage(ann, "1")
+    bo.get_by_role("button", name="3 In 4.").click()
+    teacher.get_by_text("2 answered · 0 not yet").wait_for()
+    until(bo, lambda: "Your prediction: In 4." in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
+    assert ann.locator(".duet-poll").count() == bo.locator(".duet-poll").count() == 0
+    teacher.get_by_role("button", name="Reveal to everybody").click()
+    for page in (ann, bo):
+        page.locator(".duet-poll").get_by_text("2 answered").wait_for()
+    until(bo, lambda: "Answers are closed" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
+
+    # The address on every screen, and away by a key.
+    on_stage(teacher, "Alt+Shift+J")
+    over = ann.locator("#duet-overlay")
+    over.get_by_role("img", name="QR code of the address").wait_for()
+    box = over.locator("section").bounding_box()
+    assert box is not None and box["y"] >= 0.0 and box["y"] + box["height"] <= 420.0
+    ann.keyboard.press("Escape")
+    over.locator("section").wait_for(state="detached")
+
+    # Out to explore: every tab finds its own session by itself.
+    def sessions() -> list[Session]:
+        for page in (ann, bo):
+            page.locator(".duet-banner.own").first.wait_for()
+            page.locator(".duet-l-head").wait_for()
+        return list(host.sessions.values())
+
+    teacher.get_by_role("button", name="Explore freely").click()
+    mine = sessions()
+    assert len(mine) == 2
+    close_software_note(ann)
+    on_stage(ann, "[")
+    speeds = lambda: sorted(ask(one, lambda s: s.settings.page.speed) for one in host.sessions.values())  # noqa: E731
+    until(ann, lambda: speeds() == [0.5, 1.0], "one of them slower", WAIT)
+    assert ask(host.session, lambda s: s.settings.page.speed) == 1.0
+
+    # Back to the stage, and out again: each with their own settings.
+    teacher.get_by_role("button", name="Follow me").click()
+    for page in (ann, bo):
+        page.locator(".duet-banner.follow").first.wait_for()
+    assert not host.sessions
+    teacher.get_by_role("button", name="Explore freely").click()
+    sessions()
+    until(ann, lambda: speeds() == [0.5, 1.0], "each their own", WAIT)
