@@ -18,12 +18,15 @@ from typing import Any, Final, get_args
 
 import numpy as np
 
+from app.background import Background
 from app.crowd import limit_of, measure_crowd
 from app.server import duet_version
+from app.session import Session
+from app.settings import Settings
 from app.wsclient import Visitor
 from controllers.errors import BadInputFile
 from scenes.cast import Person
-from scenes.settings import LawName, RunSettings, SceneName
+from scenes.settings import LawName, RunSettings, SceneName, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 
@@ -37,6 +40,12 @@ RESTLESS: Final = "hold, soft minimum, bounds at work"
 
 SERVE_WARM_UP: Final = 3.0
 """Time a visitor is left alone before it is watched [s]."""
+
+FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
+"""Link to a page with a ghost and four plots over time."""
+
+PAST: Final = 30.0
+"""How much of a run "what if" makes again [s]."""
 
 WATCHERS: Final = 30
 SESSIONS: Final = 8
@@ -102,11 +111,48 @@ def measure_steps(steps: int) -> Figures:
     }
 
 
-def measure_visitor(seconds: float) -> dict[str, float]:
+def measure_run() -> dict[str, float]:
+    """Return how long `lwr-duet run` takes for 46 s of the hold experiment, and how much of it is start-up [s]."""
+    times: list[float] = []
+    for seconds in ("46", "0.005"):
+        begin = time.perf_counter()
+        command = [sys.executable, "-m", "app", "run", "--scene", "hold", "--seconds", seconds]
+        subprocess.run(command, check=True, capture_output=True)
+        times.append(time.perf_counter() - begin)
+    return {"wall_s": times[0], "start_s": times[1]}
+
+
+def measure_what_if() -> dict[str, float]:
+    """Return how long the curves of "what if" take from the last move of a slider until they can be drawn [s]."""
+    background = Background()
+    session = Session(changed(Settings(), "whatif", True), background=background)
+    try:
+        while session.simulation.time < PAST:
+            session.advance(0.05)
+        figures: dict[str, float] = {}
+        for name, distance in (("first_s", 0.12), ("later_s", 0.17)):
+            answer = session.what_if
+            session.change("dm", distance)
+            begin = time.perf_counter()
+            while session.what_if is answer and time.perf_counter() - begin < PAST:
+                time.sleep(1.0 / 32.0)
+                session.advance(1.0 / 32.0)
+            figures[name] = time.perf_counter() - begin
+        return figures
+    finally:
+        session.close()
+        background.close()
+
+
+def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
     """Return what one visitor costs a server that was started as anybody starts it: CPU, messages, bytes and frames.
 
     Args:
         seconds: how long the visitor is watched.
+        query: of the link that the visitor comes by.
+
+    Returns:
+        Besides that, the time from the command until the server answers, and until the arms have arrived at the visitor [s].
     """
     command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
@@ -116,13 +162,15 @@ def measure_visitor(seconds: float) -> dict[str, float]:
             line = server.stdout.readline()
             started = time.perf_counter() - begin
             url = next(word for word in line.split() if word.startswith("http"))
-            return {"start_s": started, **asyncio.run(_watch(url, server.pid, seconds))}
+            return {"start_s": started, **asyncio.run(_watch(url, server.pid, seconds, query, begin))}
         finally:
             server.terminate()
 
 
-async def _watch(url: str, pid: int, seconds: float) -> dict[str, float]:
-    guest = await Visitor(url).connect()
+async def _watch(url: str, pid: int, seconds: float, query: str, started: float) -> dict[str, float]:
+    guest = await Visitor(url, query=query).connect()
+    await guest.wait_for(lambda v: v.mirror.replayed and any(name.endswith("/j7") for name in v.mirror.nodes))
+    seen = time.perf_counter() - started
     await asyncio.sleep(SERVE_WARM_UP)
     guest.reset_counters()
     cpu, begin = _cpu_seconds(pid), time.perf_counter()
@@ -130,6 +178,7 @@ async def _watch(url: str, pid: int, seconds: float) -> dict[str, float]:
     cpu, elapsed = _cpu_seconds(pid) - cpu, time.perf_counter() - begin
     received = guest.received
     figures = {
+        "arms_s": seen,
         "cpu_percent_of_a_core": 100.0 * cpu / elapsed,
         "frames_per_s": received.frames / elapsed,
         "messages_per_s": received.messages.total() / elapsed,
@@ -160,7 +209,10 @@ def measure(steps: int, seconds: float) -> dict[str, Any]:
         "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
         "figures": {
             **measure_steps(steps),
+            "run of 46 s": measure_run(),
+            "what if, 30 s again": measure_what_if(),
             "one visitor": measure_visitor(seconds),
+            "one visitor, ghost and four plots": measure_visitor(seconds, FULL_PAGE),
             f"lecture with {WATCHERS} watchers": measure_crowd(WATCHERS, seconds, lecture=True),
             f"{SESSIONS} private sessions": measure_crowd(SESSIONS, seconds, lecture=False),
         },

@@ -70,7 +70,7 @@ LINKS: Final = (
         "robot=panda&scene=solo",
         "resume=../../etc",
         "window=0x0",
-        "what_if=1&details=speeds",
+        "whatif=1&plot=speeds",
     ),
 )
 
