@@ -202,7 +202,7 @@ class ReplayBar:
     def _say(self, text: str) -> None:
         if text != self._said:
             self._said = text
-            self._state.content = f'<div class="duet duet-tip" role="status">{html.escape(text)}</div>' if text else ""
+            self._state.content = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
 
     def _show_snippet(self, snippet: str) -> None:
         with self._gui.add_modal(say("This run in Python")) as modal:
