@@ -227,12 +227,11 @@ class LessonDesk:
     def _arrange_challenge(self, view: View) -> None:
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
         self._forecasts.show(view, challenge)
-        self._write(
-            "check", "label", say("Check my run") if challenge is None or not challenge.forecasts else say("Check my numbers")
-        )
         tests = self._run.own_tests
+        label = say("Check my run") if challenge is None or not challenge.forecasts else say("Check my numbers")
         if tests is not None:
-            self._write("check", "label", say("Testing …") if tests.running else say("Test my law"))
+            label = say("Testing …") if tests.running else say("Test my law")
+        self._write("check", "label", label)
         self._write("check", "disabled", tests is not None and tests.running)
         self._write("check", "visible", challenge is not None and (tests is None or tests.file is not None))
 

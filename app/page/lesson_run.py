@@ -15,7 +15,7 @@ from app.lessons.walkthrough import Phase, View, Walkthrough
 from app.own_law.examination import NO_FILE, Progress
 from app.page.lesson_runs import FurtherRuns
 from app.page.lesson_saved import Again, Saved
-from app.page.lesson_settings import adopt, astray, begin, with_look
+from app.page.lesson_settings import adopt, asks_for_own_law, astray, begin, with_look
 from app.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting, DuetError
@@ -91,6 +91,7 @@ class LessonRun:
             return
         self._waiting = None
         try:
+            self._session.let_own_law_run(True)
             self._session.invite(None)
             self._adopt(with_look(self._own, self._session))
             self._session.reset()
@@ -346,8 +347,7 @@ class LessonRun:
     @property
     def own_tests(self) -> Progress | None:
         """Return how far the tests of the visitor's own law are; None where the step does not ask for one."""
-        challenge = self.walk.step.challenge if self.open and self.walk.phase is Phase.CHALLENGE else None
-        if challenge is None or not challenge.own_law:
+        if not self.open or not asks_for_own_law(self.walk):
             return None
         examination = self._session.examination
         return NO_FILE if examination is None else examination.progress

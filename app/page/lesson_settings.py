@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Final
 
 from app.languages.speaking import text
-from app.lessons.walkthrough import Walkthrough
+from app.lessons.walkthrough import Phase, Walkthrough
 from app.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
@@ -38,8 +38,15 @@ def adopt(session: Session, settings: Settings) -> str:
     return problem
 
 
+def asks_for_own_law(walk: Walkthrough) -> bool:
+    """Return whether it is the turn of the visitor's own law: everything else in the lessons is about the settings' law."""
+    challenge = walk.step.challenge
+    return walk.phase is Phase.CHALLENGE and challenge is not None and challenge.own_law
+
+
 def begin(session: Session, walk: Walkthrough) -> None:
     """Begin the present run of a walkthrough in a session that has its settings: from where it starts, moved by whoever moves."""
+    session.let_own_law_run(asks_for_own_law(walk))
     session.reset()
     start = walk.start(session.simulation)
     if start is not None:
