@@ -149,6 +149,7 @@ class Visitor:
         query: the deep link's query without `?`.
         decode: False only counts frames and bytes, which costs next to nothing.
         read_pause: seconds to wait between frames, to play a slow one.
+        language: what to send as Accept-Language; "" for none, as programs do.
 
     Attributes:
         mirror: the page so far.
@@ -157,7 +158,14 @@ class Visitor:
     """
 
     def __init__(
-        self, url: str, origin: str | None = None, query: str = "", *, decode: bool = True, read_pause: float = 0.0
+        self,
+        url: str,
+        origin: str | None = None,
+        query: str = "",
+        *,
+        decode: bool = True,
+        read_pause: float = 0.0,
+        language: str = "",
     ) -> None:
         base = url.replace("http://", "ws://", 1).replace("https://", "wss://", 1).rstrip("/")
         self.url = f"{base}/?{query}" if query else base
@@ -167,6 +175,7 @@ class Visitor:
         self._origin = origin
         self._decode = decode
         self._read_pause = read_pause
+        self._headers = {"Accept-Language": language} if language else {}
         self._news = asyncio.Event()
         self._reader: asyncio.Task[None] | None = None
         self._socket: websockets.ClientConnection | None = None
@@ -180,6 +189,7 @@ class Visitor:
         self._socket = await websockets.connect(
             self.url,
             origin=None if self._origin is None else Origin(self._origin),
+            additional_headers=self._headers,
             subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
             max_size=None,
             compression=None,

@@ -8,6 +8,7 @@ import ast
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -76,6 +77,7 @@ OTHERS: Final = (
 """Said by what knows no page."""
 
 
+@cache
 def messages() -> tuple[str, ...]:
     """Return every English text that the page says, each once, sorted; formulas, numbers and names of symbols are left out."""
     return tuple(sorted({found for found in (*_of_tables(), *_of_sources()) if _has_words(found)}))

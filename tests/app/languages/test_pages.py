@@ -1,0 +1,152 @@
+"""Pages in other languages, without a browser: what the server sends."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from app.lessons.loading import load_lessons
+from app.page.keys import HOTKEYS
+from app.page.lesson_text import plain
+from app.settings import Settings
+from app.wsclient import SyncVisitor
+from scenes.settings import changed
+from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
+
+TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
+NO_TEXT = re.compile(
+    # Style, drawings and code; then what is left of tags; what is a name or a symbol; what a lesson's own file says.
+    r"<style>.*?</style>|<svg.*?</svg>|<pre.*?</pre>|<kbd>.*?</kbd>|<code>.*?</code>|<[^>]*>|&\w+;",
+    re.DOTALL,
+)
+WORD = re.compile(r"[^\W\d_]{3,}")
+NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max"})
+
+
+def texts(visitor: SyncVisitor) -> Iterator[str]:
+    """Everything that the page says now: labels, hints, choices, HTML, commands and messages."""
+    elements = [*list(visitor.mirror.gui.values()), *list(visitor.mirror.commands.values())]
+    for element in elements:
+        for key in TEXTS:
+            found = element.get(key)
+            for text in [found] if isinstance(found, str) else found or ():
+                if isinstance(text, str):
+                    yield text
+
+
+def untranslated(text: str) -> list[str]:
+    """The words of a text that stand outside the brackets of the pseudo-language."""
+    plain_text = NO_TEXT.sub("\n", text)
+    while "⟦" in plain_text:
+        # The innermost first: a sentence may have translated parts.
+        shorter = re.sub(r"⟦[^⟦⟧]*⟧", "", plain_text)
+        if shorter == plain_text:
+            break
+        plain_text = shorter
+    return [word for word in WORD.findall(plain_text) if word not in NAMES]
+
+
+def assert_all_said(visitor: SyncVisitor) -> None:
+    """Nothing on the page is English."""
+    left = {text[:120]: words for text in texts(visitor) if (words := untranslated(text))}
+    assert left == {}
+
+
+def choose(guest: Guest, **values: object) -> None:
+    """Change settings, and run on until the page has followed."""
+    ask(guest.session, lambda s: [s.change(key, value) for key, value in values.items()])
+    guest.run_on(0.5)
+
+
+def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "lang=pseudo&details=none")
+    assert_all_said(guest.visitor)
+    choose(guest, ghost="frozen", whatif=True)
+    for scene, plot, law in (
+        ("solo", "joints", "smooth_priority"),
+        ("ball", "curve", "null_space_avoidance"),
+        ("hold", "laws", "barrier_qp"),
+        ("hold", "map", "strict_switched"),
+        ("master_slave", "follow", "potential_field"),
+        ("imitation", "pairs", "intermediate_value"),
+        ("imitation", "follow", "unprotected"),
+        ("hold", "stability", "smooth_priority"),
+        ("hold", "stability", "barrier_qp"),
+        ("hold", "speeds", "strict_priority"),
+    ):
+        choose(guest, scene=scene, plot=plot, law=law)
+        assert_all_said(guest.visitor)
+    ask(guest.session, lambda s: s.measure_smoothness())
+    choose(guest, scene="imitation", source="camera")
+    assert_all_said(guest.visitor)
+
+
+@pytest.mark.parametrize(
+    ("query", "language", "words"),
+    [
+        ("lang=de", "", ("Szene", "Uhr", "mehr")),
+        ("lang=sl", "de", ("prizor", "ura", "več grafov")),
+        ("", "de-AT,de;q=0.9,en;q=0.8", ("Szene", "Uhr", "mehr")),
+        ("", "sl-SI", ("prizor", "ura", "več grafov")),
+        ("lang=en", "sl-SI", ("scene", "clock", "more plots")),
+        ("lang=auto", "fr", ("scene", "clock", "more plots")),
+        ("lang=klingon", "fr", ("scene", "clock", "more plots")),
+    ],
+)
+def test_link_and_browser_choose(house: OpenHouse, join: Join, query: str, language: str, words: tuple[str, ...]) -> None:
+    visitor = join(house(), query, language=language)
+    visitor.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS))
+    for label in words:
+        visitor.mirror.labelled(label)
+
+
+def test_controls_work_in_another_language(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "lang=de")
+    guest.visitor.set_value("Szene", "Ein Ball im Weg (Abb. 1)")
+    guest.wait(lambda s: s.settings.run.scene == "ball")
+    clock = guest.visitor.mirror.labelled("Uhr")
+    guest.visitor.send({"type": "GuiUpdateMessage", "uuid": clock["uuid"], "updates": {"value": "Pause"}})
+    guest.wait(lambda s: s.paused)
+    guest.visitor.wait_for(lambda v: any("angehalten" in str(e.get("content")) for e in list(v.mirror.gui.values())))
+
+
+def test_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "lesson=1&step=2")
+    visitor = guest.visitor
+    visitor.wait_for(lambda v: any(e.get("label") == "Leave the lessons" for e in list(v.mirror.gui.values())))
+    visitor.set_value("language", "Slovenščina")
+    visitor.wait_for(lambda v: any(e.get("label") == "Zapusti lekcije" for e in list(v.mirror.gui.values())))
+    title = plain(load_lessons(language="sl").lessons[0].steps[1].title)
+    visitor.wait_for(lambda v: any(title in str(e.get("content")) for e in list(v.mirror.gui.values())))
+    visitor.wait_for(lambda v: any(c["label"] == "Lekcija: zapusti lekcije" for c in list(v.mirror.commands.values())))
+    # Everything is there once.
+    labels = [str(element["label"]) for element in visitor.mirror.gui.values() if element.get("label")]
+    assert [labels.count(label) for label in ("jezik", "prizor", "zakon", "ura")] == [1, 1, 1, 1]
+    assert not {"language", "scene", "law", "clock", "Leave the lessons"} & set(labels)
+    visitor.set_value("jezik", "English")
+    visitor.wait_for(lambda v: any(e.get("label") == "Leave the lessons" for e in list(v.mirror.gui.values())))
+
+
+def test_a_lecture_has_one_language(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    teacher = join(opened, language="de")
+    teacher.wait_for(lambda v: any(e.get("label") == "Szene" for e in list(v.mirror.gui.values())))
+    student = join(opened, language="sl")
+
+    def says(visitor: SyncVisitor, word: str) -> None:
+        visitor.wait_for(lambda v: any(word in str(e.get("content")) for e in list(v.mirror.gui.values())))
+
+    says(student, "Echtzeit")
+    (stage,) = live_sessions(opened).values()
+    ask(stage, lambda s: s.change("lang", "sl"))
+    says(student, "resnični čas")
+    says(teacher, "resnični čas")
+    teacher.wait_for(lambda v: any(e.get("label") == "prizor" for e in list(v.mirror.gui.values())))
+
+
+def test_a_lecture_in_the_language_of_its_start(house: OpenHouse, join: Join) -> None:
+    opened = house(changed(Settings(), "lang", "sl"), lecture=True)
+    visitor = join(opened, language="de")
+    visitor.wait_for(lambda v: any(e.get("label") == "prizor" for e in list(v.mirror.gui.values())))
