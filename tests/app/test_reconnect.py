@@ -26,6 +26,7 @@ from app.wsclient import SyncVisitor
 from scenes.settings import changed
 from tests.app.conftest import HAND, OpenHouse, ask, live_sessions
 from tests.app.test_page import page_label
+from tests.browser import PageAt, until, wait_ready
 
 WORD = "0123456789abcdef0123456789abcdef"
 
@@ -205,6 +206,28 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     one.cut()
     one.come()
     assert remembered(one) == after
+
+
+def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house()
+    page = page_at(800, 600)
+    page.goto(f"{opened.url}/?n=8")
+    until(page, lambda: len(live_sessions(opened)) == 1, "a session")
+    ((number, session),) = live_sessions(opened).items()
+    ask(session, lambda s: [s.change("dm", 0.21), s.change("ghost", "frozen"), s.toggle_pause()])
+    state = ask(session, lambda s: (s.settings, s.simulation.steps))
+    for turn in range(3):
+        wait_ready(page, HAND)
+        if turn == 2:
+            page.reload()
+        else:
+            (connection,) = opened.server._websock_server._live_connections.values()
+            connection.loop.call_soon_threadsafe(connection.transport.abort)
+        until(page, lambda before=number: list(live_sessions(opened)) not in ([], [before]), "a new connection")
+        ((number, again),) = live_sessions(opened).items()
+        assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
+        page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
+    assert len(host_of(opened)._cloakroom) == 0
 
 
 def test_what_is_kept_is_kept_for_ten_minutes_and_for_few() -> None:
