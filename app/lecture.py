@@ -89,7 +89,11 @@ class LectureHost(Visitors):
         """Draw the stage, for everybody."""
         gui = self._server.gui
         self._view = View(self._server, self.session, self._watchers, self.lessons)
-        self._overlay, self._poll = gui.add_html(""), None
+        self._overlays = [gui.add_html("")]
+        self._poll: viser.GuiHtmlHandle | None = None
+        with self._view.plots_tab:
+            # A folded panel is not on the page; one of several is.
+            self._overlays.append(gui.add_html(""))
         self._texts: dict[str, str] = {}
 
     def _watchers(self) -> list[viser.ClientHandle]:
@@ -152,10 +156,13 @@ class LectureHost(Visitors):
         if self._poll is None and tab is not None:
             with tab:
                 self._poll = self._server.gui.add_html("", order=ORDER["verdict"] - 0.5)
+                self._overlays.append(self._server.gui.add_html(self._texts.get("overlay 0", ""), order=0.2))
         if self._poll is not None:
             self._write("poll", self._poll, poll_html(poll) if poll is not None and poll.revealed else "")
         inviting = self._address if self.room.inviting else None
-        self._write("overlay", self._overlay, "" if inviting is None else overlay_html(inviting))
+        shown = "" if inviting is None else overlay_html(inviting)
+        for i, overlay in enumerate(self._overlays):
+            self._write(f"overlay {i}", overlay, shown)
 
     def _write(self, name: str, handle: viser.GuiHtmlHandle, text: str) -> None:
         if self._texts.get(name, "") != text:
