@@ -152,6 +152,11 @@ class Session:
         law = self._law_of_run() or self._law_of_ghost()
         return law.problem.text if law is not None and law.problem is not None else ""
 
+    @property
+    def own_law_away(self) -> bool:
+        """Whether the file of one's own law is gone; what it said last stays in force."""
+        return self._own_law is not None and self._own_law.away
+
     def let_own_law_run(self, runs: bool) -> None:
         """Have a law of one's own in force, where there is one, or (in lessons, until it is its turn) not. The run begins anew."""
         if self._own_law is not None and runs != self._own_law_runs:

@@ -20,7 +20,7 @@ class Past:
     """
 
     ghost = held = what_if = smoothness = own_law = own_ghost = None
-    computing = False
+    computing = own_law_away = False
     study_message = own_law_problem = ""
 
     def __init__(self, replay: Replay, settings: Settings, trade_off: TradeOffMap | None = None) -> None:

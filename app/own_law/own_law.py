@@ -21,6 +21,9 @@ LOOK: Final = 0.5
 LARGEST: Final = 2**20
 """Size of a file [bytes]; more is none that somebody wrote."""
 
+_MISSED: Final = 4
+"""Looks in a row without a file, after which it is away."""
+
 _REMEMBERED: Final = 4096
 """Values of λ kept: a curve is drawn again and again at the same distances."""
 
@@ -76,6 +79,7 @@ class OwnLaw:
         """The newest situation, as it was asked about."""
         self._answered = False
         """Whether the present process has given velocities."""
+        self._missed = 0
 
     def __enter__(self) -> "OwnLaw":
         return self
@@ -87,6 +91,11 @@ class OwnLaw:
     def pid(self) -> int | None:
         """Id of the process; None while there is none."""
         return self._process.pid if self._process is not None else None
+
+    @property
+    def away(self) -> bool:
+        """Whether the file has not been there for a while; what was read of it last stays in force."""
+        return self._missed >= _MISSED
 
     @property
     def seconds(self) -> float:
@@ -145,6 +154,7 @@ class OwnLaw:
             return False
         self._looked = now
         stamp = _stamp(self.path)
+        self._missed = self._missed + 1 if stamp is None else 0
         if stamp is None or stamp == self._stamp:
             # Editors replace a file by removing it first: that it is away is no news.
             return False

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from app.own_law.own_law import OwnLaw
 from app.page.swivel import Swivel
 from controllers.budget import resting_distance
 from controllers.kinematics import Array
@@ -126,7 +127,7 @@ class PlotBuffer:
         law, c, s = run.law, COLUMNS, COLUMN
         d, e2 = float(table[:, s["d"]].min()), float(table[:, s["e2"]].max())
         u, w, u_b = float(last[s["u"]]), float(last[s["w_law"]]), float(last[s["u_b"]])
-        rest = resting(run, u, w, None if u_b != u_b else u_b)
+        rest = math.nan if isinstance(simulation.law, OwnLaw) else resting(run, u, w, None if u_b != u_b else u_b)
         b[c["t"]] = last[s["t"]]
         b[c["d"]] = d if not b[c["d"]] < d else b[c["d"]]
         b[c["d_m"]] = law.critical_distance

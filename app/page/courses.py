@@ -10,6 +10,7 @@ from typing import Final
 
 from app.languages.sides import side
 from app.languages.speaking import say, text
+from app.own_law.own_law import OwnLaw
 from app.page.bins import COLUMNS, DRIVEN, JOINTS, RESTING
 from app.page.relevance import both_avoid
 from app.page.theme import Palette
@@ -157,7 +158,8 @@ def course_of(name: str, simulation: Simulation) -> Course:
             two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
             return _squared_error(simulation.error_unit, (side(avoiding), side(other)) if two else (side(avoiding),))
         case "distance":
-            return _DISTANCE if run.law.law in RESTING else replace(_DISTANCE, legend=_DISTANCE.legend[:1])
+            rests = run.law.law in RESTING and not isinstance(simulation.law, OwnLaw)
+            return _DISTANCE if rests else replace(_DISTANCE, legend=_DISTANCE.legend[:1])
         case "joints":
             return _of_joints(text("joints q"), "°", "q", count, (-180.0, 180.0))
         case "rates":

@@ -88,7 +88,7 @@ class LessonPanel:
             self._panel.visible = True
             self._panel.dock_left()
             self._panel.set_width(self._width)
-        state = run.version, run.computing, run.own_law_problem
+        state = run.version, run.computing, run.own_law_state
         if opened or state != self._shown or now >= self._next:
             self._next = now + PERIOD
             self._shown = state
@@ -100,7 +100,7 @@ class LessonPanel:
                 self._panel.expand()
             blocks = blocks_html(view, numbers, run.computing, self._operated)
             if run.own_tests is not None:
-                blocks["attempt"] = law_html(run.own_tests, run.own_law_problem, view.passed)
+                blocks["attempt"] = law_html(run.own_tests, *run.own_law_state, view.passed)
             for name, text in blocks.items():
                 self._write(name, text)
         return opened

@@ -353,9 +353,9 @@ class LessonRun:
         return NO_FILE if examination is None else examination.progress
 
     @property
-    def own_law_problem(self) -> str:
-        """Return why the visitor's own law is not in force; "" if all is well."""
-        return self._session.own_law_problem
+    def own_law_state(self) -> tuple[str, bool]:
+        """Return why the visitor's own law is not in force ("" if all is well), and whether its file is gone."""
+        return self._session.own_law_problem, self._session.own_law_away
 
     def live(self) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are now."""

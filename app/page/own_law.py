@@ -11,18 +11,19 @@ COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_l
 """What has to be typed to have a law of one's own on the page."""
 
 
-def law_html(progress: Progress, problem: str, passed: bool) -> str:
+def law_html(progress: Progress, problem: str, away: bool, passed: bool) -> str:
     """Return the block of the step.
 
     Args:
         progress: of the tests.
         problem: why the arm stands still; "" if all is well.
+        away: whether the file is gone.
         passed: whether the challenge was ever passed.
     """
     star = f'<p class="mark"><span>★</span> <b>{say("Challenge passed.")}</b></p>' if passed else ""
     if progress.file is None:
         return f'<div class="duet duet-lesson duet-l-attempt"><div class="card why">{star}{beginning_html()}</div></div>'
-    return f'<div class="duet duet-lesson duet-l-attempt">{file_html(progress.file, problem)}{tests_html(progress, star)}</div>'
+    return f'<div class="duet duet-lesson duet-l-attempt">{file_html(progress.file, problem, away)}{tests_html(progress, star)}</div>'
 
 
 def beginning_html() -> str:
@@ -37,16 +38,20 @@ def beginning_html() -> str:
     )
 
 
-def file_html(file: str, problem: str) -> str:
+def file_html(file: str, problem: str, away: bool) -> str:
     """Return whether the file's law runs, and if not, why: a message with its line."""
     name = escape(file)
+    if away:
+        gone = say("{file} is gone.", file=name)
+        goes_on = say("What it said last runs on. Save it again under this name.")
+        return f'<div class="card wrong law duet-say" role="status"><p><b>{gone}</b> {goes_on}</p></div>'
     if not problem:
         runs = say("{file} runs.", file=name)
         return f'<div class="card right law" role="status"><p><b>{runs}</b> {say("Save it, and the arm follows.")}</p></div>'
     what = f'<p class="what">{escape(problem)}</p>'
     return (
         f'<div class="card wrong law duet-say" role="status"><p class="mark"><span aria-hidden="true">⚠</span> '
-        f"<b>{say('{file} does not run: the arm stands still.', file=name)}</b></p>{what}"
+        f"<b>{say('{file} does not run: its arm stands still.', file=name)}</b></p>{what}"
         f"<p>{say('Mend it and save; it is loaded again by itself.')}</p></div>"
     )
 

@@ -103,12 +103,19 @@ def past_html(session: Shown) -> str:
 
 
 def own_law_html(session: Shown) -> str:
-    """Return pills that say whose law runs, and why it does not if it does not; nothing for one of ours."""
-    if session.own_law is None:
+    """Return a pill that says who runs a law of one's own, or why nobody does; nothing where there is none."""
+    file = session.own_law or session.own_ghost
+    if file is None:
         return ""
-    if not session.own_law_problem:
-        return f'<span class="go">{say("runs {file}", file=escape(session.own_law))}</span>'
-    return f'<span class="alarm">{say("the arm stands still: {why}", why=escape(session.own_law_problem))}</span>'
+    file, why = escape(file), escape(session.own_law_problem)
+    if why:
+        still = say("the arm stands still: {why}", why=why) if session.own_law else say("the ghost stands still: {why}", why=why)
+        return f'<span class="alarm">{still}</span>'
+    if session.own_law_away:
+        return f'<span class="past">{say("{file} is gone; what it said last runs on", file=file)}</span>'
+    return (
+        f'<span class="go">{say("runs {file}", file=file) if session.own_law else say("the ghost runs {file}", file=file)}</span>'
+    )
 
 
 # --- tiles ---------------------------------------------------------------------------------------------------------------------

@@ -238,21 +238,22 @@ def test_without_a_file_there_is_nothing_to_check() -> None:
 
 
 def test_without_a_file_the_step_says_what_to_type() -> None:
-    html = law_html(NO_FILE, "", False)
+    html = law_html(NO_FILE, "", False, False)
     assert all(f"<pre>{command}</pre>" in html for command in COMMANDS)
 
 
 def test_every_test_says_how_it_went_in_words() -> None:
     """Before, in the middle and in the end; what a file's author wrote is no HTML."""
     verdicts = tuple(Verdict(name, name != NAMES[1], f"d < {i} mm & so on", {}) for i, name in enumerate(NAMES))
-    before = law_html(Progress("a<b>.py"), "", False)
+    before = law_html(Progress("a<b>.py"), "", False, False)
     assert "a&lt;b&gt;.py runs." in before and all(WHY[name] in before for name in NAMES)
-    middle = law_html(Progress("my_law.py", verdicts[:3], True), "line 2: <script>", False)
-    assert "&lt;script&gt;" in middle and "the arm stands still" in middle and 'role="status"' in middle
+    middle = law_html(Progress("my_law.py", verdicts[:3], True), "line 2: <script>", False, False)
+    assert "&lt;script&gt;" in middle and "its arm stands still" in middle and 'role="status"' in middle
     for word, count in ((">passed<", 2), (">failed<", 1), (">being tested<", 1), (">waits<", 2)):
         assert middle.count(word) == count
     assert "Test 4 of 6" in middle and "d &lt; 1 mm &amp; so on" in middle and WHY[NAMES[1]] in middle
-    end = law_html(Progress("my_law.py", verdicts), "", False)
+    end = law_html(Progress("my_law.py", verdicts), "", False, False)
     assert "5 of 6 tests passed." in end and "card wrong" in end and "Challenge passed." not in end
-    assert "Challenge passed." in law_html(Progress("my_law.py", verdicts), "", True)
-    assert "&lt;no" in law_html(Progress("my_law.py", message="<no"), "", False)
+    assert "Challenge passed." in law_html(Progress("my_law.py", verdicts), "", False, True)
+    assert "my_law.py is gone." in law_html(Progress("my_law.py"), "", True, False)
+    assert "&lt;no" in law_html(Progress("my_law.py", message="<no"), "", False, False)

@@ -401,10 +401,13 @@ def test_what_is_no_news(file: Path) -> None:
         os.utime(file, ns=(1, 1))
         assert not law.refresh()
         file.unlink()
-        assert not law.refresh()
+        assert not law.refresh() and not law.away
+        assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
+        while not law.away:
+            assert not law.refresh()
         assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
         write(file, GOOD)
-        assert not law.refresh() and law.pid == pid
+        assert not law.refresh() and law.pid == pid and not law.away
         file.unlink()
         file.mkdir()
         assert law.refresh() and law.problem is not None and "cannot be read" in law.problem.text
