@@ -19,7 +19,7 @@ from app.hosts import House, open_house
 from app.lessons.walkthrough import Phase
 from app.settings import Settings
 from tests.app.conftest import ask
-from tests.app.lessons_walk import Clicks, Keys, Walked, Walker, enter, shown_step
+from tests.app.lessons_walk import Clicks, Keys, Walked, Walker, enter, named, shown_step
 from tests.browser import launch, screenshot, settled_view, until, wait_frames
 
 SIZES = ((1440, 900), (1024, 768), (390, 844))
@@ -57,6 +57,7 @@ def walk(page: Page, house: House, by: str, numbers: list[int]) -> list[Walked]:
             except BaseException:
                 screenshot(page, f"walk-{by}-{lesson.id}-{step.id}")
                 raise
+            named(page)
             print(f"  {by:6s} {found[-1].lesson:18s} {found[-1].step:14s} {found[-1].seconds:6.1f} s", flush=True)
             if step is not lesson.steps[-1] or (place + 1 < len(numbers) and lesson is not run.book.lessons[-1]):
                 walker.on_to_the_next()

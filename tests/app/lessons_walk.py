@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import ClassVar, Protocol
 
 import numpy as np
-from playwright.sync_api import Page
+from playwright.sync_api import Error, Page
 
 from app.hosts import House, PrivateHost
 from app.lessons.check import said_by
@@ -30,6 +30,9 @@ from tests.browser import close_software_note, until, wait_frames
 
 LONG = 180.0
 """How long a run may take on a busy machine [s]."""
+
+SETTLING = 4.0
+"""Until an arm has given way to a ball that stays where it is [s]."""
 
 DRAG = 0.02
 """Wall time between two places of a drag [s]."""
@@ -58,6 +61,49 @@ def shown_step(page: Page, session: Session, run: LessonRun, lesson: int, step: 
     ask(session, lambda _: run.act("go", lesson, step))
     crumb = f"Lesson {run.book.lessons[lesson].number} · step {step + 1} "
     until(page, lambda: crumb in (page.locator(".duet-l-head .crumb").text_content() or ""), crumb, 60.0)
+
+
+CONTROLS = frozenset(
+    {"button", "slider", "textbox", "spinbutton", "combobox", "checkbox", "tab", "radio", "searchbox", "switch", "link"}
+)
+"""Roles of what can be operated."""
+
+
+def unnamed(page: Page) -> list[str]:
+    """The controls that a listener would not know, by role and HTML: those without a name in the accessibility tree."""
+    chrome = page.context.new_cdp_session(page)
+    found: list[str] = []
+    for node in chrome.send("Accessibility.getFullAXTree")["nodes"]:
+        role = node.get("role", {}).get("value")
+        if node.get("ignored") or role not in CONTROLS or str(node.get("name", {}).get("value") or "").strip():
+            continue
+        try:
+            handle = chrome.send("DOM.resolveNode", {"backendNodeId": node["backendDOMNodeId"]})["object"]["objectId"]
+            asked = {
+                "objectId": handle,
+                "functionDeclaration": "function(){return this.outerHTML.slice(0,200)}",
+                "returnByValue": True,
+            }
+            found.append(f"{role}: {chrome.send('Runtime.callFunctionOn', asked)['result']['value']}")
+        except Error:
+            # It is gone already, and another one asks for its name the next time.
+            found.append(f"{role}: gone")
+    chrome.detach()
+    return found
+
+
+def named(page: Page) -> None:
+    """Wait until every control has a name; a new one gets its own a moment after it was drawn."""
+    without: list[str] = []
+
+    def all_have() -> bool:
+        without[:] = unnamed(page)
+        return not without
+
+    try:
+        until(page, all_have, "names", 20.0)
+    except AssertionError:
+        raise AssertionError("controls without a name:\n" + "\n".join(without)) from None
 
 
 class Hands(Protocol):
@@ -352,13 +398,11 @@ class Walker:
             person: Person = _Still(place)
         else:
             person = ask(session, lambda _: person_of(simulation, trial.setup))
-        if isinstance(self.hands, Keys):
-            if trial.setup.input.name == "elbow_to":
-                self._swing_by_keys(step)
+        if isinstance(self.hands, Keys) and (trial.setup.input.name == "elbow_to" or isinstance(person, _Still)):
+            if isinstance(person, _Still):
+                self._nudge_by_keys(person.place)
             else:
-                goal = person.target(trial.setup.seconds)
-                assert isinstance(goal, (BallTarget, HandTarget))
-                self._nudge_by_keys(goal.position)
+                self._swing_by_keys(step)
             self._checked()
             return
         with dragging(session, person):
@@ -388,7 +432,7 @@ class Walker:
                 raise AssertionError(f"{step.id}: the mark cannot be reached with {key}")
 
     def _nudge_by_keys(self, place: Array) -> None:
-        """Move what is the student's, hand or ball, to a place with the arrows, and wait until it is there, or stays away."""
+        """Move what is the student's, hand or ball, to a place with the arrows, and wait until all is at rest."""
         session, page = self.session, self.page
 
         def wanted() -> Array:
@@ -405,17 +449,20 @@ class Walker:
             until(page, lambda before=before: bool(np.abs(wanted() - before).max() > 1e-4), key, 60.0)
             ways[key] = ask(session, lambda _: wanted()) - before
         deadline = perf_counter() + LONG
-        still, last = 0, np.zeros(3)
-        while still < 20:
+        while True:
             assert perf_counter() < deadline, "the place is not reached"
             rest = place - ask(session, lambda _: wanted())
             key = min(ways, key=lambda key: float(np.linalg.norm(rest - ways[key])))
-            if np.linalg.norm(rest - ways[key]) < np.linalg.norm(rest):
-                page.keyboard.press(key)
+            nearer = np.linalg.norm(rest - ways[key]) < np.linalg.norm(rest)
+            if nearer:
+                # As a key does that is held down, but for the last of the way.
+                for _ in range(8 if np.linalg.norm(rest) > 0.3 else 1):
+                    page.keyboard.press(key)
+            else:
+                break
             wait_frames(page, 1)
-            here = ask(session, lambda s: s.simulation.positions.copy())
-            still = still + 1 if last.shape == here.shape and np.abs(here - last).max() < 1e-4 else 0
-            last = here
+        settled = session.simulation.time + SETTLING
+        until(page, lambda: session.simulation.time > settled, "the arm at rest", LONG)
 
     def _forecast(self, step: Step, trial: Trial) -> None:
         said = said_by(step, trial)

@@ -1,160 +1,75 @@
-"""Lessons in a real browser: lesson 1 walked by clicks, lesson 3 by keys alone."""
+"""Lessons in a real browser: steps of every kind walked by clicks or by keys; all of them are walked by `python -m tests.walk_lessons`."""
 
 from __future__ import annotations
 
-import re
-
 import pytest
-from playwright.sync_api import Page
 
-from app.hosts import House, PrivateHost
+from app.hosts import PrivateHost
 from app.lessons.walkthrough import Phase
 from app.page.lesson_run import LessonRun
-from app.session import Session
 from app.settings import Settings
 from scenes.settings import changed, values
-from tests.app.conftest import OpenHouse, ask, live_sessions
-from tests.browser import PageAt, close_software_note, screenshot, until
+from tests.app.conftest import OpenHouse, live_sessions
+from tests.app.lessons_walk import Clicks, Keys, Walker, enter, named, press, shown_step
+from tests.browser import PageAt, screenshot, until
 
 
-def enter(page: Page, opened: House, query: str) -> tuple[Session, LessonRun]:
-    """Open a lesson by its link; the session and its lessons."""
-    page.set_default_timeout(60_000)
-    page.goto(f"{opened.url}/?{query}")
-    page.locator(".duet-l-head").wait_for()
-    until(page, lambda: len(live_sessions(opened)) == 1, "one session")
-    close_software_note(page)
-    assert isinstance(opened.host, PrivateHost)
-    (number,) = live_sessions(opened)
-    return live_sessions(opened)[number], opened.host._stands[number].lessons
+def at_the_end(run: LessonRun) -> bool:
+    """Whether the last part of a step is reached."""
+    return run.walk.phase is run.walk.phases[-1]
 
 
-def press(page: Page, label: str) -> None:
-    """Press a button of the panel."""
-    page.get_by_role("button", name=re.compile(rf"^\s*{label}")).first.click()
-
-
-def at(page: Page, run: LessonRun, phase: Phase, step: int) -> None:
-    """Wait for a part of a step."""
-    until(page, lambda: (run.walk.phase, run.walk._step) == (phase, step), f"{phase} of step {step + 1}", 60.0)
-    page.locator(f".duet-l-head .phases .now:text-is('{phase.value.capitalize()}')").wait_for()
-
-
-def test_lesson_1_by_clicks(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "dm", 0.12))
     page = page_at(1440, 900)
-    session, run = enter(page, opened, "lesson=1")
-    assert page.get_by_role("button", name="Run (predict first)").is_disabled()
-    for step, choice in enumerate((1, 2)):
-        at(page, run, Phase.PREDICT, step)
-        press(page, f"{choice} ")
-        at(page, run, Phase.DO, step)
-        ask(session, lambda s: s.change("speed", 2.0))
-        page.get_by_role("button", name="Run", exact=True).click()
-        at(page, run, Phase.OBSERVE, step)
-        assert run.walk.done.outcome is not None and not run.walk.done.outcome.reference
-        card = page.locator(".duet-l-verdict .card")
-        assert ("It went otherwise" if choice == 1 else "You predicted it") in card.inner_text()
-        said = page.locator("#duet-say")
-        verdict = card.locator(".mark b").inner_text()
-        until(page, lambda said=said, verdict=verdict: verdict in (said.text_content() or ""), "announced")
-        if choice == 1:
-            press(page, "Show me why")
-            until(page, lambda: run.view().showing, "the run that shows why")
-            press(page, "Back to the outcome")
-            until(page, lambda: not run.view().showing, "the outcome")
-        press(page, "Next: explain")
-        at(page, run, Phase.EXPLAIN, step)
-        assert page.locator(".duet-formula svg").count() > 0
-        press(page, "Next step")
-    at(page, run, Phase.DO, 2)
-    press(page, "Next: ")
-    while run.walk.phase is not Phase.CHALLENGE:
-        before = run.walk.phase
-        press(page, "Next: ")
-        until(page, lambda before=before: run.walk.phase is not before, "the next part")
-    press(page, "Check my run")
-    page.locator(".duet-l-attempt .card.wrong").wait_for()
-    assert "must be" in page.locator(".duet-l-attempt").inner_text()
-    for count in (1, 2, 3):
-        press(page, f"Hint {count} of 3")
-        until(page, lambda count=count: page.locator(".duet-l-hints li").count() == count, "a hint")
+    session, run = enter(page, opened, "lesson=4&step=3")
+    walked = Walker(page, session, run, Clicks(page)).step()
+    assert at_the_end(run) and walked.answers == 2 and walked.whys == 1 and walked.challenge == "passed"
+    assert walked.said[0] != walked.said[1], "a wrong answer is told otherwise than the right one"
     box = page.locator(".duet-l-head").bounding_box()
     canvas = page.evaluate("(() => { const b = __viserMutable.canvas.getBoundingClientRect(); return [b.left, b.right]; })()")
     assert box is not None and box["x"] + box["width"] <= canvas[0] + 1.0, "the panel stands beside the scene, not over it"
-    screenshot(page, "lesson-1-challenge")
+    screenshot(page, "lesson-challenge")
     press(page, "Leave the lessons")
-    until(page, lambda: not run.open, "leaving")
-    mine = {key: value for key, value in values(session.settings).items() if key != "picture"}
-    assert mine == {key: value for key, value in values(changed(Settings(), "dm", 0.12)).items() if key != "picture"}
+    until(page, lambda: not run.open, "leaving", 60.0)
+    others = {"picture", "lang"}
+    mine = {key: value for key, value in values(session.settings).items() if key not in others}
+    assert mine == {key: value for key, value in values(changed(Settings(), "dm", 0.12)).items() if key not in others}
 
 
-def test_lesson_3_by_keys_alone(house: OpenHouse, page_at: PageAt) -> None:
+def test_an_elbow_swung_and_numbers_said_by_keys_alone(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1024, 768)
-    session, run = enter(page, opened, "lesson=3")
-    for step, answer in enumerate(("3", "1")):
-        at(page, run, Phase.PREDICT, step)
-        page.keyboard.press("Space")
-        page.keyboard.press(answer)
-        at(page, run, Phase.DO, step)
-        page.keyboard.press("]")
-        until(page, lambda: session.settings.page.speed == 2.0, "twice as fast")
-        page.keyboard.press("Space")
-        at(page, run, Phase.OBSERVE, step)
-        if answer == "1":
-            page.keyboard.press("y")
-            until(page, lambda: run.view().showing, "the run that shows why")
-            page.keyboard.press("b")
-            until(page, lambda: not run.view().showing, "the outcome")
-        page.keyboard.press("ArrowRight")
-        at(page, run, Phase.EXPLAIN, step)
-        page.keyboard.press("n")
-    at(page, run, Phase.DO, 2)
-    page.keyboard.press("Space")
-    at(page, run, Phase.OBSERVE, 2)
+    session, run = enter(page, opened, "lesson=1&step=3")
+    walker = Walker(page, session, run, Keys(page))
+    assert walker.step().challenge == "passed"
     page.keyboard.press("n")
-    at(page, run, Phase.CHALLENGE, 2)
-    formula = run.walk.done.outcome
-    assert formula is not None
-    pull, lever = (
-        next(v[0] for m, v in zip(run.walk.step.measurements, formula.values, strict=True) if m.id == name)
-        for name in ("pull", "lever")
-    )
-    assert pull is not None and lever is not None
-    boxes = [
-        page.locator("label")
-        .filter(has_text=re.compile(f"^{re.escape(label)}$"))
-        .locator("xpath=../../..")
-        .locator("input, textarea")
-        .first
-        for label in run.view().forecasts
-    ]
-    for box, v in zip(boxes, (0.1, 0.2, 0.4), strict=True):
-        box.focus()
-        page.keyboard.type(f"{(v + pull) / lever:.3f}")
-        until(page, lambda v=v: any(n is not None and abs(n - (v + pull) / lever) < 1e-3 for n in run.said), "a number")
-    page.keyboard.press("Tab")
-    page.keyboard.press("c")
-    until(page, lambda: run.walk.done.attempts > 0, "the attempt", 60.0)
-    assert run.walk.done.passed, run.view().attempt
+    until(page, lambda: run.walk.lesson is run.book.lessons[1], "the next lesson", 60.0)
+    page.keyboard.press("ArrowLeft")
+    until(page, lambda: run.walk.lesson is run.book.lessons[0] and at_the_end(run), "back", 60.0)
+    shown_step(page, session, run, 2, 2)
+    assert walker.step().challenge == "passed"
+    named(page)
     page.keyboard.press("x")
-    until(page, lambda: not run.open, "leaving")
+    until(page, lambda: not run.open, "leaving", 60.0)
 
 
 def test_progress_survives_a_reload(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1024, 768)
-    _, run = enter(page, opened, "lesson=1&step=2")
+    session, run = enter(page, opened, "lesson=1&step=2")
     press(page, "4 ")
-    at(page, run, Phase.DO, 1)
+    until(page, lambda: run.walk.phase is Phase.DO, "the answer taken", 60.0)
+    session.post(lambda: session.change("k", 7.0))
+    until(page, lambda: session.settings.run.gain == 7.0, "a setting changed", 60.0)
     page.reload()
     page.locator(".duet-l-verdict .mine").wait_for()
     assert isinstance(opened.host, PrivateHost)
-    until(page, lambda: len(live_sessions(opened)) == 1, "the old one gone")
+    until(page, lambda: len(live_sessions(opened)) == 1, "the old one gone", 60.0)
     (number,) = live_sessions(opened)
     again = opened.host._stands[number].lessons
-    assert again is run and again.walk.done.choice == 3 and again.walk.step.id == "pose"
+    assert again.walk.done.choice == 3 and again.walk.step.id == "pose"
+    assert live_sessions(opened)[number].settings.run.gain == 7.0
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844)])
@@ -163,7 +78,7 @@ def test_on_a_phone_a_lesson_begins_at_its_top(house: OpenHouse, page_at: PageAt
     page = page_at(width, height)
     enter(page, opened, "lesson=1")
     head = page.locator(".duet-l-head")
-    until(page, lambda: (head.bounding_box() or {"y": 9e9})["y"] < height - 250, "the lesson in view")
+    until(page, lambda: (head.bounding_box() or {"y": 9e9})["y"] < height - 250, "the lesson in view", 60.0)
     box = head.bounding_box()
     assert box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= width + 1.0
     screenshot(page, "lesson-phone")
