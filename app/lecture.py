@@ -22,7 +22,7 @@ from app.page.lesson_resume import open_link, word_of
 from app.page.lesson_run import LessonRun
 from app.page.page import Operation, View
 from app.page.teacher import Action, ClassState, TeacherPanel
-from app.page.teacher_answers import Answers, Banner
+from app.page.teacher_answers import Answers, Banner, is_narrow
 from app.page.teacher_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING, overlay_html, poll_html
 from app.people import NOBODY_ELSE, People
 from app.seat import Seat, origin_of
@@ -180,11 +180,16 @@ class LectureHost(Visitors):
                 seat.view, seat.banner = seat.stand.view, Banner(seat.client.gui)
             if seat.banner is not None:
                 with contextlib.suppress(Exception), seat.client.atomic():
-                    inside = seat.answers is not None and seat.answers.narrow and self.lessons.open
-                    seat.banner.show(*self._line(seat), self._view.lesson_panel.tab if inside else None)
+                    seat.banner.show(*self._line(seat), self._place(seat))
                     if seat.answers is not None:
                         seat.answers.fold(self.lessons.open)
                         seat.answers.show(poll, None if poll is None else self.room.ballots.answer_of(poll.place, seat.who))
+
+    def _place(self, seat: Seat) -> viser.GuiTabHandle | None:
+        """Return where that line stands if the controls are folded up."""
+        stand = seat.stand
+        view, lessons = (self._view, self.lessons) if stand is None else (stand.view, stand.lessons)
+        return view.lesson_panel.tab if lessons.open and is_narrow(seat.client) else None
 
     def _line(self, seat: Seat) -> tuple[str, str]:
         """Return what stands at the top of a student's page."""

@@ -24,6 +24,11 @@ _OWN: Final = "<style>.duet-l-choices,.duet-l-verdict{display:none!important}</s
 """What is listed for a projector has buttons here, and the verdict is about this student's answer."""
 
 
+def is_narrow(client: viser.ClientHandle) -> bool:
+    """Return whether a window has no room for lesson, stage and controls beside each other."""
+    return canvas_size(client)[0] < NARROW
+
+
 class Banner:
     """One line at the top of a page: what the teacher has everybody do.
 
@@ -72,12 +77,11 @@ class Answers:
         self._commands: list[viser.CommandHandle] = []
         self._texts: list[viser.GuiHtmlHandle] = []
         self._shown: tuple[Any, ...] = ()
-        width = canvas_size(client)[0]
-        self.narrow, self._phone, self._folded = width < NARROW, width <= PHONE, False
+        self._narrow, self._phone, self._folded = is_narrow(client), canvas_size(client)[0] <= PHONE, False
 
     def fold(self, folded: bool) -> None:
         """On a narrow window make room: while a lesson is open it goes before the numbers, which can be unfolded."""
-        if not self.narrow or folded == self._folded or (folded and self._panel.panel is None):
+        if not self._narrow or folded == self._folded or (folded and self._panel.panel is None):
             return
         self._folded = folded
         if not folded:
