@@ -42,7 +42,12 @@ class JointSliders:
         with self._container:
             self._sliders = [
                 self._gui.add_slider(
-                    label, math.floor(a), math.ceil(b), 0.5, float(round(2.0 * q) / 2.0), hint=say("joint {number}", number=i + 1)
+                    say(label),
+                    math.floor(a),
+                    math.ceil(b),
+                    0.5,
+                    float(round(2.0 * q) / 2.0),
+                    hint=say("joint {number}", number=i + 1),
                 )
                 for i, (label, a, b, q) in enumerate(zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True))
             ]
