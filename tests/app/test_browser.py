@@ -464,26 +464,24 @@ def test_without_a_graphics_card_a_picture_is_drawn_for_a_change_alone(house: Op
     page = page_at(700, 500)
     session = visit(page, house())
     # While the arms move there is a picture for every one of their changes.
-    drawn, passed = page.evaluate(REST, 3000)
+    drawn, passed = page.evaluate(REST, 2000)
     assert drawn > passed / 1000 + 2
     ask(session, lambda s: s.toggle_pause())
     page.get_by_text("paused", exact=True).wait_for()
     settled_view(page, 10)
 
     def at_rest() -> bool:
-        drawn, passed = page.evaluate(REST, 3000)
+        drawn, passed = page.evaluate(REST, 2000)
         # viser draws one a second, come what may.
         return drawn <= passed // 1000 + 1
 
     until(page, at_rest, "a page that draws nothing but its heartbeat")
-    assert at_rest()
     # One step of the arms is drawn in the beat in which it comes or in the next one.
     page.evaluate("() => { window.moved = (" + MOVED + ")() }")
     ask(session, lambda s: [s.single_step() for _ in range(40)])
     beat, pictures = page.evaluate("() => window.moved")
     assert beat > 0, "nothing has moved"
-    assert pictures[min(beat + 2, len(pictures) - 1)] > pictures[beat - 1]
-    until(page, at_rest, "a page at rest again")
+    assert pictures[beat + 2] > pictures[beat - 1]
 
 
 def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at: PageAt) -> None:

@@ -216,9 +216,9 @@ def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_a
     ((number, session),) = live_sessions(opened).items()
     ask(session, lambda s: [s.change("dm", 0.21), s.change("ghost", "frozen"), s.toggle_pause()])
     state = ask(session, lambda s: (s.settings, s.simulation.steps))
-    for turn in range(3):
+    for turn in range(2):
         wait_ready(page, HAND)
-        if turn == 2:
+        if turn == 1:
             page.reload()
         else:
             (connection,) = opened.server._websock_server._live_connections.values()
