@@ -173,23 +173,29 @@ class LectureHost(Visitors):
             self.room.heads, self.room.free, self.room.paused, self.room.inviting, len(self._explorers.waiting), poll
         )
         for seat in self._seats.values():
+            if seat.stand is not None and seat.view is not seat.stand.view:
+                seat.view, seat.banner, seat.shown = seat.stand.view, Banner(seat.client.gui), None
+            mine = None if poll is None or seat.answers is None else self.room.ballots.answer_of(poll.place, seat.who)
+            line, place = self._line(seat), self._place(seat)
+            shown = line, place, None if seat.answers is None else (self.lessons.open, poll, mine, self._view.lesson_panel.tab)
             if seat.panel is not None:
                 with contextlib.suppress(Exception), seat.client.atomic():
                     seat.panel.show(state, self.lessons)
-            if seat.stand is not None and seat.view is not seat.stand.view:
-                seat.view, seat.banner = seat.stand.view, Banner(seat.client.gui)
-            if seat.banner is not None:
-                with contextlib.suppress(Exception), seat.client.atomic():
-                    seat.banner.show(*self._line(seat), self._place(seat))
-                    if seat.answers is not None:
-                        seat.answers.fold(self.lessons.open)
-                        seat.answers.show(poll, None if poll is None else self.room.ballots.answer_of(poll.place, seat.who))
+            # Thirty pages that change once a minute must not cost thirty messages a frame.
+            if seat.banner is None or shown == seat.shown:
+                continue
+            seat.shown = shown
+            with contextlib.suppress(Exception), seat.client.atomic():
+                seat.banner.show(*line, place)
+                if seat.answers is not None:
+                    seat.answers.fold(self.lessons.open)
+                    seat.answers.show(poll, mine)
 
     def _place(self, seat: Seat) -> viser.GuiTabHandle | None:
         """Return where that line stands if the controls are folded up."""
         stand = seat.stand
         view, lessons = (self._view, self.lessons) if stand is None else (stand.view, stand.lessons)
-        return view.lesson_panel.tab if lessons.open and is_narrow(seat.client) else None
+        return view.lesson_panel.tab if lessons.open and seat.narrow else None
 
     def _line(self, seat: Seat) -> tuple[str, str]:
         """Return what stands at the top of a student's page."""
@@ -208,7 +214,8 @@ class LectureHost(Visitors):
     def _arrive(self, client: viser.ClientHandle) -> None:
         number, query = client.client_id, request_query(client)
         word = word_of(query)
-        seat = Seat(client, query, word or f"tab {number}", word is not None, "screen" in query, is_teacher(self._key, query))
+        who, screen, teacher = word or f"tab {number}", "screen" in query, is_teacher(self._key, query)
+        seat = Seat(client, query, who, word is not None, screen, teacher, is_narrow(client))
         self._seats[number] = seat
         try:
             if self._explorers.holds(number):
@@ -242,7 +249,7 @@ class LectureHost(Visitors):
         """Give a student what is theirs beside the stage."""
         number, client, who = seat.client.client_id, seat.client, seat.who
         self.room.enter(number, who)
-        seat.banner = Banner(client.gui)
+        seat.banner, seat.shown = Banner(client.gui), None
         seat.answers = Answers(client, self._view.lesson_panel, lambda choice: self._post_answer(who, choice))
 
     def _give_panel(self, seat: Seat) -> TeacherPanel:

@@ -20,10 +20,12 @@ class Seat:
         lasting: whether the word outlives a reload.
         screen: whether it only shows (a projector), and is no student's.
         teacher: whether it brought the key.
+        narrow: whether its window has no room for everything beside each other.
         banner, answers, panel: what it has beside the stage; None for what it has not.
         stand: its own session; None while it sees the stage.
         view: what the banner stands on; another one in another language.
         moved: whether it was asked to come again.
+        shown: what the banner and the answers were made of.
     """
 
     client: viser.ClientHandle
@@ -32,12 +34,14 @@ class Seat:
     lasting: bool
     screen: bool
     teacher: bool
+    narrow: bool
     banner: Banner | None = None
     answers: Answers | None = None
     panel: TeacherPanel | None = None
     stand: Stand | None = None
     view: View | None = None
     moved: bool = False
+    shown: object = None
 
 
 def origin_of(client: viser.ClientHandle) -> str:
