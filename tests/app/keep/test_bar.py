@@ -87,7 +87,7 @@ def bring(page: Page, name: str, content: bytes) -> None:
 
 def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
-    page = page_at(1440, 900, permissions=["clipboard-read", "clipboard-write"])
+    page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])
     session, bar = enter(page, opened, "picture=fast&dm=0.12")
     until(page, lambda: session.simulation.time > 1.0, "a second of the run", SLOWLY)
     look_back(page, session, bar)
@@ -172,7 +172,7 @@ def bring_along(page: Page, run: bytes) -> None:
 
 
 def report(page: Page, opened: House) -> None:
-    """One question of a lesson is answered; what the student writes is in the report, and is still there after a reload."""
+    """One question of a lesson is answered; what the student writes is in the report."""
     written = "Four ways are left,\nI counted them. <b>"
     page.get_by_role("button", name="Lessons", exact=True).click()
     for key, phase in (("", "Predict"), ("3", "Do"), ("n", "Observe"), ("n", "Explain")):
@@ -182,6 +182,3 @@ def report(page: Page, opened: House) -> None:
     until(page, lambda: stand_of(opened).lessons.walk.done.words == written, "it has arrived", SLOWLY)
     made = text_of(take(page, "Lab report on all lessons"))
     assert "I counted them. &lt;b&gt;" in made and "In 4." in made and made.count("<figure>") == 1
-    page.reload()
-    page.locator("textarea:visible").wait_for()
-    assert page.locator("textarea:visible").input_value() == written

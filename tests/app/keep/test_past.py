@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from app.hosts import LectureHost, PrivateHost
-from app.wsclient import Visitor
-from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask
+from app.wsclient import SyncVisitor, Visitor
+from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask, live_sessions
 
 LONG = 60.0
 
@@ -66,3 +68,25 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     guest.visitor.wait_for(lambda v: not says_so(v), LONG)
     # The next step waits for an answer.
     assert guest.ask(lambda s: (bar.watching, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
+
+
+def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None:
+    opened, written = house(), "The elbow swings,\nthe hand does not."
+    assert isinstance(opened.host, PrivateHost)
+    query = "lesson=1&resume=0123456789abcdef"
+    with SyncVisitor(opened.url, query=query) as before:
+        before.wait_for(lambda v: v.mirror.replayed and len(live_sessions(opened)) == 1, LONG)
+        (stand,) = opened.host._stands.values()
+        for action, given in (("choose", (2,)), ("next", ()), ("next", ())):
+            ask(stand.session, lambda _, action=action, given=given: stand.lessons.act(action, *given))
+        before.wait_for(lambda v: [box["value"] for box in boxes(v)] == [""], LONG)
+        before.set_value("in my own words", written)
+        before.wait_for(lambda _: stand.lessons.walk.done.words == written, LONG)
+    with SyncVisitor(opened.url, query=query) as back:
+        back.wait_for(lambda v: [box["value"] for box in boxes(v)] == [written], LONG)
+
+
+def boxes(visitor: Visitor) -> list[dict[str, Any]]:
+    """What a visitor can write into in a lesson."""
+    every = list(visitor.mirror.gui.values())
+    return [box for box in every if box.get("label") == "in my own words" and box.get("visible")]
