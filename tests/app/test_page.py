@@ -554,6 +554,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     for visitor in (first, second):
         visitor.wait_for(lambda v: sum(e["type"] == "GuiUplotMessage" for e in v.mirror.gui.values()) == 2)
     # Stop, so that the poses can be compared.
+    first.wait_for(lambda _: session.simulation.steps > 0)
     first.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(first, "pause")})
     first.wait_for(lambda _: session.paused)
     steps = ask(session, lambda s: s.simulation.steps)
