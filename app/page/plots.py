@@ -20,6 +20,7 @@ from app.page.section import section_html
 from app.page.theme import PALETTES, scale
 from app.settings import Details, PageSettings
 from controllers.kinematics import Array
+from controllers.laws.situation import Law
 from scenes.rerun import WhatIf
 from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
@@ -64,6 +65,7 @@ class Plots:
         self._cells: tuple[str, ...] = ()
         self._only: tuple[str, ...] = ()
         self._settings: RunSettings | None = None
+        self._law: Law | None = None
         self._next: dict[str, float] = {}
         self._drawn: dict[str, object] = {}
         self._dressed = False
@@ -136,8 +138,8 @@ class Plots:
             self._cells = wanted
             self._layout.content = layout_html(wanted)
             self._drawn.clear()
-        if simulation.settings is not self._settings:
-            self._settings = simulation.settings
+        if simulation.settings is not self._settings or simulation.law is not self._law:
+            self._settings, self._law = simulation.settings, simulation.law
             for name in self._courses:
                 self._redefine(name, simulation)
         for name in wanted:

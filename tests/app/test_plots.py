@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass, field, replace
 from functools import cache
+from pathlib import Path
 from typing import Any, cast, get_args
 
 import numpy as np
@@ -14,6 +15,7 @@ import viser
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.own_law.own_law import OwnLaw
 from app.page.bins import COLUMNS, POINTS, WINDOW, Curve, PlotBuffer, drawable
 from app.page.chart import Chart, Frame
 from app.page.contact import contact
@@ -237,6 +239,23 @@ def test_a_plot_has_the_same_lines_in_every_experiment(name: str) -> None:
     settings += [RunSettings(scene="imitation", avoid="both"), RunSettings(scene="master_slave", robot=get_args(RobotName)[-1])]
     lines = {tuple(line.column for line in course_of(name, Simulation(s)).lines) for s in settings}
     assert len(lines) == 1
+
+
+def test_a_law_of_ones_own_has_no_resting_distance(tmp_path: Path) -> None:
+    """Neither its line nor its name, from the moment on in which it runs, whatever the settings' law is."""
+    path = tmp_path / "my_law.py"
+    path.write_text("def law(s):\n    return s.nominal", encoding="utf-8")
+    session = session_of("hold", "none")
+    plots, gui = panel(session)
+    go_on(session, 0.5)
+    plots.show(session, 0.0)
+    assert len(gui.plots[0].data[3]) and any("d*" in block.content for block in gui.blocks)
+    with OwnLaw(path) as law:
+        session.simulation.use(law)
+        session.reset()
+        go_on(session, 0.5)
+        plots.show(session, 1.0)
+    assert not len(gui.plots[0].data[3]) and not any("d*" in block.content for block in gui.blocks)
 
 
 def test_a_column_for_every_plot() -> None:
