@@ -138,14 +138,23 @@ class LectureHost(Visitors):
         with self._server.atomic():
             self._view.show(now, moved)
             self._show_to_all(poll)
-        if self._operation is not None:
-            self._operation.show()
+        self._show_operation()
         self._explorers.settle(self._seats.values(), now)
         self._show_to_each(poll)
         self._server.flush()
         for number, seat in list(self._seats.items()):
             if seat.stand is not None:
                 self._explorers.frame(number, seat.stand, now, elapsed)
+
+    def _show_operation(self) -> None:
+        if self._operation is None:
+            return
+        try:
+            self._operation.show()
+        except Exception:
+            # Where the lecturer's tab is just closing, its controls have gone before we are told; nobody else may lose a frame.
+            if self._operator in self._server.get_clients():
+                log.exception("a frame of the lecturer's controls failed")
 
     @property
     def _walk(self) -> Walkthrough | None:

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from app.cloakroom import MOST, Cloakroom, same_tab
-from app.hosts import House, PrivateHost
+from app.hosts import House, LectureHost, PrivateHost
 from app.lessons.walkthrough import Phase
 from app.page.lesson_resume import KEEP
 from app.page.lesson_run import LessonRun
@@ -24,7 +24,7 @@ from app.session import Session
 from app.settings import Settings
 from app.wsclient import SyncVisitor
 from scenes.settings import changed
-from tests.app.conftest import HAND, OpenHouse, ask, live_sessions
+from tests.app.conftest import HAND, Join, OpenHouse, ask, live_sessions
 from tests.app.test_page import page_label
 from tests.browser import PageAt, until, wait_ready
 
@@ -206,6 +206,28 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     one.cut()
     one.come()
     assert remembered(one) == after
+
+
+def test_a_lecturer_who_drops_out_costs_nobody_a_frame(
+    house: OpenHouse, join: Join, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    opened = house(lecture=True)
+    host = opened.host
+    assert isinstance(host, LectureHost)
+    lecturer = join(opened)
+    lecturer.wait_for(lambda v: host._operation is not None and len(v.mirror.commands) >= 14)
+    student, first = join(opened), host.operator
+    student.wait_for(lambda _: opened.server.count_clients() == 2)
+    # viser takes a tab's controls away before it says that the tab has gone; the moment between is stretched here.
+    with monkeypatch.context() as patch:
+        patch.setattr(host, "changes", lambda: ([], set()))
+        lecturer.break_off()
+        student.wait_for(lambda _: first not in opened.server.get_clients())
+        ask(host.session, lambda s: s.change("plot", "rates"))
+        frames = student.received.frames
+        student.wait_for(lambda v: v.received.frames > frames + 5)
+    student.wait_for(lambda _: host.operator not in (None, first))
+    assert not [record for record in caplog.records if record.levelno >= logging.ERROR], caplog.text
 
 
 def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_at: PageAt) -> None:
