@@ -172,7 +172,7 @@ def test_the_picker_stands_above_the_numbers(house: OpenHouse, arrive: Arrive) -
     elements = list(one.visitor.mirror.gui.values())
     orders = [one.visitor.mirror.labelled(SPECS[key].label)["order"] for key in PICKER]
     assert orders == sorted(orders)
-    assert all(element["order"] > orders[-1] for element in elements if "duet-t" in str(element.get("content", "")))
+    assert all(element["order"] > orders[-1] for element in elements if 'class="duet duet-t' in str(element.get("content", "")))
 
 
 # --- what was computed beside the run ------------------------------------------------------------------------------------------------
