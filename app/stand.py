@@ -17,7 +17,7 @@ from app.page.page import Operation, View
 from app.people import People
 from app.server import DuetServer, request_query
 from app.session import Session
-from app.settings import Settings
+from app.settings import Language, Settings
 
 
 class Stand:
@@ -55,7 +55,7 @@ class Stand:
         self.superseded = False
         self.session = Session(settings, wake, background, people) if back is None else back[0]
         self._book = book
-        self._browser = browser_language(client)
+        self._browser: Language = browser_language(client)
         self._language = language_of(self.session.settings, self._browser)
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language)) if back is None else back[1]
