@@ -22,7 +22,7 @@ NO_TEXT = re.compile(
     re.DOTALL,
 )
 WORD = re.compile(r"[^\W\d_]{3,}")
-NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max"})
+NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max", "sym"})
 
 
 def texts(visitor: SyncVisitor) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import threading
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -36,8 +37,10 @@ def parts(text: str) -> Counter[str]:
 
 
 @pytest.fixture(autouse=True)
-def english() -> None:
-    """Every test begins in English."""
+def english() -> Iterator[None]:
+    """Every test begins in English, and leaves English behind."""
+    speak("en")
+    yield
     speak("en")
 
 
