@@ -56,7 +56,7 @@ class Stand:
         self.session = Session(settings, wake, background, people) if back is None else back[0]
         self._book = book
         self._browser: Language = browser_language(client)
-        self._language = language_of(self.session.settings, self._browser)
+        self._language: Language = language_of(self.session.settings, self._browser)
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language)) if back is None else back[1]
         with client.atomic():
