@@ -83,8 +83,9 @@ RUBBISH: Final = (
     ("\N{PILE OF POO}.json", b'{"version": 1e999, "inputs": [[]]}' * 50),
 )
 
-# Said by viser's page about an element that was taken away while something was still on its way to it.
-_LATE = (r"Tried to update non-existent component",)
+# Said by viser's page about an element that was taken away while something was still on its way to it, and by a browser whose
+# dialogs for files are answered by a program.
+_LATE = (r"Tried to update non-existent component", r"Intercepted by Page\.setInterceptFileChooserDialog")
 
 _ELEMENTS: Final = """kind => [...document.querySelectorAll(kind)].filter(n => {
     const box = n.getBoundingClientRect();
