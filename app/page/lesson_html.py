@@ -141,6 +141,8 @@ def _judgements(attempt: Attempt) -> str:
     rows = "".join(
         f"<li class={'ok' if j.passed else 'no'}><span>{'✓' if j.passed else '✗'}</span>{html.escape(j.text)}</li>"
         for j in sorted(attempt.judgements, key=lambda j: j.passed)
+        # The note says already why these have nothing to tell.
+        if not attempt.note or j.passed or j.value is not None
     )
     return f"{note}<ul>{rows}</ul>"
 
