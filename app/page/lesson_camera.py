@@ -15,6 +15,9 @@ from scenes.simulation import Simulation
 MARGIN: Final = 0.22
 """What is seen around the joints of an arm, which has a girth, and of its hand, which swings [m]."""
 
+REACH: Final = 0.12
+"""What is seen above the hand of a single arm, besides the margin [m]."""
+
 INSIDE: Final = 0.7
 """Share of the experiment's own view that a wider one shows, about its middle; the rest of it is margin."""
 
@@ -54,6 +57,9 @@ def _near(simulation: Simulation, where: Where) -> Array:
     for arm in arms:
         points += [kinematics.joint_point(joint) for joint in range(arm.shoulder, arm.wrist + 1)]
         points += [room.bases()[room.arms.index(arm)].translation, kinematics.hand_pose(arm).translation]
+    if simulation.settings.scene == "solo":
+        # Where a circle is drawn, or the handle's arrow stands.
+        points.append(points[-1] + np.array([0.0, 0.0, REACH]))
     if room.ball is not None:
         hand, ball = points[-1], simulation.positions[room.ball]
         reach = BALL_RADIUS - MARGIN
