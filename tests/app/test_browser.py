@@ -537,6 +537,14 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
         assert (held.position - place) @ np.array(way) > 0.85 * NUDGE, action
         place = held.position.copy()
     assert not driven()
+
+    def elbow() -> np.ndarray | None:
+        return session.held.elbow if isinstance(session.held, HandTarget) else None
+
+    press("elbow_up", "j", lambda: elbow() is not None)
+    swung = elbow()
+    assert swung is not None
+    press("elbow_down", "k", lambda: not np.allclose(elbow() if elbow() is not None else swung, swung, atol=1e-4))
     press("reset", "r", lambda: session.simulation.steps == 0)
     assert session.paused
 
