@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+from functools import cache
+from pathlib import Path
 
 for _library in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 import pytest  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
+from xdist.scheduler import LoadScopeScheduling  # noqa: E402
 
 from tests.browser import FAILED, browser, page_at  # noqa: E402
 
@@ -19,16 +22,29 @@ settings.register_profile("explore", deadline=None, max_examples=1000, print_blo
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
-@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """One browser at a time, and at once: two workers share the tests by files, and all that draw are one file to them."""
+    """What draws comes first: it takes longest."""
+    items.sort(key=lambda item: not _draws(item.path))
 
-    def draws(item: pytest.Item) -> bool:
-        return "browser" in getattr(item, "fixturenames", ())
 
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group("browser" if draws(item) else item.path.name))
-    items.sort(key=lambda item: not draws(item))
+class OneBrowser(LoadScopeScheduling):
+    """Two workers share the tests by files, and all files that draw are one to them: two browsers would be in each other's way."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.split("::", 1)[0]
+        return "browser" if _draws(self.config.rootpath / file) else file
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneBrowser:
+    """Share the tests as `OneBrowser` does."""
+    config.option.loadscopereorder = False
+    return OneBrowser(config, log)  # type: ignore[arg-type]
+
+
+@cache
+def _draws(path: Path) -> bool:
+    return "PageAt" in path.read_text(encoding="utf-8")
 
 
 @pytest.hookimpl(hookwrapper=True)
