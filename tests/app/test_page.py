@@ -460,8 +460,9 @@ def test_a_link_sets_the_start(house: OpenHouse, arrive: Arrive) -> None:
     assert values(one.session.settings) == values(Settings()) | expected
     assert one.session.simulation.room.rig.name == "table"
     assert notes(one.visitor) == []
-    # Controls and plots show it too.
+    # Controls and plots show it too; the last of them may still be on their way.
     mirror = one.visitor.mirror
+    one.visitor.wait_for(lambda _: "colours" in {element.get("label") for element in list(mirror.gui.values())})
     assert mirror.labelled("d_m [mm]")["value"] == 100.0 and mirror.labelled("n")["value"] == 10.0
     assert mirror.labelled("law")["value"] == "Unprotected (task only)" and mirror.labelled("colours")["value"] == "Dark"
     assert len(bodies(one.visitor, "GuiUplotMessage")) == 3
