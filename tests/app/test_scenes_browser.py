@@ -155,7 +155,7 @@ def test_first_sight_of_every_scene(house: OpenHouse, page_at: PageAt, width: in
         except AssertionError:
             pytest.fail(f"{scene}: " + "\n".join(hidden))
         if scene == "ball":
-            start = ask(session, lambda s: s.simulation.cast.task.memory()[-1])
+            start = ask(session, lambda s: s.simulation.home)
             for end in (start, start + PATH):
                 assert page.evaluate("p => document.elementFromPoint(...p) === __viserMutable.canvas", world_to_px(page, end))
         # Somewhere on the way, so that the picture shows what happens.
