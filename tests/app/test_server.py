@@ -23,6 +23,7 @@ import urllib.error
 import urllib.request
 import weakref
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -824,7 +825,9 @@ def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Mess
         await work
         return line.sent
 
-    return asyncio.run(run())
+    # A thread of its own: where a browser is driven, this one has an event loop that is at work.
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, run()).result()
 
 
 def some_batches() -> list[list[viser_messages.Message]]:
