@@ -15,7 +15,7 @@ import tyro
 from tqdm import tqdm
 
 from app.figures.options import Figures
-from app.lessons.check import Lessons, lessons
+from app.lessons.options import Lessons
 from app.options import AllOptions, Flat, RunOptions, chosen
 from app.own_law.commands import LawTest, NewLaw, law_test, new_law
 from app.settings import Settings
@@ -139,6 +139,8 @@ def main(arguments: list[str] | None = None) -> int:
             case Sweep():
                 return sweep(command)
             case Lessons():
+                from app.lessons.check import lessons
+
                 return lessons(command)
             case NewLaw():
                 return new_law(command)

@@ -4,13 +4,12 @@ fail for the reason that the lesson declares."""
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from time import perf_counter
 from typing import Final, Literal
 
-from app.lessons import FOLDER
 from app.lessons.lesson import Lesson, LessonBook, Step, Trial
 from app.lessons.loading import load_lessons
+from app.lessons.options import Lessons
 from app.lessons.own_law import examine, stand_in
 from app.lessons.trials import measured, simulated, wanted
 from app.lessons.walkthrough import Phase, Walkthrough
@@ -44,20 +43,6 @@ class Walk:
     ok: bool
     text: str
     seconds: float
-
-
-@dataclass(frozen=True)
-class Lessons:
-    """List the lessons, or with --check walk every path through them: right ones must pass, wrong ones fail for the right reason."""
-
-    check: bool = False
-    """Walk every path; exit code 1 if one goes otherwise than declared."""
-    only: tuple[str, ...] = ()
-    """Names or numbers of lessons; all of them without it."""
-    folder: Path = FOLDER
-    """Where the lesson files are."""
-    out: Path | None = None
-    """Save the result of the check to this JSON file."""
 
 
 def lessons(command: Lessons) -> int:

@@ -11,11 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.lessons import FOLDER
-from app.lessons.check import Lessons, check_lesson, lessons
+from app.lessons.check import check_lesson, lessons
 from app.lessons.labels import LABELS, label_of
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, Lesson
 from app.lessons.loading import LANGUAGES, load_lessons, load_notes
 from app.lessons.measures import QUANTITIES
+from app.lessons.options import Lessons
 from app.lessons.scripts import SCRIPTS
 from app.lessons.words import WORDS
 from controllers.errors import BadSetting

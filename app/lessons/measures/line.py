@@ -3,7 +3,6 @@
 from math import inf
 
 import numpy as np
-from scipy.optimize import brentq
 
 from app.lessons.evidence import Evidence
 from app.lessons.measures.distance import has_obstacle
@@ -82,6 +81,9 @@ def balance(law: LawSettings, gain: float, inside: float) -> float:
         return max(d_m, inside)
     if rate(FAR) > 0.0:
         return inf
+    # Slow to import, and rarely wanted.
+    from scipy.optimize import brentq
+
     return float(brentq(rate, d_m, FAR, xtol=1e-12))  # pyright: ignore[reportArgumentType]
 
 
