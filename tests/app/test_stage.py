@@ -339,6 +339,7 @@ def test_the_control_point_hangs_on_the_arm(one: Guest, point: str) -> None:
 
 def pull(guest: Guest, node: str, phase: str, taken: Array, to: Array) -> None:
     """One step of pulling a node across the view."""
+    guest.visitor.wait_for(lambda visitor: node in visitor.mirror.nodes)
     owner = guest.visitor.mirror.nodes[node].get("owner", "")
     message = {
         "type": "SceneNodeDragMessage",
