@@ -156,6 +156,7 @@ def test_first_sight_of_every_scene(house: OpenHouse, page_at: PageAt, width: in
             pytest.fail(f"{scene}: " + "\n".join(hidden))
         if scene == "ball":
             start = ask(session, lambda s: s.simulation.home)
+            assert start is not None
             for end in (start, start + PATH):
                 assert page.evaluate("p => document.elementFromPoint(...p) === __viserMutable.canvas", world_to_px(page, end))
         # Somewhere on the way, so that the picture shows what happens.
