@@ -75,8 +75,13 @@ class SweepFiles:
                 out.flush()
             self.rows[index] = figures
 
-        with out:
-            yield add
+        try:
+            with out:
+                yield add
+        except KeyboardInterrupt:
+            # It may come between a row's line and its place among the rows: what the file holds counts.
+            self.rows |= self._kept(self.part)
+            raise
 
     def finish(self) -> None:
         """Write the complete table in order, and remove the rows so far."""

@@ -222,6 +222,22 @@ def test_parquet_says_the_same_as_csv(monkeypatch: pytest.MonkeyPatch, tmp_path:
     assert sweep(in_folder(tmp_path, base)) == 0 and seen == []
 
 
+class InterruptedOnce(dict[int, Figures]):
+    def __setitem__(self, index: int, figures: Figures) -> None:
+        raise KeyboardInterrupt
+
+
+def test_ctrl_c_between_a_line_and_its_count(tmp_path: Path) -> None:
+    grid = read_grid(RunSettings(), SMALL.over, SMALL.seconds)
+    files = SweepFiles(tmp_path, grid, "csv")
+    figures = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 7, 0.8)
+    with pytest.raises(KeyboardInterrupt), files.recording() as add:
+        add(1, figures)
+        files.rows = InterruptedOnce(files.rows)
+        add(2, figures)
+    assert files.rows == {1: figures, 2: figures} and files.missing() == [0, 3]
+
+
 CTRL_C = """
 import sys
 from pathlib import Path
