@@ -85,6 +85,8 @@ class Session:
         self.ghost: Simulation | None = None
         """The second run, whose history has the same times as the first one's; None if there is none."""
         self.paused = False
+        self.halted = False
+        """Whether somebody else has everything stand still: whatever the visitor asks for, no step is made."""
         self.held: Target | None = None
         """What a person holds, and where; None while nobody touches anything."""
         self.inputs = InputsLog()
@@ -367,6 +369,10 @@ class Session:
             except Exception:
                 # One visitor's odd input must not stop the clock of all.
                 log.exception("an action of the page failed and was left out")
+        if self.halted:
+            # What was asked for meanwhile is not made up for afterwards.
+            self.paused, self._steps_asked = True, 0
+            return 0
         if self.paused:
             steps, self._steps_asked = self._steps_asked, 0
             for _ in range(steps):

@@ -66,7 +66,7 @@ class Stand:
             if back is None:
                 self.operation.notify_problems((*problems, *open_link(self.lessons, self.query, found)))
                 self.operation.notify_lessons(book)
-        self._halted = self._ran = False
+        self._ran = False
 
     def _translate(self) -> None:
         """Make the page anew in another language; the session and the lessons go on where they are."""
@@ -85,17 +85,16 @@ class Stand:
 
     def halt(self, halted: bool) -> None:
         """Have everything stand still as long as somebody else says so; afterwards it goes on if it did before."""
-        if halted and not self._halted:
-            self._ran = not self.session.paused
-        elif self._halted and not halted and self._ran:
-            self.session.paused = False
-        self._halted = halted
+        session = self.session
+        if halted and not session.halted:
+            self._ran = not session.paused
+        elif session.halted and not halted and self._ran:
+            session.paused = False
+        session.halted = halted
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]."""
         speak(self._language)
-        if self._halted:
-            self.session.paused, elapsed = True, 0.0
         moved = self.session.advance(elapsed) > 0
         if language_of(self.session.settings, self._browser) != self._language:
             self._translate()

@@ -349,8 +349,10 @@ def test_places_are_few_and_whoever_has_none_is_told(house: OpenHouse, come: Com
     click(teacher, "Pause everybody")
     for one in (ann, bo):
         sees(one, "The teacher has paused everybody.")
-    command(ann, "Pause or go on")
     steps = ask(session, lambda s: s.simulation.steps)
+    for wish in ("Pause or go on", "One single step", "Slower"):
+        command(ann, wish)
+    ann.wait_for(lambda _: session.settings.page.speed == 0.5, WAIT)
     assert ask(session, lambda s: s.simulation.steps) == steps and session.paused and host.session.paused
     click(teacher, "Let everybody go on")
     sees(ann, "this is your own session")
