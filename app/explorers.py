@@ -12,6 +12,7 @@ from app.classroom.key import is_teacher
 from app.classroom.places import Kept
 from app.cloakroom import Cloakroom
 from app.lessons.lesson import LessonBook
+from app.mishaps import Mishaps
 from app.page.lesson_resume import word_of
 from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
@@ -59,6 +60,7 @@ class Explorers:
         self._background, self._people, self._book = background, people, book
         self._apart = Apart(server, self._belongs_apart)
         self._cloakroom = Cloakroom()
+        self._mishaps = Mishaps(log)
         self._next = 0.0
         self.waiting: tuple[str, ...] = ()
 
@@ -116,6 +118,7 @@ class Explorers:
 
     def leave(self, seat: Seat) -> None:
         """A student's connection is gone: what is theirs is kept for when they are back."""
+        self._mishaps.forget(seat.client.client_id)
         stand = seat.stand
         if stand is None:
             return
@@ -132,10 +135,10 @@ class Explorers:
         try:
             stand.halt(self._room.paused)
             stand.frame(now, elapsed)
-        except Exception:
+        except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.
             if number in self._server.get_clients():
-                log.exception("a frame of a student's page failed")
+                self._mishaps.tell("a frame of a student's page failed", error, number)
 
     def _from_stage(self, who: str, lessons: LessonRun) -> Saved | None:
         """Return the stage's lesson and step as a place to begin at, with the student's own answers; None outside the lessons."""

@@ -19,6 +19,7 @@ from app.languages.visitor import language_script
 from app.lecture import LectureHost
 from app.lessons.lesson import LessonBook
 from app.lessons.loading import load_lessons, load_notes
+from app.mishaps import Mishaps
 from app.page.keys import relay_script
 from app.page.lesson_resume import Keeper, resume_script
 from app.page.page import View
@@ -73,6 +74,7 @@ class PrivateHost(Visitors):
         self._teachers: dict[int, tuple[View, NotesPanel]] = {}
         self._keeper, self._cloakroom = Keeper(), Cloakroom()
         self._stands: dict[int, Stand] = {}
+        self._mishaps = Mishaps(log)
         super().__init__(server)
 
     @property
@@ -92,6 +94,7 @@ class PrivateHost(Visitors):
         self._cloakroom.tidy()
         for number in departures:
             self._teachers.pop(number, None)
+            self._mishaps.forget(number)
             if number in self._stands:
                 stand = self._stands.pop(number)
                 self._keeper.keep(stand.query, stand.lessons.saved())
@@ -109,10 +112,10 @@ class PrivateHost(Visitors):
             try:
                 stand.frame(now, elapsed)
                 self._show_notes(number, stand)
-            except Exception:
+            except Exception as error:
                 # One broken page must not stop the others; a tab that is just closing ends up here too.
                 if number in self._server.get_clients():
-                    log.exception("a frame of a visitor's page failed")
+                    self._mishaps.tell("a frame of a visitor's page failed", error, number)
 
     def _let_in(self, client: viser.ClientHandle) -> None:
         query = request_query(client)
@@ -170,6 +173,7 @@ class FrameLoop:
         self._host = host
         self._stopped = False
         self._news = threading.Event()
+        self._mishaps = Mishaps(log)
         self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
         host.wake = self._news.set
 
@@ -190,8 +194,8 @@ class FrameLoop:
             now = perf_counter()
             try:
                 self._host.frame(now, now - last)
-            except Exception:
-                log.exception("a frame failed")
+            except Exception as error:
+                self._mishaps.tell("a frame failed", error)
             last = now
             if now >= due:
                 # After a late frame the beat starts anew instead of catching up.

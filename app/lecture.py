@@ -17,6 +17,7 @@ from app.languages.speaking import say, speak
 from app.languages.visitor import browser_language, language_of
 from app.lessons.lesson import LessonBook
 from app.lessons.walkthrough import Walkthrough
+from app.mishaps import Mishaps
 from app.page.lesson_panel import ORDER
 from app.page.lesson_resume import open_link, word_of
 from app.page.lesson_run import LessonRun
@@ -79,6 +80,7 @@ class LectureHost(Visitors):
         self._operator: int | None = None
         self._address: Address | None = None
         self._ran = False
+        self._mishaps = Mishaps(log)
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language))
         super().__init__(server)
@@ -151,10 +153,10 @@ class LectureHost(Visitors):
             return
         try:
             self._operation.show()
-        except Exception:
+        except Exception as error:
             # Where the lecturer's tab is just closing, its controls have gone before we are told; nobody else may lose a frame.
             if self._operator in self._server.get_clients():
-                log.exception("a frame of the lecturer's controls failed")
+                self._mishaps.tell("a frame of the lecturer's controls failed", error, self._operator)
 
     @property
     def _walk(self) -> Walkthrough | None:

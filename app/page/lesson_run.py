@@ -12,6 +12,7 @@ from app.lessons.lesson import LessonBook
 from app.lessons.own_law import attempt_of
 from app.lessons.runs import LONGEST
 from app.lessons.walkthrough import Phase, View, Walkthrough
+from app.mishaps import Mishaps
 from app.own_law.examination import NO_FILE, Progress
 from app.page.lesson_runs import FurtherRuns
 from app.page.lesson_saved import Again, Saved
@@ -48,7 +49,8 @@ class LessonRun:
         self._session = session
         self._walk: Walkthrough | None = None
         self._own = session.settings
-        self._turn = self._measured = -1
+        self._turn = self._measured = self._troubled = -1
+        self._mishaps = Mishaps(log)
         self._runs = FurtherRuns()
         self._waiting: tuple[str, tuple[object, ...]] | None = None
 
@@ -250,14 +252,17 @@ class LessonRun:
             self._frame()
         except DuetError as error:
             self._stop_trouble(str(error))
-        except Exception:
-            log.exception("a frame of a lesson failed")
+        except Exception as error:
+            self._mishaps.tell("a frame of a lesson failed", error)
             self._stop_trouble("The run could not be measured. Reset begins the step anew; next goes on without it.")
 
     def _stop_trouble(self, text: str) -> None:
-        # Said once for a run, not once for a frame.
-        self._measured = self.walk.turn
-        self._session.paused = True
+        turn = self.walk.turn
+        self._session.paused, self._measured = True, turn
+        if self._troubled == turn:
+            # Said once for a run, not once for a frame.
+            return
+        self._troubled = turn
         self.notes.append(("The lesson stopped here", text))
         self.version += 1
 
@@ -362,6 +367,6 @@ class LessonRun:
         language = self.walk.lesson.language
         try:
             return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(self._session.simulation))
-        except Exception:
-            log.exception("the numbers of a lesson could not be measured")
+        except Exception as error:
+            self._mishaps.tell("the numbers of a lesson could not be measured", error)
             return ()
