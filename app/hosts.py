@@ -23,6 +23,7 @@ from app.mishaps import Mishaps
 from app.page.keys import relay_script
 from app.page.lesson_resume import Keeper, resume_script
 from app.page.page import View
+from app.page.replay_box import box_script
 from app.page.software import software_script
 from app.page.teacher import NotesPanel
 from app.page.teacher_script import class_script
@@ -267,7 +268,7 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=None if lecture else sessions,
-        script=software_script() + relay_script() + resume_script() + language_script() + class_script(),
+        script=software_script() + relay_script() + resume_script() + box_script() + language_script() + class_script(),
     )
     server.scene.world_axes.visible = False
     background = Background()

@@ -2,6 +2,7 @@
 
 import html
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -14,6 +15,7 @@ from app.keep.shelf import KINDS, Shelf
 from app.languages.speaking import say
 from app.page.buttons import ChoiceButtons
 from app.page.copy import copy_button
+from app.page.replay_box import KEY, MODIFIER, box_mark
 from app.session import Session
 from scenes.inputs import KEEP
 
@@ -33,6 +35,9 @@ WRITE: Final = 0.1
 
 HANDS_OFF: Final = 0.4
 """… and after the visitor has moved it [s]."""
+
+CROSSING: Final = 0.3
+"""What was written this long ago may meet on its way what the visitor does [s]."""
 
 
 def past_style(loaded: str) -> str:
@@ -69,6 +74,7 @@ class ReplayBar:
         self._length = LENGTHS["30 s"]
         self._said = ""
         self._clock = self._next = 0.0
+        self._written, self._crossed = -CROSSING, False
         self._replay = ChoiceButtons(
             gui,
             "replay",
@@ -86,7 +92,9 @@ class ReplayBar:
             visible=False,
             hint=say("Any moment of what is kept, on the clock of the run."),
         )
-        self._state = gui.add_html("")
+        self._mark = box_mark(self._slider._impl.uuid)
+        self._state = gui.add_html(self._mark)
+        rest = gui.add_command(say("Replay: stand still"), hotkey=KEY, modifier=MODIFIER, icon=viser.Icon.PLAYER_PAUSE)
         lengths = tuple(LENGTHS)
         self._lengths = ChoiceButtons(
             gui, "the last", lengths, "How much of the run is meant, to watch and to save.", self._choose
@@ -108,6 +116,11 @@ class ReplayBar:
             if event.client_id is not None:
                 time = event.target.value
                 session.post(lambda: self._drag(time))
+
+        @rest.on_trigger
+        async def _(event: viser.CommandEvent) -> None:
+            del event
+            session.post(self._rest)
 
         @self._upload.on_upload
         async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
@@ -155,8 +168,15 @@ class ReplayBar:
     def _toggle(self) -> None:
         self.shelf.take("pause")
 
+    def _rest(self) -> None:
+        if self.shelf.replay is not None:
+            self.shelf.replay.playing = False
+            # Where it rests is written at once, and then nothing more.
+            self._next = self._clock
+
     def _drag(self, time: float) -> None:
         self._next = self._clock + HANDS_OFF
+        self._crossed = self._clock - self._written < CROSSING
         self.shelf.seek(time)
 
     def show(self) -> None:
@@ -186,8 +206,11 @@ class ReplayBar:
             slider.min = begin
         if slider.max != end:
             slider.max = end
-        if abs(slider.value - time) > 0.004:
-            slider.value = min(max(time, begin), end)
+        if self._crossed or abs(slider.value - time) > 0.004:
+            value = min(max(time, begin), end)
+            # What crossed the visitor's value on its way stands in their browser now; viser sends nothing that is no change.
+            slider.value = math.nextafter(value, math.inf) if value == slider.value else value
+            self._written, self._crossed = self._clock, False
 
     def _words(self) -> str:
         shelf = self.shelf
@@ -202,7 +225,8 @@ class ReplayBar:
     def _say(self, text: str) -> None:
         if text != self._said:
             self._said = text
-            self._state.content = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
+            said = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
+            self._state.content = self._mark + said
 
     def _show_snippet(self, snippet: str) -> None:
         with self._gui.add_modal(say("This run in Python")) as modal:

@@ -109,17 +109,22 @@ def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
     until(page, lambda: shelf.replay is not None and not shelf.replay.playing, "at rest at its end", SLOWLY)
     press_key(page, "Space")
     until(page, lambda: shelf.replay is not None and shelf.replay.playing, "from the beginning", SLOWLY)
-
-    def at_half() -> bool:
-        if shelf.replay is not None and abs(shelf.replay.time - 0.5) < 1e-6:
-            return True
-        # While it plays the page writes into the box too, perhaps between these two.
-        moment(page).fill("0.5")
-        moment(page).press("Enter")
-        wait_frames(page, 6)
-        return False
-
-    until(page, at_half, "half a second", SLOWLY)
+    # While it plays the page writes into the box too, but not while somebody is about to type there.
+    moment(page).click()
+    until(page, lambda: shelf.replay is not None and not shelf.replay.playing, "at rest for whoever types", SLOWLY)
+    until(
+        page,
+        lambda: shelf.replay is not None and abs(float(moment(page).input_value()) - shelf.replay.time) < 0.01,
+        "where",
+        SLOWLY,
+    )
+    moment(page).fill("9")
+    wait_frames(page, 6)
+    # A run of a few seconds has no such moment, and whoever types has not come to the end.
+    assert moment(page).input_value() == "9"
+    moment(page).fill("0.5")
+    moment(page).press("Enter")
+    until(page, lambda: shelf.replay is not None and abs(shelf.replay.time - 0.5) < 1e-6, "half a second", SLOWLY)
     press_key(page, ".")
     until(page, lambda: shelf.replay is not None and abs(shelf.replay.time - 0.505) < 1e-6, "one step more", SLOWLY)
     page.get_by_text("the past: 0.5 s").wait_for()
