@@ -3,7 +3,7 @@
 viser has no public way to look at a request or at a message before it acts on it. It does build its server with
 `websockets.asyncio.server.serve`, so we hand it a listening socket of our own, a connection class that filters what it reads,
 and a function that answers the requests which are ours. All of this relies on viser 1.1 and lives in this file alone;
-`tests/app/test_server.py` notices when viser changes.
+`tests/app/server` notices when viser changes.
 """
 
 from __future__ import annotations
