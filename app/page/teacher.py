@@ -10,6 +10,8 @@ from viser._messages import HotkeyKey
 from app.classroom.address import Address
 from app.classroom.classroom import Headcount, Poll
 from app.languages.speaking import say, text
+from app.lessons.lesson import Step
+from app.lessons.notes import Notes, read_notes
 from app.page.buttons import ChoiceButtons
 from app.page.lesson_run import LessonRun
 from app.page.teacher_html import heads_html, join_html, no_notes_html, notes_html, poll_html
@@ -50,8 +52,8 @@ class ClassState:
     poll: Poll | None
 
 
-class Notes:
-    """The notes to the open lesson.
+class NotesView:
+    """The notes to the open lesson, those to the present step first.
 
     Args:
         gui: of a teacher; the caller has opened the container.
@@ -59,17 +61,22 @@ class Notes:
     """
 
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
-        self._notes = notes
+        self._notes = {lesson: read_notes(text) for lesson, text in notes.items()}
         self._handle = gui.add_html("")
-        self._shown: str | None = None
+        self._shown: tuple[bool, Notes | None, Step | None] | None = None
 
     def show(self, run: LessonRun) -> None:
         """Bring them up to date. `run`: the lessons."""
-        lesson = run.walk.lesson if run.open else None
-        text = self._notes.get(lesson.id, "") if lesson is not None else ""
-        made = notes_html(text, run.walk.step.setup.folder) if text else no_notes_html(run.open)
-        if made != self._shown:
-            self._shown = self._handle.content = made
+        walk = run.walk if run.open else None
+        notes = self._notes.get(walk.lesson.id) if walk is not None else None
+        place = (run.open, notes, walk.step if walk is not None else None)
+        if place == self._shown:
+            return
+        self._shown = place
+        if walk is None or notes is None:
+            self._handle.content = no_notes_html(run.open)
+        else:
+            self._handle.content = notes_html(notes, walk.lesson.steps.index(walk.step) + 1, walk.step.setup.folder)
 
 
 class NotesPanel:
@@ -82,7 +89,7 @@ class NotesPanel:
 
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
         with gui.add_tab_group(order=ORDER).add_tab(say("Teacher's notes"), viser.Icon.NOTEBOOK):
-            self._notes = Notes(gui, notes)
+            self._notes = NotesView(gui, notes)
 
     def show(self, run: LessonRun) -> None:
         """Bring them up to date. `run`: the lessons."""
@@ -122,10 +129,10 @@ class TeacherPanel:
             self._reveal = self._button(say("Reveal to everybody"), "reveal", None, viser.Icon.EYE)
             self._again = self._button(say("Ask again"), "again", "gray", viser.Icon.REFRESH)
             self._pause = self._button(say("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
-        self._notes: Notes | None = None
+        self._notes: NotesView | None = None
         if notes is not None:
             with tabs.add_tab(say("Notes"), viser.Icon.NOTEBOOK):
-                self._notes = Notes(gui, notes)
+                self._notes = NotesView(gui, notes)
         with tabs.add_tab(say("Join"), viser.Icon.QRCODE):
             gui.add_html(join_html(address))
             self._invite = self._button(say("Show it on every screen"), "invite", None, viser.Icon.QRCODE)

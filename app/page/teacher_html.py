@@ -1,13 +1,13 @@
 """What the class sees and what the teacher sees, as HTML: histogram, notes, address, and what is said to a student."""
 
 import html
-import re
 from pathlib import Path
 from typing import Final
 
 from app.classroom.address import Address, qr_svg
 from app.classroom.classroom import Headcount, Poll
 from app.languages.speaking import say, text
+from app.lessons.notes import Notes, StepNotes
 from app.page.lesson_text import inline_html, lesson_html
 
 FOLLOWING: Final = text("You follow the teacher: everybody sees this stage.")
@@ -67,13 +67,23 @@ def banner_html(kind: str, text: str) -> str:
     return f'<div class="duet-banner {kind} duet-say">{html.escape(text)}</div>' if text else ""
 
 
-def notes_html(notes: str, folder: Path | None = None) -> str:
-    """Return the teacher's notes to a lesson."""
-    title, _, rest = notes.lstrip().partition("\n")
-    if not title.startswith("#"):
-        title, rest = "", notes
-    head = f"<h3>{inline_html(re.sub('^#+ *', '', title))}</h3>" if title else ""
-    return f'<div class="duet-class duet-notes">{head}{lesson_html(rest, folder)}</div>'
+def notes_html(notes: Notes, step: int, folder: Path | None = None) -> str:
+    """Return the teacher's notes to a lesson: to the present step first.
+
+    Args:
+        notes: of the lesson.
+        step: the present one, from 1.
+        folder: where its pictures are.
+    """
+    now = "".join(_section_html(part, folder, "now") for part in notes.steps if part.number == step)
+    others = "".join(_section_html(part, folder) for part in notes.steps if part.number != step)
+    head = f"<h3>{inline_html(notes.title)}</h3>" if notes.title else ""
+    return f'<div class="duet-class duet-notes">{now}{head}{lesson_html(notes.text, folder)}{others}</div>'
+
+
+def _section_html(part: StepNotes, folder: Path | None, kind: str = "") -> str:
+    title = f"{part.number}. {part.title}" if part.title else f"{part.number}."
+    return f'<section class="{kind}"><h4>{inline_html(title)}</h4>{lesson_html(part.text, folder)}</section>'
 
 
 def no_notes_html(open: bool) -> str:
