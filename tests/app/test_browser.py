@@ -25,7 +25,7 @@ from scenes.history import COLUMN
 from scenes.settings import changed, specs, values
 from scenes.targets import HandTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask, live_sessions
-from tests.app.test_page import another, bring_into_view, page_label
+from tests.app.page.helpers import another, bring_into_view, page_label
 from tests.browser import (
     CAMERA,
     PageAt,

@@ -25,7 +25,7 @@ from app.settings import Settings
 from app.wsclient import SyncVisitor
 from scenes.settings import changed
 from tests.app.conftest import HAND, Join, OpenHouse, ask, live_sessions
-from tests.app.test_page import page_label
+from tests.app.page.helpers import page_label
 from tests.browser import PageAt, until, wait_ready
 
 WORD = "0123456789abcdef0123456789abcdef"

@@ -29,7 +29,7 @@ from scenes.settings import ArmName, RobotName, RunSettings, SceneName, specs, v
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget
 from tests.app.conftest import ELBOW, HAND, Arrive, Guest, OpenHouse, live_sessions
-from tests.app.test_page import press
+from tests.app.page.helpers import press
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
 BALL, GRIP = "/gizmo/ball", "/gizmo/grip"

@@ -1,0 +1,109 @@
+"""What visitors without a browser do on a page, and what they look at.
+
+Every "nothing happens" of the tests is followed, on the same connection, by something that does happen: messages are read in order,
+so by then the others have been dealt with; `roundtrip` is that.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from app.page.keys import HOTKEYS
+from app.page.relevance import matters
+from app.session import Session
+from app.settings import Settings
+from app.wsclient import SyncVisitor
+from scenes.settings import changed, specs, values
+from tests.app.conftest import Guest, ask
+
+SPECS = specs(Settings)
+USUAL_STAGE = {"scene": "hold", "law": "smooth_priority"}
+STAGES: dict[str, dict[str, str]] = {
+    **{key: {"scene": "solo"} for key in ("path", "kx")},
+    **{key: {"scene": "ball"} for key in ("point", "ball")},
+    **{key: {"scene": "imitation", "source": "clips"} for key in ("source", "clip")},
+    "following": {"scene": "master_slave"},
+    **{key: {"law": "potential_field"} for key in ("d0", "eta")},
+    "gamma": {"law": "barrier_qp"},
+    "beta": {"pairs": "soft"},
+    "coupled": {"avoid": "both"},
+}
+"""Key → what must be chosen for its control to be in view; the others are there by default."""
+
+
+def page_label(key: str) -> str:
+    """What stands before a control."""
+    spec = SPECS[key]
+    return f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
+
+
+def bring_into_view(session: Session, key: str) -> None:
+    """Choose an experiment and a law in which a setting matters."""
+
+    def choose(s: Session) -> None:
+        for k, value in (USUAL_STAGE | STAGES.get(key, {})).items():
+            s.change(k, value)
+
+    if not matters(key, session.settings):
+        ask(session, choose)
+    assert matters(key, session.settings), key
+
+
+def another(key: str, present: Any) -> tuple[Any, Any]:
+    """A possible value other than the present one: as the page sends it, and as the settings keep it."""
+    spec = SPECS[key]
+    if spec.choices:
+        index = (spec.choices.index(present) + 1) % len(spec.choices)
+        return spec.choice_labels[index], spec.choices[index]
+    if isinstance(present, bool):
+        return not present, not present
+    if isinstance(present, int):
+        return present + 41, present + 41
+    page = spec.low * spec.page_scale + 3.0 * spec.step
+    if abs(page / spec.page_scale - present) < 1e-9:
+        page += spec.step
+    return page, page / spec.page_scale
+
+
+def hotkey_uuid(visitor: SyncVisitor, action: str) -> str:
+    """The uuid of the palette command that stands for a hotkey."""
+    text = next(h.text for h in HOTKEYS if h.action == action).capitalize()
+    return next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == text)
+
+
+def press(guest: Guest, action: str) -> None:
+    """Press a hotkey, and wait until it has been acted upon."""
+    guest.visitor.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(guest.visitor, action)})
+    roundtrip(guest)
+
+
+def roundtrip(guest: Guest) -> None:
+    """Return when the server has acted upon all that the visitor said before."""
+    before = guest.session.settings.run.limit_gain
+    value = before + 0.5 if before < 20.0 else before - 5.5
+    guest.visitor.set_value("g [1/s]", value)
+    guest.wait(lambda s: abs(s.settings.run.limit_gain - value) < 1e-9)
+
+
+def bodies(visitor: SyncVisitor, kind: str) -> list[dict[str, Any]]:
+    """The GUI elements of a kind that are not hidden, in the order they came."""
+    elements = list(visitor.mirror.gui.values())
+    return [element for element in elements if element["type"] == kind and element.get("visible", True)]
+
+
+def notes(visitor: SyncVisitor) -> list[str]:
+    """What the notifications say."""
+    return [str(note["body"]) for note in bodies(visitor, "NotificationShowMessage")]
+
+
+def assert_sound(guest: Guest) -> None:
+    """The arms are and were where arms can be, and every setting is in its range."""
+    table, simulation = guest.ask(lambda s: s.simulation.history.table()), guest.session.simulation
+    q, model = simulation.history.positions(table), simulation.room.model
+    assert len(q) and np.isfinite(q).all()
+    assert (q >= model.lowerPositionLimit - 1e-9).all() and (q <= model.upperPositionLimit + 1e-9).all()
+    settings = guest.session.settings
+    for key, value in values(settings).items():
+        assert changed(settings, key, value) == settings and type(value) is type(values(Settings())[key]), key

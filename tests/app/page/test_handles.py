@@ -1,0 +1,181 @@
+"""The handles of hand and elbow: dragged, turned, put into odd poses, and left alone in mid-drag."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from app.page.gizmos import swivel_frame
+from app.session import Session
+from app.settings import Settings
+from app.wsclient import Visitor
+from scenes.history import COLUMN
+from scenes.targets import HandTarget
+from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, live_sessions
+from tests.app.page.helpers import assert_sound, press, roundtrip
+from tests.app.page.test_every_control import INF, NAN
+
+
+@pytest.mark.parametrize("name", [HAND, ELBOW])
+def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive, name: str) -> None:
+    opened = house()
+    one, witness = arrive(opened), arrive(opened)
+    one.visitor.move_gizmo(name, phase="start")
+    one.wait(lambda s: not s.settings.page.autopilot)
+    turn = (0.5, 0.5, 0.5, 0.5)
+    for position, wxyz in (
+        ((NAN, 0.0, 1.0), turn),
+        ((0.3, INF, 1.0), turn),
+        ((0.3, 0.0, -INF), turn),
+        ((1e308, 0.0, 1.0), turn),
+        ((0.3, 0.0, 1.0), (0.0, 0.0, 0.0, 0.0)),
+        ((0.3, 0.0, 1.0), (NAN, 0.0, 0.0, 1.0)),
+        ((0.3, 0.0, 1.0), (1e6, 0.0, 0.0, 1.0)),
+        ((1e8, -1e8, 1e8), turn),
+        ((-1e8, 1e8, -1e8), (0.9, 0.9, 0.9, 0.9)),
+        ((0.0, 0.0, 0.92), (-1.0, 0.0, 0.0, 0.0)),
+    ):
+        one.visitor.move_gizmo(name, position, wxyz)
+        roundtrip(one)
+        one.run_on(0.1)
+        held = one.ask(lambda s: s.held)
+        assert isinstance(held, HandTarget) and np.isfinite(held.position).all() and np.abs(held.position).max() <= 2.5
+        assert held.rotation is not None and np.allclose(held.rotation @ held.rotation.T, np.eye(3))
+    assert_sound(one)
+    assert one.session.held is not None
+    one.visitor.move_gizmo(name, phase="end")
+    one.wait(lambda s: s.held is None)
+    for position, wxyz in (((1.0, 2.0), turn), ("here", turn), ((0.0, 0.0, 1.0), (1.0, 0.0)), (None, None), ((True, 0, 0), turn)):
+        victim = arrive(opened)
+        victim.visitor.move_gizmo(name, position, wxyz)
+        victim.visitor.wait_for(lambda v: v.closed)
+        assert victim.session.held is None
+        witness.wait(lambda _, number=victim.number: number not in live_sessions(opened))
+    witness.run_on(0.05)
+    assert witness.session.settings == Settings() and witness.session.held is None
+
+
+def test_dragging_the_hand(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "speed=2")
+    visitor, session = one.visitor, one.session
+    one.run_on(0.2)
+    assert session.settings.page.autopilot
+
+    def start(s: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        k = s.simulation.kinematics
+        hand = k.hand_pose(s.simulation.guided).translation.copy()
+        return hand, k.hand_pose(s.simulation.avoiding).translation.copy(), s.simulation.positions.copy()
+
+    visitor.move_gizmo(HAND, phase="start")
+    one.wait(lambda s: not s.settings.page.autopilot and s.held is not None)
+    hand, other_hand, q = one.ask(start)
+    turn = visitor.mirror.nodes[HAND]["wxyz"]
+    shown = [tuple(visitor.mirror.nodes[HAND]["position"])]
+    # Further, and the orange arm is at the end of its own joints.
+    goal = hand + (other_hand - hand) * 0.75
+    for share in np.linspace(0.1, 1.0, 10):
+        visitor.move_gizmo(HAND, tuple((hand + (goal - hand) * share).tolist()), turn)
+        one.run_on(0.25)
+        shown.append(tuple(visitor.mirror.nodes[HAND]["position"]))
+    # It came.
+    nearest = lambda s: float(np.linalg.norm(s.simulation.kinematics.hand_pose(s.simulation.guided).translation - goal))  # noqa: E731
+    one.wait(lambda s: nearest(s) < 5e-3, 30.0)
+    # While it is held, the server leaves the handle alone.
+    assert len(set(shown)) == 1
+    # The other arm yielded, and no closer than d_m.
+    table = one.ask(lambda s: s.simulation.history.table())
+    simulation = session.simulation
+    moved = simulation.history.positions(table)[-1][simulation.avoiding.joints] - q[simulation.avoiding.joints]
+    assert np.abs(moved).max() > 0.1
+    assert table[:, COLUMN["d"]].min() >= session.settings.run.law.critical_distance - 1e-4
+    assert table[:, COLUMN["d"]].min() < session.settings.run.law.critical_distance + 0.05
+    assert table[:, COLUMN["w"]].max() <= session.settings.run.hand_speed + 1e-9
+    # Let go: the handle sits on the hand again.
+    visitor.move_gizmo(HAND, phase="end")
+    one.wait(lambda s: s.held is None)
+
+    def on_hand(_: Visitor) -> bool:
+        pose = session.simulation.kinematics.hand_pose(session.simulation.guided)
+        return bool(np.linalg.norm(np.array(visitor.mirror.nodes[HAND]["position"]) - pose.translation) < 1e-3)
+
+    visitor.wait_for(on_hand)
+    assert visitor.mirror.nodes[HAND]["position"] != shown[0] and not session.settings.page.autopilot
+    assert_sound(one)
+
+
+def test_turning_the_hand(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "autopilot=0")
+    pose = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).copy())
+    wanted = pose.rotation @ pin.rpy.rpyToMatrix(0.0, 0.0, 0.4)
+    q = pin.Quaternion(wanted)
+    one.visitor.move_gizmo(HAND, phase="start")
+    one.visitor.move_gizmo(HAND, tuple(pose.translation.tolist()), (q.w, q.x, q.y, q.z))
+
+    def away(s: Session) -> float:
+        present = s.simulation.kinematics.hand_pose(s.simulation.guided)
+        assert np.linalg.norm(present.translation - pose.translation) < 5e-3
+        return float(np.linalg.norm(pin.log3(wanted.T @ present.rotation)))
+
+    assert one.ask(away) > 0.3
+    while one.ask(away) > 0.02:
+        one.run_on(0.1)
+    one.visitor.move_gizmo(HAND, phase="end")
+    one.wait(lambda s: s.held is None)
+
+
+def test_dragging_the_elbow_swivels_it_and_leaves_the_hand(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "autopilot=0")
+    visitor = one.visitor
+
+    def state(s: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        k, arm = s.simulation.kinematics, s.simulation.guided
+        frame, foot = swivel_frame(s.simulation)
+        return k.joint_point(arm.elbow).copy(), k.hand_pose(arm).translation.copy(), frame, foot
+
+    elbow, hand, frame, foot = one.ask(state)
+    visitor.move_gizmo(ELBOW, phase="start")
+    for angle in np.linspace(0.05, 0.4, 8):
+        q = pin.Quaternion(frame @ pin.rpy.rpyToMatrix(float(angle), 0.0, 0.0))
+        visitor.move_gizmo(ELBOW, tuple(elbow.tolist()), (q.w, q.x, q.y, q.z))
+        one.run_on(0.1)
+    goal = foot + pin.exp3(frame[:, 0] * 0.4) @ (elbow - foot)
+    assert np.linalg.norm(goal - elbow) > 0.05
+    now = elbow
+    for _ in range(60):
+        now, hand_now, _, _ = one.ask(state)
+        assert np.linalg.norm(hand_now - hand) < 5e-3
+        if np.linalg.norm(now - goal) < 0.01:
+            break
+        one.run_on(0.1)
+    else:
+        pytest.fail(f"the elbow is still {np.linalg.norm(now - goal):.3f} m from where it was swivelled to")
+    visitor.move_gizmo(ELBOW, phase="end")
+    one.wait(lambda s: s.held is None)
+    visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes[ELBOW]["position"]) - now) < 0.02)
+
+
+def test_a_tab_closed_in_mid_drag(house: OpenHouse, arrive: Arrive) -> None:
+    opened = house()
+    leaver, witness = arrive(opened), arrive(opened)
+    leaver.visitor.move_gizmo(HAND, phase="start")
+    leaver.visitor.move_gizmo(HAND, (0.3, 0.0, 1.0))
+    leaver.wait(lambda s: s.held is not None)
+    leaver.visitor.close()
+    witness.wait(lambda _: set(live_sessions(opened)) == {witness.number})
+    witness.run_on(0.3)
+    assert witness.session.settings.page.autopilot and witness.session.held is None
+    assert len(opened.server.scene._active_transform_drag_handles) == 0
+
+
+def test_a_reset_in_mid_drag_lets_go(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "autopilot=0")
+    one.visitor.move_gizmo(HAND, phase="start")
+    one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
+    one.run_on(0.3)
+    press(one, "reset")
+    assert one.ask(lambda s: s.held is None)
+    home = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
+    one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes[HAND]["position"]) - home) < 1e-3)
+    one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
+    one.wait(lambda s: s.held is not None)

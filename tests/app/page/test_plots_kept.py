@@ -1,0 +1,151 @@
+"""The plots through other looks, pauses and resets, and how much a page is sent for them."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.page.plots import POINTS, WINDOW, PlotBuffer
+from app.wsclient import SyncVisitor
+from scenes.autopilot import Autopilot
+from scenes.history import COLUMN
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.page.helpers import bodies, page_label, press
+
+
+def plots(visitor: SyncVisitor) -> list[tuple[np.ndarray, ...]]:
+    """The data of every plot, in order."""
+    return [tuple(np.array(row) for row in element["data"]) for element in bodies(visitor, "GuiUplotMessage")]
+
+
+def looks(visitor: SyncVisitor) -> list[tuple[Any, ...]]:
+    """Colour and width of the first line of every plot, in order."""
+    return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
+
+
+@pytest.mark.parametrize(("label", "value"), [("colours", "Dark"), ("text", "Projector")])
+def test_another_look_keeps_the_plots(house: OpenHouse, arrive: Arrive, label: str, value: str) -> None:
+    one = arrive(house(), "plot=lambda")
+    one.run_on(2.0)
+    one.visitor.wait_for(lambda _: all(len(plot[0]) > 12 for plot in plots(one.visitor)))
+    old = looks(one.visitor)
+    one.visitor.set_value(label, value)
+    one.visitor.wait_for(lambda _: len(new := looks(one.visitor)) == 3 and all(a != b for a, b in zip(old, new, strict=True)))
+    one.visitor.wait_for(lambda _: all(len(plot[0]) > 12 for plot in plots(one.visitor)))
+    for times, *lines in plots(one.visitor):
+        assert times[0] < 0.2 and np.isfinite(lines[0]).all()
+
+
+@pytest.mark.parametrize("change", [("colours", "Dark"), ("more plots", "q")])
+def test_plots_made_while_paused_are_not_empty(house: OpenHouse, arrive: Arrive, change: tuple[str, str]) -> None:
+    one = arrive(house())
+    one.run_on(1.0)
+    press(one, "pause")
+    old = looks(one.visitor)
+    one.visitor.set_value(*change)
+    one.visitor.wait_for(lambda _: looks(one.visitor) != old)
+    count = 3 if change[0] == "more plots" else 2
+    one.visitor.wait_for(lambda _: len(bodies(one.visitor, "GuiUplotMessage")) == count)
+    one.visitor.wait_for(lambda _: all(len(plot[0]) > 5 for plot in plots(one.visitor)))
+
+
+def test_the_last_step_before_a_pause_is_on_the_plot(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "dt=0.02")
+    one.run_on(0.5)
+    press(one, "pause")
+    for _ in range(3):
+        press(one, "step")
+        newest = one.ask(lambda s: s.simulation.sample().time)
+        one.visitor.wait_for(lambda _, newest=newest: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
+
+
+def test_what_the_ghost_does_and_what_would_have_been_are_on_the_plots(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "whatif=1")
+    one.run_on(1.0)
+    own = len([row for row in plots(one.visitor)[0][1:] if len(row)])
+    press(one, "ghost")
+    one.run_on(0.5)
+    # The ghost has a line beside that of the run, the same one as long as nothing was changed.
+    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 1)
+    times, distance, *_, ghost, _ = plots(one.visitor)[0]
+    assert len(ghost) == len(times) > 9 and np.isfinite(ghost[:-1]).all() and np.allclose(ghost[:-1], distance[:-1])
+    # A line whose first value is missing would leave the page without a range for its axis.
+    assert all(np.isfinite(row[0]) for plot in plots(one.visitor) for row in plot if len(row))
+    one.visitor.set_value(page_label("dm"), 250.0)
+    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 2, 20.0)
+
+
+def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = arrive(house())
+    one.run_on(1.0)
+    refreshes, payloads = [0], list[int]()
+    take = one.visitor.mirror.take
+
+    def count(message: dict[str, Any]) -> None:
+        if message["type"] == "GuiUpdateMessage" and "data" in message["updates"]:
+            refreshes[0] += 1
+            payloads.append(len(message["updates"]["data"][0]))
+        take(message)
+
+    monkeypatch.setattr(one.visitor.mirror, "take", count)
+    received = one.visitor.received
+    frames, size, begin, clock = received.frames, received.bytes, one.session.simulation.time, time.perf_counter()
+    one.run_on(3.0)
+    simulated, wall = one.session.simulation.time - begin, time.perf_counter() - clock
+    frames, size = received.frames - frames, received.bytes - size
+    print(f"{frames / simulated:.0f} frames and {size / simulated / 1000:.0f} kB per simulated second, {simulated / wall:.2f}×")
+    assert size / simulated <= 150_000
+    # A frame simulates a tenth of a second at most; on a machine at leisure there are about 30 a second.
+    assert frames / simulated >= 10
+    assert 2 * 2 < refreshes[0] <= 2 * (10.0 * wall + 2.0)
+    assert max(payloads) <= 200
+
+
+@pytest.mark.parametrize(("dt", "batch", "seconds"), [(0.005, 7, 31.0), (0.00125, 50, 8.0), (0.02, 1, 47.0), (0.02, 40, 47.0)])
+def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
+    settings = RunSettings(dt=dt)
+    simulation, buffer = Simulation(settings, 100_000), PlotBuffer()
+    person = Autopilot(simulation.room, settings.guided, settings.seed)
+    for step in range(round(seconds / dt)):
+        simulation.step(person.target(simulation.time))
+        if step % batch == 0:
+            buffer.feed(simulation)
+    buffer.feed(simulation)
+    times, distance, critical, resting, squared = buffer.series((1, 2, 3, 4))
+    table = simulation.history.table()
+    # Bins cover the last 20 s; the oldest of them may begin a little later than the newest step minus 20 s.
+    width = WINDOW / POINTS
+    oldest = int(table[-1, 0] / width) - POINTS + 1
+    shown = table[(table[:, 0] * (POINTS / WINDOW)).astype(int) >= oldest]
+    assert len(times) == min(POINTS, math.ceil(seconds / width)) <= 200
+    assert (np.diff(times) > 0.0).all() and times[-1] == table[-1, 0]
+    assert times[-1] - times[0] <= WINDOW
+    assert distance.min() == shown[:, COLUMN["d"]].min() and squared.max() == shown[:, COLUMN["e2"]].max()
+    # Bin by bin, too.
+    numbers = (shown[:, 0] * (POINTS / WINDOW)).astype(int)
+    for i, number in enumerate(np.unique(numbers)):
+        rows = shown[numbers == number]
+        assert distance[i] == rows[:, COLUMN["d"]].min() and squared[i] == rows[:, COLUMN["e2"]].max()
+        assert times[i] == rows[-1, 0]
+    assert (critical == settings.law.critical_distance).all() and np.nanmin(resting) > 0.0
+
+
+def test_a_reset_empties_the_bins() -> None:
+    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
+    assert np.isnan(buffer.series((1,))[1]).all()
+    for _ in range(500):
+        simulation.step(None)
+    buffer.feed(simulation)
+    assert len(buffer.series((1,))[0]) > 15
+    simulation.reset()
+    for _ in range(60):
+        simulation.step(None)
+    buffer.feed(simulation)
+    times = buffer.series((1,))[0]
+    assert times[-1] == pytest.approx(59 * 0.005) and (np.diff(times) > 0.0).all() and len(times) == 3
