@@ -12,7 +12,7 @@ from contextlib import suppress
 from ctypes import c_longlong
 from typing import Any, Final, Literal
 
-from controllers.errors import DuetError
+from controllers.errors import DuetError, Message
 from scenes.children import inheriting, leave_with_parent
 
 log = logging.getLogger("duet.background")
@@ -23,8 +23,8 @@ MOST_WAITING: Final = 256
 PATIENCE: Final = 3
 """By how much the workers let others go first (nice)."""
 
-ENDED: Final = "The computation was ended from outside; ask for it again."
-BUSY: Final = "Too many computations are waiting; ask again in a moment."
+ENDED: Final = Message("The computation was ended from outside; ask for it again.")
+BUSY: Final = Message("Too many computations are waiting; ask again in a moment.")
 
 State = Literal["waiting", "running", "done", "failed", "dropped"]
 
@@ -213,7 +213,7 @@ class Background:
                 job.message = str(error)
             else:
                 log.error("a computation failed", exc_info=error)
-                job.message = "The computation failed; the server's log says why."
+                job.message = Message("The computation failed; the server's log says why.")
 
 
 # --- in the worker -------------------------------------------------------------------------------------------------------------

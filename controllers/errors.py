@@ -2,12 +2,65 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+
+class Message(str):
+    """A text that knows what it was made of, so that whoever shows it can say it in another language.
+
+    It is the English text wherever a `str` is wanted, and stays a `Message` when it is passed on or sent to another process; what is
+    made of it, such as by `+` or in an f-string, is a plain text.
+
+    Args:
+        template: the text, with a {name} for every part.
+        parts: what is filled in; one that is itself a `Message` is said in the other language, too.
+
+    Attributes:
+        template, parts: as given.
+    """
+
+    template: str
+    parts: dict[str, object]
+
+    def __new__(cls, template: str, /, **parts: object) -> Message:
+        """Fill the parts in; a template without parts is taken as it stands, braces and all."""
+        if isinstance(template, Message) and not parts:
+            template, parts = template.template, template.parts
+        made = super().__new__(cls, template.format(**parts) if parts else template)
+        made.template, made.parts = template, parts
+        return made
+
+    def __getnewargs_ex__(self) -> tuple[tuple[str], dict[str, object]]:
+        """Return what makes it anew in another process."""
+        return (self.template,), self.parts
+
+    def __str__(self) -> str:
+        """Return itself: `str(error)` is how a message is taken out of an error."""
+        return self
+
+
+def joined(parts: Iterable[str], between: str) -> Message:
+    """Return several texts as one. `between`: what stands between any two."""
+    given = {f"_{i}": part for i, part in enumerate(parts)}
+    return Message(between.join(f"{{{name}}}" for name in given), **given)
+
 
 class DuetError(Exception):
     """Something the person at the keyboard can put right.
 
     The message is one line: what is wrong, then the valid choices or the remedy. It is shown as it is, without a traceback.
+
+    Args:
+        message: the line, or with parts its template; see `Message`.
+        parts: what is filled in.
     """
+
+    def __init__(self, message: str = "", /, **parts: object) -> None:
+        super().__init__(Message(message, **parts) if parts or type(message) is str else message)
+
+    def __str__(self) -> str:
+        """Return the message; it is a `Message`."""
+        return str(self.args[0])
 
 
 class BadSetting(DuetError):

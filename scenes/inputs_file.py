@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controllers.errors import BadInputFile, BadSetting
+from controllers.errors import BadInputFile, BadSetting, Message
 from controllers.kinematics import Array
 from scenes.cast import Person
 from scenes.inputs import Recorded, RecordedPerson, Stretch
@@ -83,7 +83,7 @@ def write_recorded(recorded: Recorded, path: Path) -> None:
     try:
         path.write_bytes(recorded_bytes(recorded))
     except OSError as error:
-        raise BadInputFile(f"{path}: cannot be written ({error.strerror}).") from None
+        raise BadInputFile("{name}: cannot be written ({reason}).", name=path, reason=error.strerror) from None
 
 
 def read_recorded(path: Path) -> Recorded:
@@ -94,10 +94,10 @@ def read_recorded(path: Path) -> Recorded:
     """
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise BadInputFile(f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB; recorded inputs are not.")
+            raise _too_large(str(path))
         data = path.read_bytes()
     except OSError as error:
-        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
     return recorded_from(data, str(path))
 
 
@@ -114,13 +114,18 @@ def read_person(path: Path, settings: RunSettings) -> Person:
         with path.open("rb") as file:
             archive = file.read(2) == b"PK"
     except OSError as error:
-        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
     if not archive:
         return read_inputs(path)
     recorded = read_recorded(path)
     if recorded.settings.scene != settings.scene:
         scene = recorded.settings.scene
-        raise BadInputFile(f"{path}: was recorded in the scene {scene}, not {settings.scene}; add --scene {scene}.")
+        raise BadInputFile(
+            "{name}: was recorded in the scene {scene}, not {here}; add --scene {scene}.",
+            name=path,
+            scene=scene,
+            here=settings.scene,
+        )
     return RecordedPerson(recorded)
 
 
@@ -134,13 +139,13 @@ def recorded_from(data: bytes, name: str) -> Recorded:
         BadInputFile: see `read_recorded`.
     """
     if len(data) > LARGEST_FILE:
-        raise BadInputFile(f"{name}: is larger than {LARGEST_FILE // 1_000_000} MB; recorded inputs are not.")
+        raise _too_large(name)
     try:
         return _recorded(_unpacked(data))
     except BadSetting as error:
-        raise BadInputFile(f"{name}: {error}") from None
+        raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
     except _Damage as damage:
-        raise BadInputFile(f"{name}: {damage}.") from None
+        raise BadInputFile("{name}: {reason}.", name=name, reason=damage.args[0]) from None
     except (
         zipfile.BadZipFile,
         zlib.error,
@@ -152,18 +157,24 @@ def recorded_from(data: bytes, name: str) -> Recorded:
         AttributeError,
         SyntaxError,
     ) as error:
-        raise BadInputFile(f"{name}: is not a file of recorded inputs, or is damaged ({_short(error)}).") from None
+        raise BadInputFile(
+            "{name}: is not a file of recorded inputs, or is damaged ({reason}).", name=name, reason=_short(error)
+        ) from None
     except (MemoryError, OverflowError, RecursionError, NotImplementedError, RuntimeError, IndexError):
-        raise BadInputFile(f"{name}: is not a file of recorded inputs, or is damaged.") from None
+        raise BadInputFile("{name}: is not a file of recorded inputs, or is damaged.", name=name) from None
 
 
 class _Damage(Exception):
     """What is wrong with a file."""
 
 
-def _check(fine: object, what: str) -> None:
+def _check(fine: object, what: str, /, **parts: object) -> None:
     if not fine:
-        raise _Damage(what)
+        raise _Damage(Message(what, **parts))
+
+
+def _too_large(name: str) -> BadInputFile:
+    return BadInputFile("{name}: is larger than {size} MB; recorded inputs are not.", name=name, size=LARGEST_FILE // 1_000_000)
 
 
 def _short(error: Exception) -> str:
@@ -190,7 +201,9 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
     version = about["version"]
     _check(
         isinstance(version, int) and 1 <= version <= VERSION,
-        f"is of version {_short(ValueError(version))}, and this program reads up to {VERSION}; use a newer one",
+        "is of version {version}, and this program reads up to {newest}; use a newer one",
+        version=_short(ValueError(version)),
+        newest=VERSION,
     )
     lengths = arrays["lengths"]
     _check(lengths.ndim == 1 and lengths.dtype.kind == "u", "has no lengths")
@@ -220,7 +233,9 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
     found = [settings]
     for change in changes:
         for key, value in change.items():
-            _check(key not in ("scene", "rig", "robot", "guided", "path", "point"), f"changes {key} in the middle of the run")
+            _check(
+                key not in ("scene", "rig", "robot", "guided", "path", "point"), "changes {key} in the middle of the run", key=key
+            )
             settings = changed(settings, key, value)
         found.append(settings)
     return found
@@ -242,15 +257,16 @@ def _targets(arrays: dict[str, np.ndarray], count: int) -> PackedTargets:
         _check(fine(rows), what)
 
     hands = (codes >= HAND) & (codes < BALL)
-    near = "has a target that is out of any reach"
+    near = Message("has a target that is out of any reach")
     checked(hands | (codes == BALL), 3, lambda rows: (np.abs(rows) <= REACH).all(), near)
     turned = hands & ((codes & (ROTATION | TURNED)) > 0)
-    checked(turned, 9, _are_rotations, "has an orientation that is none", begin=3)
+    checked(turned, 9, _are_rotations, Message("has an orientation that is none"), begin=3)
     for code in np.unique(codes).tolist():
         if HAND <= code < BALL and WIDTHS[code] in (6, 15):
             checked(codes == code, 3, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=WIDTHS[code] - 3)
         elif code == ANGLES or code > JOINTS:
-            checked(codes == code, WIDTHS[code], lambda rows: (np.abs(rows) <= WIDEST).all(), "has an angle beyond two turns")
+            turns = Message("has an angle beyond two turns")
+            checked(codes == code, WIDTHS[code], lambda rows: (np.abs(rows) <= WIDEST).all(), turns)
     return targets
 
 

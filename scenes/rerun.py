@@ -190,7 +190,8 @@ def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Str
     checked = recorded.settings
     for key, value in overrides.items():
         if key in FIXED:
-            raise BadSetting(f"{key} cannot be given to a recorded run; choose from {', '.join(set(specs()) - FIXED)}.")
+            known = ", ".join(name for name in specs() if name not in FIXED)
+            raise BadSetting("{key} cannot be given to a recorded run; choose from {known}.", key=key, known=known)
         checked = changed(checked, key, value)
     run, law = _named(checked, overrides), _named(checked.law, overrides)
     return merged(

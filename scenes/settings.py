@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final, Literal, TypeVar, cast, get_args
 
-from controllers.errors import BadSetting
+from controllers.errors import BadSetting, Message
 from controllers.proximity import Treatment
 from controllers.tasks import HoldTask
 
@@ -285,7 +285,7 @@ def changed(settings: T, key: str, value: object) -> T:
                 return replace(cast(Any, settings), **{f.name: changed(branch, key, value)})
         elif f.metadata[_SPEC].key == key:
             return replace(cast(Any, settings), **{f.name: checked(f.metadata[_SPEC], getattr(settings, f.name), value)})
-    raise BadSetting(f"There is no setting {key!r}; choose from {', '.join(specs(type(settings)))}.")
+    raise BadSetting("There is no setting {key!r}; choose from {known}.", key=key, known=", ".join(specs(type(settings))))
 
 
 def checked(spec: Spec, present: object, value: object) -> Any:
@@ -297,25 +297,27 @@ def checked(spec: Spec, present: object, value: object) -> Any:
     if spec.choices:
         if isinstance(value, str) and value in spec.choices:
             return value
-        raise BadSetting(f"{spec.key} = {_shown(value)} is not possible; choose from {', '.join(spec.choices)}.")
+        known = ", ".join(spec.choices)
+        raise BadSetting("{key} = {value} is not possible; choose from {known}.", key=spec.key, value=_shown(value), known=known)
     if isinstance(present, bool):
         return _checked_flag(spec, value)
     unit = f" {spec.unit}" if spec.unit else ""
-    remedy = f"give a number from {spec.low:g} to {spec.high:g}{unit}."
+    remedy = Message("give a number from {low:g} to {high:g}{unit}.", low=spec.low, high=spec.high, unit=unit)
+    told = {"key": spec.key, "value": _shown(value), "remedy": remedy}
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise BadSetting(f"{spec.key} = {_shown(value)} is not a number; {remedy}")
+        raise BadSetting("{key} = {value} is not a number; {remedy}", **told)
     try:
         number = float(value)
     except (ValueError, OverflowError):
-        raise BadSetting(f"{spec.key} = {_shown(value)} is not a number; {remedy}") from None
+        raise BadSetting("{key} = {value} is not a number; {remedy}", **told) from None
     # A slider's value comes back through its own page unit: the last bit must not push it over the edge.
     slack = 1e-9 * max(1.0, abs(spec.low), abs(spec.high))
     if not math.isfinite(number) or number < spec.low - slack or number > spec.high + slack:
-        raise BadSetting(f"{spec.key} = {_shown(value)} is out of range; {remedy}")
+        raise BadSetting("{key} = {value} is out of range; {remedy}", **told)
     number = min(max(number, spec.low), spec.high)
     if isinstance(present, int):
         if number != int(number):
-            raise BadSetting(f"{spec.key} = {_shown(value)} is not a whole number; {remedy}")
+            raise BadSetting("{key} = {value} is not a whole number; {remedy}", **told)
         return int(number)
     return number
 
@@ -326,7 +328,7 @@ def _checked_flag(spec: Spec, value: object) -> bool:
     words = {"1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False}
     if isinstance(value, str) and value.lower() in words:
         return words[value.lower()]
-    raise BadSetting(f"{spec.key} = {_shown(value)} is neither on nor off; give 1 or 0.")
+    raise BadSetting("{key} = {value} is neither on nor off; give 1 or 0.", key=spec.key, value=_shown(value))
 
 
 def validate(settings: RunSettings) -> RunSettings:

@@ -7,6 +7,8 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
+from controllers.errors import Message
+
 LONGEST: Final = 40
 """Characters of one entry that are believed of a file."""
 
@@ -15,10 +17,12 @@ NAMES: Final[dict[str, str]] = {
     "python": "Python",
     "numpy": "numpy",
     "pinocchio": "Pinocchio",
-    "system": "system",
-    "machine": "processor",
+    "system": Message("system"),
+    "machine": Message("processor"),
 }
 """Key → what a person calls it."""
+
+_UNKNOWN: Final = Message("unknown")
 
 
 def made_here() -> dict[str, str]:
@@ -44,10 +48,10 @@ def made_from(data: object) -> dict[str, str]:
     return {key: str(data[key])[:LONGEST] for key in NAMES if isinstance(data.get(key), str)}
 
 
-def unlike(then: dict[str, str], now: dict[str, str]) -> tuple[str, ...]:
+def unlike(then: dict[str, str], now: dict[str, str]) -> tuple[Message, ...]:
     """Return "numpy 2.3.1 then, 2.4.0 now" for everything that is not the same."""
     return tuple(
-        f"{name} {then.get(key, 'unknown')} then, {now.get(key, 'unknown')} now"
+        Message("{name} {then} then, {now} now", name=name, then=then.get(key, _UNKNOWN), now=now.get(key, _UNKNOWN))
         for key, name in NAMES.items()
         if then.get(key) != now.get(key)
     )

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, Message
 from controllers.kinematics import Array
 from scenes.history import SCALARS
 from scenes.simulation import Simulation
@@ -72,14 +72,14 @@ class Difference:
     now: float
     by: float
 
-    def words(self, error_unit: str) -> str:
+    def words(self, error_unit: str) -> Message:
         """Return what differs, where, and by how much."""
         unit = unit_of(self.column, error_unit)
         if self.column in KINDS or math.isinf(self.by):
-            what = f"{self.column} ({self.then:g} then, {self.now:g} now)"
+            what = Message("{column} ({then:g} then, {now:g} now)", column=self.column, then=self.then, now=self.now)
         else:
-            what = f"{self.column} by {self.by:.2g}{f' {unit}' if unit else ''}"
-        return f"{what}, at step {self.step + 1} (t = {self.time:.3f} s)"
+            what = Message("{column} by {by:.2g}{unit}", column=self.column, by=self.by, unit=f" {unit}" if unit else "")
+        return Message("{what}, at step {number} (t = {time:.3f} s)", what=what, number=self.step + 1, time=self.time)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from app.keep.made import made_from, made_here, unlike
 from app.keep.outcome import ARRAYS, CLOSE, Comparison, Outcome, columns_of, compare, outcome_arrays, outcome_from, outcome_of
-from controllers.errors import BadInputFile, BadSetting
+from controllers.errors import BadInputFile, BadSetting, Message, joined
 from scenes.inputs import Recorded
 from scenes.inputs_file import recorded_bytes, recorded_from
 from scenes.rerun import never, rerun
@@ -54,13 +54,13 @@ class Verification:
 
     Attributes:
         verdict: the same to the last bit, the same within `CLOSE`, or not.
-        words: what a person should know, in plain sentences.
+        words: what a person should know, in plain sentences; a `Message`.
         comparison: in numbers.
         unlike: what of program, libraries and machine is not as it was.
     """
 
     verdict: Verdict
-    words: str
+    words: Message
     comparison: Comparison
     unlike: tuple[str, ...]
 
@@ -113,22 +113,28 @@ def saved_from(data: bytes, name: str) -> Saved:
     """
     recorded = recorded_from(data, name)
     if recorded.seconds > LONGEST:
-        raise BadInputFile(f"{name}: is a run of {recorded.seconds:.0f} s; at most {LONGEST:.0f} s can be made again here.")
+        raise BadInputFile(
+            "{name}: is a run of {seconds:.0f} s; at most {most:.0f} s can be made again here.",
+            name=name,
+            seconds=recorded.seconds,
+            most=LONGEST,
+        )
     try:
         # All parts have been unpacked once by now, within limits.
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
             missing = [part for part in (MADE, *ARRAYS) if part not in arrays.files]
             if missing:
                 raise BadInputFile(
-                    f"{name}: holds inputs but not what came out, so that nothing can be compared; use it with --inputs."
+                    "{name}: holds inputs but not what came out, so that nothing can be compared; use it with --inputs.",
+                    name=name,
                 )
             parts = {part: arrays[part] for part in (MADE, *ARRAYS)}
     except (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, KeyError, TypeError, SyntaxError) as error:
-        raise BadInputFile(f"{name}: is damaged ({str(error)[:80]}).") from None
+        raise BadInputFile("{name}: is damaged ({reason}).", name=name, reason=str(error)[:80]) from None
     try:
         outcome = outcome_from(parts, recorded.steps)
     except BadInputFile as error:
-        raise BadInputFile(f"{name}: {error}.") from None
+        raise BadInputFile("{name}: {reason}.", name=name, reason=str(error)) from None
     try:
         told = json.loads(parts[MADE].tobytes().decode())
     except (ValueError, RecursionError):
@@ -162,28 +168,33 @@ def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loa
     try:
         return Loaded(saved.recorded, verify(saved, stopped))
     except BadSetting as error:
-        raise BadInputFile(f"{name}: {error}") from None
+        raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
 
 
-def _words(verdict: Verdict, comparison: Comparison, changes: tuple[str, ...], error_unit: str) -> str:
+def _words(verdict: Verdict, comparison: Comparison, changes: tuple[str, ...], error_unit: str) -> Message:
     steps = comparison.steps_then
     if verdict == "exact":
-        return f"Made again: all {steps} steps are the same, to the last bit."
-    parts: list[str] = []
+        return Message("Made again: all {steps} steps are the same, to the last bit.", steps=steps)
+    parts: list[Message] = []
     if verdict == "close":
-        parts.append(f"Made again: all {steps} steps are the same within {CLOSE:g}, but not to the last bit.")
+        parts.append(
+            Message(
+                "Made again: all {steps} steps are the same within {limit:g}, but not to the last bit.", steps=steps, limit=CLOSE
+            )
+        )
     else:
-        parts.append("Made again, it comes out differently.")
+        parts.append(Message("Made again, it comes out differently."))
     if comparison.steps_now != steps:
-        parts.append(f"It had {steps} steps and has {comparison.steps_now} now.")
+        parts.append(Message("It had {then} steps and has {now} now.", then=steps, now=comparison.steps_now))
     if comparison.first_step is not None:
-        parts.append(f"The first step that is not the same is number {comparison.first_step + 1} of {steps}.")
+        number = comparison.first_step + 1
+        parts.append(Message("The first step that is not the same is number {number} of {steps}.", number=number, steps=steps))
     if comparison.first is not None and comparison.largest is not None:
-        parts.append(f"First difference that was kept: {comparison.first.words(error_unit)}.")
+        parts.append(Message("First difference that was kept: {what}.", what=comparison.first.words(error_unit)))
         if comparison.largest != comparison.first:
-            parts.append(f"Largest: {comparison.largest.words(error_unit)}.")
+            parts.append(Message("Largest: {what}.", what=comparison.largest.words(error_unit)))
     if changes:
-        parts.append(f"The file was not made here: {'; '.join(changes)}.")
+        parts.append(Message("The file was not made here: {what}.", what=joined(changes, "; ")))
     else:
-        parts.append("Program, libraries and machine are the same; the file or the program was changed since.")
-    return " ".join(parts)
+        parts.append(Message("Program, libraries and machine are the same; the file or the program was changed since."))
+    return joined(parts, " ")

@@ -19,6 +19,7 @@ from app.keep.snippet import as_python
 from app.keep.table import csv_bytes, csv_suffix
 from app.languages.speaking import spoken, text
 from app.session import Session
+from controllers.errors import Message
 from controllers.kinematics import Array
 from scenes.inputs import KEEP, Recorded
 from scenes.settings import RunSettings
@@ -38,9 +39,6 @@ WORDS: Final[dict[Kind, str]] = {
 DRAFT: Final = 20.0
 """The newest part of a long replay, which is there first [s]."""
 
-NOT_AGAIN: Final = "{} runs in a process of its own and is not made again; the table and the pictures can be had."
-"""Of a law of one's own."""
-
 TITLES: Final[dict[Verdict, str]] = {
     "exact": text("Loaded: the same run"),
     "close": text("Loaded: the same run, but for the last digits"),
@@ -56,7 +54,7 @@ class File(NamedTuple):
 
 
 class News(NamedTuple):
-    """A message to the visitor, in plain text."""
+    """A message to the visitor, in plain English text, to be said."""
 
     title: str
     text: str
@@ -99,7 +97,7 @@ class Shelf:
         table: Array | None = None
         if self._own_law is not None:
             if kind in ("run", "html", "python"):
-                self._news.append(News(text("This cannot be made of this run"), NOT_AGAIN.format(self._own_law)))
+                self._news.append(News(text("This cannot be made of this run"), not_again(self._own_law)))
                 return
             table = self._session.simulation.history.table(recorded.steps)
         match kind:
@@ -152,7 +150,9 @@ class Shelf:
         self._snippet = snippet
 
     def _take(self, loaded: Loaded, name: str) -> None:
-        self._news.append(News(TITLES[loaded.verification.verdict], f"{name}: {loaded.verification.words}"))
+        self._news.append(
+            News(TITLES[loaded.verification.verdict], Message("{name}: {what}", name=name, what=loaded.verification.words))
+        )
         self._watch(loaded.recorded, None, name)
 
     # --- the past --------------------------------------------------------------------------------------------------------------
@@ -160,7 +160,7 @@ class Shelf:
     def watch(self, seconds: float) -> None:
         """Look at the last `seconds` of the live run; it waits meanwhile."""
         if self._own_law is not None:
-            self._news.append(News(text("This run cannot be replayed"), NOT_AGAIN.format(self._own_law)))
+            self._news.append(News(text("This run cannot be replayed"), not_again(self._own_law)))
             return
         self.leave()
         whole, draft = self._shown(seconds), self._shown(min(seconds, DRAFT))
@@ -303,6 +303,11 @@ class Shelf:
         self._background.cancel(self, kind)
         for job in [job for job in self._jobs if job.kind == kind]:
             del self._jobs[job]
+
+
+def not_again(law: str) -> Message:
+    """Return why a run with a law of one's own cannot be had. `law`: name of its file."""
+    return Message("{law} runs in a process of its own and is not made again; the table and the pictures can be had.", law=law)
 
 
 def _nothing() -> None:

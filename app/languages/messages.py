@@ -1,7 +1,8 @@
 """The list of what is to be translated: every text that the page says.
 
-A text gets onto it where it is said, `say("…")`, or told, `notify("…", "…")`; where it is marked for later, `text("…")`; as label, hint
-or choice of a setting; as name of a row of buttons; and from the tables below, whose texts are said elsewhere than where they stand.
+A text gets onto it where it is said, `say("…")`, or told, `notify("…", "…")`; where it is marked for later, `text("…")`; as the text or
+template of an error that somebody on the page may meet, or of another `Message`; as label, hint or choice of a setting; as name of a row
+of buttons; and from the tables below, whose texts are said elsewhere than where they stand.
 """
 
 import ast
@@ -15,6 +16,7 @@ from typing import Final
 from app.keep.report import ENGLISH as REPORT
 from app.keep.shelf import TITLES, WORDS
 from app.languages.words import FOLDER, read_texts
+from app.own_law.trials import TRIALS, WHY
 from app.page.controls import TABS
 from app.page.courses import COURSES
 from app.page.details import CHARTS
@@ -29,8 +31,37 @@ from scenes.settings import specs
 _APP: Final = FOLDER.parent
 _LETTERS: Final = re.compile(r"[^\W\d_]{2}")
 _NO_TEXT: Final = re.compile(r"<[^>]*>|&\w+;|\{[^{}]*\}")
-_SAID: Final = ("notify", "_notify", "News", "ChoiceButtons")
+_SAID: Final = ("notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
 """Functions and classes whose arguments are said; beside `say` and `text` themselves."""
+
+_TELLING: Final = ("Message", "BadSetting", "BadInputFile", "MissingPackage", "_fault", "_check", "Wrong")
+"""Those whose first argument is a text, or a template with its parts, that is said when it has come to the page."""
+
+ON_THE_PAGE: Final = (
+    "scenes/settings.py",
+    "scenes/rerun.py",
+    "scenes/inputs_file.py",
+    "scenes/person/bvh.py",
+    "scenes/person/bvh_file.py",
+    "app/keep/run_file.py",
+    "app/keep/outcome.py",
+    "app/keep/made.py",
+    "app/keep/shelf.py",
+    "app/lessons/lesson.py",
+    "app/lessons/walkthrough.py",
+    "app/background.py",
+    "app/own_law/arena.py",
+    "app/own_law/examination.py",
+    "app/own_law/law_file.py",
+    "app/own_law/limits.py",
+    "app/own_law/own_law.py",
+    "app/own_law/process.py",
+    "app/own_law/trials.py",
+    "app/page/lesson_resume.py",
+    "scenes/person/camera.py",
+    "scenes/robots/example_data.py",
+)
+"""Where the errors come from that somebody on the page may meet; all others are for the command line, and for authors of lessons."""
 
 FORMULAS: Final = frozenset(
     {"d_m", "q̇", "v", "n", "u v w", "λ(d)", "n, v", "dt", "w_max", "K", "β", "γ", "η", "d_0", "g", "q₁–q₄"}
@@ -71,8 +102,6 @@ JOINTS: Final = (
 OTHERS: Final = (
     *("the replay", "the run of the file", "the lab report"),
     "There is too little to measure yet; let it run for a few seconds.",
-    "The camera is off.",
-    "Nobody is seen: step back until shoulders, elbows and wrists are in the picture.",
 )
 """Said by what knows no page."""
 
@@ -80,7 +109,7 @@ OTHERS: Final = (
 @cache
 def messages() -> tuple[str, ...]:
     """Return every English text that the page says, each once, sorted; formulas, numbers and names of symbols are left out."""
-    return tuple(sorted({found for found in (*_of_tables(), *_of_sources()) if _has_words(found)}))
+    return tuple(sorted({found for found in (*_of_tables(), *_of_sources(), *_of_errors()) if _has_words(found)}))
 
 
 def missing(language: str) -> tuple[str, ...]:
@@ -108,10 +137,10 @@ def _of_tables() -> Iterator[str]:
         yield equation.source
         for line in equation.lines:
             yield from re.findall(r"\\text\{\{(.+?)\}\}", line)
-    for table in (CHARTS, LAW_NAMES, NEXT, PHASES, SHARES, TITLES, WORDS):
+    for table in (CHARTS, LAW_NAMES, NEXT, PHASES, SHARES, TITLES, WORDS, WHY):
         yield from map(str, table.values())
     yield from (value for name, value in asdict(REPORT).items() if name != "language")
-    yield from (*BODIES, *JOINTS, *OTHERS)
+    yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS)
 
 
 def _of_sources(folder: Path = _APP) -> Iterator[str]:
@@ -125,6 +154,19 @@ def _of_sources(folder: Path = _APP) -> Iterator[str]:
                 yield from _texts((*node.args, *(keyword.value for keyword in node.keywords)), named)
             elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("notes.append"):
                 yield from _texts(node.args, named)
+
+
+def errors_of(path: Path) -> Iterator[ast.expr | None]:
+    """Yield the text of every call of a file that makes an error or a `Message`; None where there is none."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call) and _name(node.func) in _TELLING:
+            # What `_check` is told comes after what it checks.
+            yield node.args[_name(node.func) == "_check"] if node.args else None
+
+
+def _of_errors() -> Iterator[str]:
+    for name in ON_THE_PAGE:
+        yield from _texts((first for first in errors_of(_APP.parent / name) if first is not None), {})
 
 
 def _imported(tree: ast.Module) -> set[str]:

@@ -11,6 +11,7 @@ from typing import Final
 
 from app.languages.pseudo import pseudo
 from app.settings import Language
+from controllers.errors import Message
 
 log = logging.getLogger("duet.languages")
 
@@ -38,7 +39,9 @@ class Words:
     otherwise: Callable[[str], str] = str
 
     def __call__(self, text: str, /, **parts: object) -> str:
-        """Return an English text in this language, with its {names} filled in."""
+        """Return an English text in this language, with its {names} filled in; a `Message` knows itself what is in it."""
+        if isinstance(text, Message):
+            return self(text.template, **{name: self._part(part) for name, part in text.parts.items()}, **parts)
         found = self.texts.get(text)
         text = text.rpartition(CONTEXT)[2]
         said = self.otherwise(text) if found is None else found
@@ -49,6 +52,9 @@ class Words:
         except (KeyError, IndexError, ValueError):
             # A mistake in a translation must not cost anybody the page.
             return text.format(**parts)
+
+    def _part(self, part: object) -> object:
+        return self(part) if isinstance(part, Message) else part
 
 
 @cache

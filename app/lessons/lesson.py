@@ -6,7 +6,7 @@ from typing import Final, Literal
 from app.lessons.measures import Value, shown_value
 from app.lessons.places import Start
 from app.lessons.runs import Pairs, Setup
-from controllers.errors import BadSetting
+from controllers.errors import BadSetting, Message
 
 Camera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
@@ -284,5 +284,5 @@ class LessonBook:
         for i, lesson in enumerate(self.lessons):
             if lesson.id == id:
                 return i
-        names = ", ".join(lesson.id for lesson in self.lessons) or "none: the folder holds no lesson"
-        raise BadSetting(f"There is no lesson {id[:40]!r}; choose from {names}.")
+        names = ", ".join(lesson.id for lesson in self.lessons) or Message("none: the folder holds no lesson")
+        raise BadSetting("There is no lesson {id}; choose from {names}.", id=repr(id[:40]), names=names)

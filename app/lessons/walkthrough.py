@@ -107,10 +107,12 @@ class Walkthrough:
         """
         index = self.book.index(lesson) if isinstance(lesson, str) else lesson
         if not 0 <= index < len(self.book.lessons):
-            raise BadSetting(f"There is no lesson {index + 1}; give a number from 1 to {len(self.book.lessons)}.")
+            most = len(self.book.lessons)
+            raise BadSetting("There is no lesson {number}; give a number from 1 to {most}.", number=index + 1, most=most)
         steps = self.book.lessons[index].steps
         if not 0 <= step < len(steps):
-            raise BadSetting(f"There is no step {step + 1} in {self.book.lessons[index].id}; give 1 to {len(steps)}.")
+            name = self.book.lessons[index].id
+            raise BadSetting("There is no step {step} in {name}; give 1 to {most}.", step=step + 1, name=name, most=len(steps))
         self._lesson, self._step = index, step
         self._enter(furthest_phase(self.step, self.done))
 

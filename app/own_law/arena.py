@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from app.own_law.verdict import Candidate
+from controllers.errors import Message
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
 from scenes.history import COLUMN
@@ -64,7 +65,11 @@ def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None
         taken += law.seconds
         if taken > PATIENCE:
             raise Stopped(
-                f"stopped after {simulation.time:.2f} s of the run: a call takes {taken / simulation.steps * 1e3:.3g} ms."
+                Message(
+                    "stopped after {time:.2f} s of the run: a call takes {taken:.3g} ms.",
+                    time=simulation.time,
+                    taken=taken / simulation.steps * 1e3,
+                )
             )
     return simulation.history.table()
 

@@ -9,6 +9,7 @@ from app.own_law.examine import examine_one
 from app.own_law.own_law import read_law
 from app.own_law.trials import TRIALS
 from app.own_law.verdict import Verdict
+from controllers.errors import Message
 
 
 class Progress(NamedTuple):
@@ -71,7 +72,7 @@ class Examination:
         for job in self._jobs:
             if job.state in ("failed", "dropped"):
                 self.drop()
-                message = job.message or "The tests were given up; make them again."
+                message = job.message or Message("The tests were given up; make them again.")
                 self.progress = Progress(self._path.name, tuple(verdicts), message=message)
                 return True
             if job.state != "done":

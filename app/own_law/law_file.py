@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from app.own_law.seen import Array, Situation, one_joint
+from controllers.errors import Message, joined
 
 FILENAME: Final = "<own law>"
 """What the file is called in tracebacks: plain letters, whatever its real name, so that every tool can print it."""
@@ -29,13 +30,15 @@ class Wrong(Exception):
     """Something is wrong with the file.
 
     Args:
-        text: what, and what was expected.
+        text: what, and what was expected; or with parts its template, see `Message`.
         line: where; None if unknown.
+        parts: what is filled in.
     """
 
-    def __init__(self, text: str, line: int | None = None) -> None:
-        super().__init__(text)
-        self.text = text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
+    def __init__(self, text: str, /, line: int | None = None, **parts: object) -> None:
+        made = Message(text, **parts) if parts else text
+        super().__init__(made)
+        self.text = made if len(made) <= LONGEST else made[: LONGEST - 1] + "…"
         self.line = line
 
 
@@ -63,7 +66,7 @@ class LawFile:
         except SyntaxError as error:
             raise Wrong(*_syntax(error)) from None
         except ValueError as error:
-            raise Wrong(f"this is no Python text: {error}") from None
+            raise Wrong("this is no Python text: {error}", error=str(error)) from None
         # Not "__main__": what stands under `if __name__ == "__main__"` is for trying it out by hand.
         names: dict[str, Any] = {"__name__": "own_law", "__file__": path}
         try:
@@ -83,12 +86,21 @@ class LawFile:
         if function is None:
             return None
         if not callable(function):
-            raise Wrong(f"{name} is a {type(function).__name__}; it must be a function: def {name}({argument}).")
+            raise Wrong(
+                "{name} is a {kind}; it must be a function: def {name}({argument}).",
+                name=name,
+                kind=type(function).__name__,
+                argument=argument,
+            )
         try:
             inspect.signature(function).bind(None)
         except TypeError as error:
             raise Wrong(
-                f"{name} must take one argument, {name}({argument}); as it stands: {error}.", _line_of(function)
+                "{name} must take one argument, {name}({argument}); as it stands: {error}.",
+                line=_line_of(function),
+                name=name,
+                argument=argument,
+                error=str(error),
             ) from None
         except ValueError:
             pass  # Written in C: it will turn out when it is called.
@@ -115,25 +127,36 @@ class LawFile:
     def _checked(self, result: Any, n: int) -> Array:
         """Return what `law` returned as an array (n,) of finite numbers."""
         line = _line_of(self._law)
-        expected = f"{n} joint velocities [rad/s], an array of shape ({n},)"
+        told = {"line": line, "expected": Message("{n} joint velocities [rad/s], an array of shape ({n},)", n=n)}
         if result is None:
-            raise Wrong(f"law returned None; expected {expected}. Is a `return` missing?", line)
+            raise Wrong("law returned None; expected {expected}. Is a `return` missing?", **told)
         try:
             array = np.asarray(result)
             number = array.dtype.kind in "fiub"
         except ValueError:
-            raise Wrong(f"law returned a {type(result).__name__} of uneven parts; expected {expected}.", line) from None
+            raise Wrong(
+                "law returned a {kind} of uneven parts; expected {expected}.", kind=type(result).__name__, **told
+            ) from None
         if not number:
-            kind = "complex numbers" if array.dtype.kind == "c" else f"a {type(result).__name__} that holds no plain numbers"
-            raise Wrong(f"law returned {kind}; expected {expected}.", line)
+            if array.dtype.kind == "c":
+                raise Wrong("law returned complex numbers; expected {expected}.", **told)
+            kind = type(result).__name__
+            raise Wrong("law returned a {kind} that holds no plain numbers; expected {expected}.", kind=kind, **told)
         if array.shape != (n,):
-            what = "a single number" if array.shape == () else f"an array of shape {array.shape}"
-            raise Wrong(f"law returned {what}; expected {expected}.", line)
+            if array.shape == ():
+                raise Wrong("law returned a single number; expected {expected}.", **told)
+            raise Wrong("law returned an array of shape {shape}; expected {expected}.", shape=str(array.shape), **told)
         velocities = array.astype(np.float64, copy=False)
         finite = np.isfinite(velocities)
         if np.count_nonzero(finite) < n:
             joint = int(np.argmin(finite))
-            raise Wrong(f"law returned {velocities[joint]} for joint {joint + 1} of {n}; expected finite numbers.", line)
+            raise Wrong(
+                "law returned {value} for joint {joint} of {n}; expected finite numbers.",
+                line=line,
+                value=str(velocities[joint]),
+                joint=joint + 1,
+                n=n,
+            )
         return velocities
 
     def activation(self, distance: float) -> float:
@@ -151,10 +174,19 @@ class LawFile:
         try:
             lam = float(result)
         except Exception:
-            what = "None" if result is None else f"a {type(result).__name__}"
-            raise Wrong(f"activation returned {what}; expected a number from 0 to 1.", _line_of(function)) from None
+            if result is None:
+                raise Wrong("activation returned None; expected a number from 0 to 1.", line=_line_of(function)) from None
+            kind = type(result).__name__
+            raise Wrong(
+                "activation returned a {kind}; expected a number from 0 to 1.", line=_line_of(function), kind=kind
+            ) from None
         if not 0.0 <= lam <= 1.0:
-            raise Wrong(f"activation returned {lam:g} at d = {distance:g} m; expected 0 to 1.", _line_of(function))
+            raise Wrong(
+                "activation returned {lam} at d = {distance} m; expected 0 to 1.",
+                line=_line_of(function),
+                lam=f"{lam:g}",
+                distance=f"{distance:g}",
+            )
         return lam
 
     def rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
@@ -180,12 +212,12 @@ class LawFile:
             if frame.f_code.co_filename == FILENAME:
                 line = number
         if isinstance(error, MemoryError):
-            what = f"it wants more memory than the {self._memory >> 20} MiB that a law may take"
+            what: str = Message("it wants more memory than the {size} MiB that a law may take", size=self._memory >> 20)
         elif isinstance(error, SystemExit):
-            what = f"it called exit ({error.code}); a law returns velocities, or raises an exception"
+            what = Message("it called exit ({code}); a law returns velocities, or raises an exception", code=str(error.code))
         else:
             what = "".join(traceback.format_exception_only(error)).strip().splitlines()[-1]
-        return Wrong(f"{what}{quoted(self._text, line)}", line)
+        return Wrong(joined((what, quoted(self._text, line)), ""), line)
 
 
 def quoted(text: bytes, line: int | None) -> str:
@@ -194,12 +226,12 @@ def quoted(text: bytes, line: int | None) -> str:
         lines = decode_source(text).splitlines()
     except (SyntaxError, UnicodeDecodeError):
         return ""
-    return f", in “{lines[line - 1].strip()}”" if line is not None and 0 < line <= len(lines) else ""
+    return Message(", in “{text}”", text=lines[line - 1].strip()) if line is not None and 0 < line <= len(lines) else ""
 
 
 def _syntax(error: SyntaxError) -> tuple[str, int | None]:
-    text = f", in “{error.text.strip()}”" if error.text and error.text.strip() else ""
-    return f"{type(error).__name__}: {error.msg}{text}", error.lineno
+    text = Message(", in “{text}”", text=error.text.strip()) if error.text and error.text.strip() else ""
+    return joined((f"{type(error).__name__}: {error.msg}", text), ""), error.lineno
 
 
 def _line_of(function: object) -> int | None:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from controllers.errors import Message
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -35,4 +37,6 @@ class Problem(NamedTuple):
 
 def problem_of(name: str, what: str, line: int | None = None) -> Problem:
     """Return the problem of a file."""
-    return Problem(f"{name}, line {line}: {what}" if line is not None else f"{name}: {what}", line)
+    if line is None:
+        return Problem(Message("{name}: {what}", name=name, what=what))
+    return Problem(Message("{name}, line {line}: {what}", name=name, line=line, what=what), line)

@@ -11,7 +11,7 @@ import numpy as np
 from app.own_law.limits import Limits, Problem, problem_of
 from app.own_law.process import LawFailed, LawProcess
 from app.own_law.wire import pack_activation, pack_rates, pack_situation
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, Message
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
 
@@ -210,7 +210,7 @@ class OwnLaw:
             self._fail(failed.problem)
             return None
         except OSError as error:
-            self._fail(problem_of(self.path.name, f"its process could not be started: {error}"))
+            self._fail(problem_of(self.path.name, Message("its process could not be started: {error}", error=str(error))))
             return None
         # The file, not the class, has the last word.
         self.__dict__["wants_all_pairs"] = self._process.wants_all_pairs
@@ -262,11 +262,17 @@ def read_law(path: Path) -> bytes:
         with path.open("rb") as file:
             text = file.read(LARGEST + 1)
     except FileNotFoundError:
-        raise BadInputFile(f"{path}: there is no such file; `lwr-duet new-law {path.name}` writes one to begin with.") from None
+        raise BadInputFile(
+            "{path}: there is no such file; `lwr-duet new-law {name}` writes one to begin with.", path=path, name=path.name
+        ) from None
     except OSError as error:
         raise BadInputFile(
-            f"{path}: cannot be read ({error.strerror}); give a Python file with a function law(situation)."
+            "{path}: cannot be read ({reason}); give a Python file with a function law(situation).",
+            path=path,
+            reason=error.strerror,
         ) from None
     if len(text) > LARGEST:
-        raise BadInputFile(f"{path}: is larger than {LARGEST >> 20} MiB; give a Python file with a function law(situation).")
+        raise BadInputFile(
+            "{path}: is larger than {size} MiB; give a Python file with a function law(situation).", path=path, size=LARGEST >> 20
+        )
     return text

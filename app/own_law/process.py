@@ -11,6 +11,7 @@ from app.own_law.law_file import quoted
 from app.own_law.limits import Limits, Problem, problem_of
 from app.own_law.patience import Patience
 from app.own_law.wire import BROKEN, Outcome, pack_file, unpack_answer, unpack_failure
+from controllers.errors import Message, joined
 
 _SLICE: Final = 0.02
 """How often somebody who waits looks whether it is too long [s]."""
@@ -130,7 +131,8 @@ class LawProcess:
                 return payload
             text, line = unpack_failure(payload)
         except (ValueError, struct.error):
-            text, line = "it wrote to the line between its process and the page; descriptors are not its own", None
+            line = None
+            text = Message("it wrote to the line between its process and the page; descriptors are not its own")
         raise self._lost(text, line)
 
     def _send(self, body: bytes) -> None:
@@ -153,26 +155,36 @@ class LawProcess:
     def _too_long(self, limit: float) -> LawFailed:
         if self._phase == "starting":
             return self._lost(
-                f"its process was not up within {limit:g} s; is the computer overloaded? Save the file to try again"
+                Message(
+                    "its process was not up within {limit:g} s; is the computer overloaded? Save the file to try again",
+                    limit=limit,
+                )
             )
         line = self._child.place()
-        what = "reading the file did not end" if self._phase == "loading" else "no answer"
-        return self._lost(f"{what} within {limit * 1e3:g} ms{quoted(self._text, line)}. Is there an endless loop?", line)
+        told = {"limit": limit * 1e3, "where": quoted(self._text, line)}
+        if self._phase == "loading":
+            what = Message("reading the file did not end within {limit:g} ms{where}. Is there an endless loop?", **told)
+        else:
+            what = Message("no answer within {limit:g} ms{where}. Is there an endless loop?", **told)
+        return self._lost(what, line)
 
     def _died(self) -> LawFailed:
         """Return why nobody is at the other end of the line."""
         code, words, line = self._child.last_words()
         if self._phase == "starting":
-            return self._lost(f"its process could not be started: {words.splitlines()[-1] if words else f'exit code {code}'}")
+            why = words.splitlines()[-1] if words else Message("exit code {code}", code=code)
+            return self._lost(Message("its process could not be started: {error}", error=why))
         if code is None or code == BROKEN:
-            what = "it hung up the line between its process and the page; descriptors are not its own"
+            what = Message("it hung up the line between its process and the page; descriptors are not its own")
         elif code >= 0:
-            what = f"it ended its own process (exit code {code}); a law returns velocities, or raises an exception"
+            what = Message(
+                "it ended its own process (exit code {code}); a law returns velocities, or raises an exception", code=code
+            )
         elif -code == getattr(signal, "SIGKILL", None):
-            what = "its process was ended from outside; perhaps the computer had no memory left"
+            what = Message("its process was ended from outside; perhaps the computer had no memory left")
         else:
-            what = f"its process crashed ({_signal_name(-code)})"
-        return self._lost(what + quoted(self._text, line), line)
+            what = Message("its process crashed ({signal})", signal=_signal_name(-code))
+        return self._lost(joined((what, quoted(self._text, line)), ""), line)
 
 
 def _signal_name(number: int) -> str:

@@ -25,6 +25,7 @@ from app.own_law.arena import (
     stop_if_failed,
 )
 from app.own_law.verdict import Candidate, Verdict
+from controllers.errors import Message
 from scenes.history import COLUMN
 from scenes.recording import pair_label
 
@@ -81,12 +82,13 @@ def keeps_its_distance(law: Candidate) -> Outcome:
     d = table[:, COLUMN["d"]]
     i = int(d.argmin())
     pair = pair_label(simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
-    where = f"at t = {table[i, COLUMN['t']]:.2f} s between {pair}"
+    told = {"limit": _mm(CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
     numbers = {"d_min": float(d[i]), "d_m": CRITICAL_DISTANCE, "time_below": float(np.count_nonzero(d < CRITICAL_DISTANCE)) * DT}
     missing = CRITICAL_DISTANCE - float(d[i])
     if missing > SLACK:
-        return False, f"d ≥ {_mm(CRITICAL_DISTANCE)} fails by {_mm(missing)}: d = {_mm(d[i])} {where}.", numbers
-    return True, f"d ≥ {_mm(CRITICAL_DISTANCE)} holds: the smallest d is {_mm(d[i])}, {where}.", numbers
+        failed = Message("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.", by=_mm(missing), **told)
+        return False, failed, numbers
+    return True, Message("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.", **told), numbers
 
 
 def leaves_the_task_alone(law: Candidate) -> Outcome:
@@ -96,17 +98,23 @@ def leaves_the_task_alone(law: Candidate) -> Outcome:
     task_alone = error_of_the_task_alone()
     numbers = {"empty_room": error, "task_alone": task_alone}
     if error > task_alone + UNTOUCHED:
-        reason = f"|e| ≤ {_mm(task_alone + UNTOUCHED)} in an empty room (d = ∞) fails by {_mm(error - task_alone - UNTOUCHED)}."
-        return False, reason, numbers
+        limit = task_alone + UNTOUCHED
+        told = {"limit": _mm(limit), "by": _mm(error - limit)}
+        return False, Message("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **told), numbers
     beside = enter("ball", law)
     put_the_ball_away(beside)
     table = play(beside, law, [None] * round(REST / DT))
     error, d = largest_error(table), float(table[0, COLUMN["d"]])
     numbers |= {"beside_a_ball": error, "d": d}
-    inequality = f"|e| ≤ {_mm(UNHARMED)} beside a ball that is {_mm(d)} away"
+    told = {"limit": _mm(UNHARMED), "d": _mm(d), "error": _mm(error)}
     if error > UNHARMED:
-        return False, f"{inequality} fails by {_mm(error - UNHARMED)}: the hand leaves its place by {_mm(error)}.", numbers
-    return True, f"{inequality} holds: {_mm(error)}.", numbers
+        failed = Message(
+            "|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}.",
+            by=_mm(error - UNHARMED),
+            **told,
+        )
+        return False, failed, numbers
+    return True, Message("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.", **told), numbers
 
 
 def gets_out(law: Candidate) -> Outcome:
@@ -122,10 +130,17 @@ def gets_out(law: Candidate) -> Outcome:
         "time": (int(inside[-1]) + 1) * DT if len(inside) else 0.0,
     }
     missing = CRITICAL_DISTANCE - numbers["d_min_after"]
-    start = f"from d = {_mm(d[0])}, d ≥ {_mm(CRITICAL_DISTANCE)} after {ESCAPE:g} s"
+    told = {"start": _mm(d[0]), "limit": _mm(CRITICAL_DISTANCE), "after": ESCAPE}
     if missing > SLACK:
-        return False, f"{start} fails by {_mm(missing)}: d = {_mm(numbers['d_min_after'])}.", numbers
-    return True, f"{start} holds: it takes {numbers['time']:.2f} s.", numbers
+        failed = Message(
+            "from d = {start}, d ≥ {limit} after {after:g} s fails by {by}: d = {d}.",
+            by=_mm(missing),
+            d=_mm(numbers["d_min_after"]),
+            **told,
+        )
+        return False, failed, numbers
+    held = Message("from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.", time=numbers["time"], **told)
+    return True, held, numbers
 
 
 def is_smooth(law: Candidate) -> Outcome:
@@ -138,11 +153,18 @@ def is_smooth(law: Candidate) -> Outcome:
         largest.append(float(np.abs(np.diff(velocities, axis=0)).max()))
     share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
     numbers = {"dq_step_10ms": largest[0], "dq_step_5ms": largest[1], "share": share}
-    steps = f"{largest[0]:.3g} rad/s at dt = 10 ms, {largest[1]:.3g} at 5 ms"
+    steps = Message("{before:.3g} rad/s at dt = 10 ms, {after:.3g} at 5 ms", before=largest[0], after=largest[1])
+    told = {"limit": HALVED, "share": share, "steps": steps}
     if share > HALVED:
-        word = "a jump stays, however small dt" if share > 0.85 else "a smooth q̇ leaves 50 %"
-        return False, f"largest step of q̇ ≤ {HALVED:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.", numbers
-    return True, f"largest step of q̇ ≤ {HALVED:.0%} at half the dt holds: {share:.0%} is left ({steps}).", numbers
+        stays, leaves = Message("a jump stays, however small dt"), Message("a smooth q̇ leaves 50 %")
+        failed = Message(
+            "largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.",
+            word=stays if share > 0.85 else leaves,
+            **told,
+        )
+        return False, failed, numbers
+    held = Message("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).", **told)
+    return True, held, numbers
 
 
 def is_bounded(law: Candidate) -> Outcome:
@@ -156,10 +178,16 @@ def is_bounded(law: Candidate) -> Outcome:
             worst = speed
             where = f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
     numbers = {"dq_max": worst, "bound": TOP_SPEED}
-    inequality = f"|q̇| ≤ {TOP_SPEED:g} rad/s near a singular J_d"
+    told = {"limit": TOP_SPEED, "worst": worst}
     if worst > TOP_SPEED * (1.0 + 1e-9):
-        return False, f"{inequality} fails by {worst - TOP_SPEED:.3g} rad/s: {worst:.3g} rad/s at {where}.", numbers
-    return True, f"{inequality} holds: the most is {worst:.3g} rad/s.", numbers
+        failed = Message(
+            "|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.",
+            by=worst - TOP_SPEED,
+            where=where,
+            **told,
+        )
+        return False, failed, numbers
+    return True, Message("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.", **told), numbers
 
 
 def is_quick(law: Candidate) -> Outcome:
@@ -173,8 +201,9 @@ def is_quick(law: Candidate) -> Outcome:
     median = float(np.median(taken))
     numbers = {"median": median, "largest": max(taken)}
     if median > QUICK:
-        return False, f"a call ≤ 1 ms fails: the median of 300 calls is {median * 1e3:.3g} ms.", numbers
-    return True, f"a call ≤ 1 ms holds: the median of 300 calls is {median * 1e6:.3g} µs.", numbers
+        failed = Message("a call ≤ 1 ms fails: the median of 300 calls is {median:.3g} ms.", median=median * 1e3)
+        return False, failed, numbers
+    return True, Message("a call ≤ 1 ms holds: the median of 300 calls is {median:.3g} µs.", median=median * 1e6), numbers
 
 
 TRIALS: Final[dict[str, Callable[[Candidate], Outcome]]] = {

@@ -14,7 +14,7 @@ class Verdict:
     Attributes:
         name: of the test.
         passed: whether the inequality holds.
-        reason: which one, and by how much it holds or fails.
+        reason: which one, and by how much it holds or fails; a `Message`.
         numbers: behind it, SI units.
     """
 

@@ -3,8 +3,10 @@
 A message is its length and a body. The body of a question begins with what is asked, that of an answer with how it went.
 """
 
+import json
 import math
 import socket
+import string
 import struct
 from enum import IntEnum
 from typing import Any, Final
@@ -12,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from app.own_law.seen import Array, Situation
+from controllers.errors import Message
 
 _LENGTH: Final = struct.Struct("<I")
 _QUESTION: Final = struct.Struct("<BBHHH")
@@ -21,6 +24,7 @@ _ANSWER: Final = struct.Struct("<Bd")
 _FAILURE: Final = struct.Struct("<i")
 """Line, −1 if unknown; the text follows."""
 _TWO: Final = struct.Struct("<2d")
+_FIELDS: Final = string.Formatter().parse
 _CHUNK: Final = 65536
 
 BROKEN: Final = 76
@@ -194,10 +198,41 @@ def unpack_answer(body: bytes) -> tuple[Outcome, bytes, float]:
 
 def pack_failure(text: str, line: int | None) -> bytes:
     """Return the payload of a failed answer."""
-    return _FAILURE.pack(-1 if line is None else line) + text.encode(errors="replace")
+    told = json.dumps(_told(text), ensure_ascii=False)
+    return _FAILURE.pack(-1 if line is None else line) + told.encode(errors="replace")
 
 
 def unpack_failure(payload: bytes) -> tuple[str, int | None]:
-    """Return what is wrong, and the line."""
+    """Return what is wrong, and the line.
+
+    Raises:
+        ValueError: the payload is not of `pack_failure`.
+    """
     (line,) = _FAILURE.unpack_from(payload)
-    return payload[_FAILURE.size :].decode(errors="replace"), None if line < 0 else line
+    try:
+        told = json.loads(payload[_FAILURE.size :].decode(errors="replace"))
+    except RecursionError:
+        raise ValueError("is too deep") from None
+    return _message(told), None if line < 0 else line
+
+
+def _told(text: object) -> object:
+    """Return a text as plain data, a `Message` as its template and parts."""
+    if isinstance(text, Message):
+        return [_told(text.template), {name: _told(part) for name, part in text.parts.items()}]
+    return str(text)
+
+
+def _message(told: Any) -> str:
+    """Return the text of plain data: whatever a law may write to the line, nothing but text is filled in."""
+    if isinstance(told, str):
+        return told.encode(errors="replace").decode()
+    if not (isinstance(told, list) and len(told) == 2 and isinstance(told[0], str) and isinstance(told[1], dict)):
+        raise ValueError("is no message")
+    template, parts = told
+    try:
+        if parts and not all(f is None or (f in parts and not form and not how) for _, f, form, how in _FIELDS(template)):
+            raise ValueError("is no template")
+        return Message(template, **{name: _message(part) for name, part in parts.items()})
+    except (LookupError, TypeError):
+        raise ValueError("is no template") from None

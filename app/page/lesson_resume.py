@@ -1,7 +1,7 @@
 """Progress that outlives a reload or a dropped connection: kept at the server for ten minutes under a word that the tab remembers."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from time import monotonic
 from typing import Final
@@ -10,6 +10,7 @@ from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
 from app.page.names import names_script
 from app.settings import WHOLE
+from controllers.errors import Message
 
 KEEP: Final = 600.0
 """How long progress is kept after a visitor has gone [s]."""
@@ -75,22 +76,25 @@ def open_link(run: LessonRun, query: Mapping[str, str], found: tuple[Saved, bool
         if same:
             return ()
     if not lesson:
-        return (f"step = {step} has a meaning with lesson = … only.",) if step else ()
+        return (Message("step = {step} has a meaning with lesson = … only.", step=step),) if step else ()
     place, problem = step_of(step)
     index: int | str = int(lesson) if lesson.isascii() and lesson.isdecimal() else lesson
     if isinstance(index, int):
         numbers = [one.number for one in run.book.lessons]
         if index not in numbers:
-            known = ", ".join(map(str, numbers)) or "none"
-            return (f"There is no lesson {lesson}; choose from {known}.",)
+            return (_unknown(lesson, map(str, numbers)),)
         index = numbers.index(index)
     elif all(one.id != index for one in run.book.lessons):
-        known = ", ".join(one.id for one in run.book.lessons) or "none"
-        return (f"There is no lesson {lesson}; choose from {known}.",)
+        return (_unknown(lesson, (one.id for one in run.book.lessons)),)
     run.enter(index, place)
     if query.get(WHOLE) == "1":
         run.vary(query)
     return (problem,) if problem else ()
+
+
+def _unknown(lesson: str, known: Iterable[str]) -> Message:
+    there_are = ", ".join(known) or Message("none: the folder holds no lesson")
+    return Message("There is no lesson {id}; choose from {names}.", id=lesson, names=there_are)
 
 
 def step_of(text: str) -> tuple[int, str]:
@@ -99,7 +103,7 @@ def step_of(text: str) -> tuple[int, str]:
         return 0, ""
     if text.isascii() and text.isdecimal() and int(text) >= 1:
         return int(text) - 1, ""
-    return 0, f"step = {text} is no number; the first step is 1."
+    return 0, Message("step = {step} is no number; the first step is 1.", step=text)
 
 
 def resume_script() -> str:

@@ -48,7 +48,7 @@ def file_html(file: str, problem: str, away: bool) -> str:
     if not problem:
         runs = say("{file} runs.", file=name)
         return f'<div class="card right law" role="status"><p><b>{runs}</b> {say("Save it, and the arm follows.")}</p></div>'
-    what = f'<p class="what">{escape(problem)}</p>'
+    what = f'<p class="what">{escape(say(problem))}</p>'
     return (
         f'<div class="card wrong law duet-say" role="status"><p class="mark"><span aria-hidden="true">⚠</span> '
         f"<b>{say('{file} does not run: its arm stands still.', file=name)}</b></p>{what}"
@@ -68,7 +68,7 @@ def tests_html(progress: Progress, star: str) -> str:
         verdict = known.get(name)
         if verdict is not None:
             kind, mark, word = ("ok", "✓", say("passed")) if verdict.passed else ("no", "✗", say("failed"))
-            text = escape(verdict.reason) + ("" if verdict.passed else f" <i>{say(WHY[name])}</i>")
+            text = escape(say(verdict.reason)) + ("" if verdict.passed else f" <i>{say(WHY[name])}</i>")
         elif progress.running and now:
             kind, mark, word, text, now = "now", "…", say("being tested"), "", False
         else:

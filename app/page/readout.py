@@ -107,7 +107,7 @@ def own_law_html(session: Shown) -> str:
     file = session.own_law or session.own_ghost
     if file is None:
         return ""
-    file, why = escape(file), escape(session.own_law_problem)
+    file, why = escape(file), escape(say(session.own_law_problem))
     if why:
         still = say("the arm stands still: {why}", why=why) if session.own_law else say("the ghost stands still: {why}", why=why)
         return f'<span class="alarm">{still}</span>'

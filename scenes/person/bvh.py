@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, Message
 from controllers.kinematics import Array
 from scenes.person.angles import BodyPoints, body_angles
 from scenes.person.bvh_file import BvhFile, load_bvh
@@ -25,7 +25,20 @@ WRISTS: Final = frozenset({"hand", "wrist", "palm"})
 THIGHS: Final = frozenset({"upleg", "upperleg", "thigh", "hip", "leg", "femur", "hipjoint"})
 HIPS: Final = ("hips", "hip", "pelvis", "root", "lowerback", "spine")
 
-ADVICE: Final = "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename yours"
+ADVICE: Final = Message(
+    "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename yours"
+)
+
+_ELBOW: Final[dict[ArmName, Message]] = {"left": Message("left elbow"), "right": Message("right elbow")}
+_UPPER_ARM: Final[dict[ArmName, Message]] = {
+    "left": Message("left upper arm, from which the left elbow should hang"),
+    "right": Message("right upper arm, from which the right elbow should hang"),
+}
+_WRIST: Final[dict[ArmName, Message]] = {
+    "left": Message("left wrist, which should hang from the left elbow"),
+    "right": Message("right wrist, which should hang from the right elbow"),
+}
+"""What may be missing, each in whole words: another language turns the side with the noun."""
 
 _SIDES: Final[dict[str, ArmName]] = {"left": "left", "l": "left", "right": "right", "r": "right"}
 
@@ -72,7 +85,9 @@ def read_bvh(source: Path | str | bytes, name: str | None = None) -> BvhMotion:
         if previous is not None:
             table[k] = previous
     if first == len(table):
-        raise BadInputFile(f"{file.name}: in no frame do hips, shoulders, elbows and wrists make a body; {ADVICE}.")
+        raise BadInputFile(
+            "{name}: in no frame do hips, shoulders, elbows and wrists make a body; {advice}.", name=file.name, advice=ADVICE
+        )
     table[:first] = table[first]
     return BvhMotion(file.name, np.arange(len(table), dtype=np.float64) * file.frame_time, table)
 
@@ -117,17 +132,17 @@ class _Skeleton:
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
         elbow = self._named(side, ELBOWS)
         if elbow is None:
-            raise self._missing(f"{side} elbow")
+            raise self._missing(_ELBOW[side])
         shoulder = self._file.joints[elbow].parent
         while shoulder >= 0 and self._is_twist(shoulder):
             shoulder = self._file.joints[shoulder].parent
         if shoulder < 0 or self._parts[shoulder][0] != side or self._parts[shoulder][1] in COLLARS:
-            raise self._missing(f"{side} upper arm, from which the {side} elbow should hang")
+            raise self._missing(_UPPER_ARM[side])
         wrist = next((i for i in self._below(elbow) if self._parts[i][1] in WRISTS), None)
         if wrist is None:
             wrist = next((i for i in self._below(elbow) if not self._is_twist(i)), None)
         if wrist is None:
-            raise self._missing(f"{side} wrist, which should hang from the {side} elbow")
+            raise self._missing(_WRIST[side])
         return shoulder, elbow, wrist
 
     def _find_hips(self) -> tuple[int, ...]:
@@ -138,7 +153,7 @@ class _Skeleton:
             for i, (side, part) in enumerate(self._parts):
                 if side is None and part == name:
                     return (i,)
-        raise self._missing("hips")
+        raise self._missing(Message("hips"))
 
     def _named(self, side: ArmName, parts: frozenset[str]) -> int | None:
         return next((i for i, (s, part) in enumerate(self._parts) if s == side and part in parts), None)
@@ -155,7 +170,13 @@ class _Skeleton:
                 found.add(i)
                 yield i
 
-    def _missing(self, what: str) -> BadInputFile:
+    def _missing(self, what: Message) -> BadInputFile:
         names = [joint.name for joint in self._file.joints if joint.name]
         shown = ", ".join(repr(n[:30]) for n in names[:8]) + (" …" if len(names) > 8 else "")
-        return BadInputFile(f"{self._file.name}: the skeleton has no {what}. It has {shown}; {ADVICE}.")
+        return BadInputFile(
+            "{name}: the skeleton has no {what}. It has {joints}; {advice}.",
+            name=self._file.name,
+            what=what,
+            joints=shown,
+            advice=ADVICE,
+        )

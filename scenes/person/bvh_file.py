@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, Message
 from controllers.kinematics import Array
 
 MOST_BYTES: Final = 32_000_000
@@ -116,13 +116,13 @@ def load_bvh(source: Path | str | bytes, name: str | None = None) -> BvhFile:
         name = name or str(path)
         try:
             if not path.is_file():
-                raise BadInputFile(f"{name}: there is no such file; give the path of a BVH file.")
+                raise BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name)
             if path.stat().st_size > MOST_BYTES:
                 raise _too_large(name)
             source = path.read_bytes()
         except OSError as error:
-            raise BadInputFile(f"{name}: cannot be read ({error.strerror}).") from None
-    name = name or "The BVH file"
+            raise BadInputFile("{name}: cannot be read ({reason}).", name=name, reason=error.strerror) from None
+    name = name or Message("The BVH file")
     if len(source) > MOST_BYTES:
         raise _too_large(name)
     text = source.decode("utf-8-sig", errors="replace") if isinstance(source, bytes) else source
@@ -139,7 +139,10 @@ def _is_path(text: str) -> bool:
 
 def _too_large(name: str) -> BadInputFile:
     return BadInputFile(
-        f"{name}: is larger than {MOST_BYTES // 1_000_000} MB or {MOST_LINES} lines; cut it, or export it at fewer frames a second."
+        "{name}: is larger than {size} MB or {lines} lines; cut it, or export it at fewer frames a second.",
+        name=name,
+        size=MOST_BYTES // 1_000_000,
+        lines=MOST_LINES,
     )
 
 
@@ -165,9 +168,9 @@ class _Reader:
         if not self.lines or self._next("HIERARCHY").upper() != "HIERARCHY":
             raise self._fault("is not a BVH file, which begins with the word HIERARCHY; export the motion as BVH")
         while self._peek().upper() != "MOTION":
-            kind, *rest = self._next("ROOT or MOTION").split(None, 1)
+            kind, *rest = self._next(Message("ROOT or MOTION")).split(None, 1)
             if kind.upper() != "ROOT" or not rest:
-                raise self._fault(f"{_shown(kind)} stands where ROOT and a name, or MOTION, is due")
+                raise self._fault("{word} stands where ROOT and a name, or MOTION, is due", word=_shown(kind))
             self._read_tree(rest[0])
         self._next("MOTION")
         count, frame_time = self._read_head()
@@ -177,7 +180,7 @@ class _Reader:
         """Read a root and all below it, without recursion, since a file may be as deep as it likes."""
         open_joints = [self._read_joint(root, -1)]
         while open_joints:
-            line = self._next("JOINT, End Site or }")
+            line = self._next(Message("JOINT, End Site or }"))
             kind, *rest = line.split(None, 1)
             if kind == "}":
                 open_joints.pop()
@@ -186,11 +189,11 @@ class _Reader:
             elif line.upper().split() == ["END", "SITE"]:
                 open_joints.append(self._read_joint("", open_joints[-1]))
             else:
-                raise self._fault(f"{_shown(line)} stands where JOINT and a name, End Site or }} is due")
+                raise self._fault("{word} stands where JOINT and a name, End Site or }} is due", word=_shown(line))
 
     def _read_joint(self, name: str, parent: int) -> int:
         if len(self.joints) >= MOST_JOINTS:
-            raise self._fault(f"the skeleton has more than {MOST_JOINTS} joints; export the body only")
+            raise self._fault("the skeleton has more than {most} joints; export the body only", most=MOST_JOINTS)
         if self._next("{") != "{":
             raise self._fault("{ is missing")
         offset = self._words("OFFSET", 3)
@@ -214,27 +217,35 @@ class _Reader:
             raise self._fault("must be Frames: and a whole number")
         count = int(words[1])
         if not 1 <= count <= MOST_FRAMES:
-            raise self._fault(f"{count} frames cannot be read; give 1 to {MOST_FRAMES}, or export fewer frames a second")
+            raise self._fault(
+                "{count} frames cannot be read; give 1 to {most}, or export fewer frames a second", count=count, most=MOST_FRAMES
+            )
         words = self._next("Frame Time:").replace(":", ": ").split()
         if len(words) != 3 or [w.lower() for w in words[:2]] != ["frame", "time:"]:
             raise self._fault("must be Frame Time: and a number of seconds")
         frame_time = self._number(words[2])
         if not 1e-4 <= frame_time <= 10.0:
-            raise self._fault(f"a frame time of {frame_time:g} s is not believable; give 0.0001 to 10 s")
+            raise self._fault("a frame time of {time:g} s is not believable; give 0.0001 to 10 s", time=frame_time)
         return count, frame_time
 
     def _read_frames(self, count: int) -> Array:
         rows = self.lines[self.at :]
         if len(rows) != count:
             self.number = rows[min(count, len(rows) - 1)][0] if rows else self.number
-            raise self._fault(f"{len(rows)} frames follow, but Frames: says {count}; the file is damaged, export it again")
+            raise self._fault(
+                "{there} frames follow, but Frames: says {count}; the file is damaged, export it again",
+                there=len(rows),
+                count=count,
+            )
         # A promise of many numbers is believed only once a line shows that it is kept.
         table = np.empty((count, self.columns)) if len(rows[0][1].split()) == self.columns else np.empty((0, 0))
         for i, (self.number, line) in enumerate(rows):
             words = line.split()
             if len(words) != self.columns:
                 raise self._fault(
-                    f"{len(words)} numbers stand here, but the skeleton has {self.columns} channels; export it again"
+                    "{there} numbers stand here, but the skeleton has {columns} channels; export it again",
+                    there=len(words),
+                    columns=self.columns,
                 )
             try:
                 table[i] = words
@@ -254,7 +265,7 @@ class _Reader:
 
     def _next(self, due: str) -> str:
         if self.at >= len(self.lines):
-            raise self._fault(f"the file ends where {due} is due; it is not complete, export it again")
+            raise self._fault("the file ends where {due} is due; it is not complete, export it again", due=due)
         self.number, line = self.lines[self.at]
         self.at += 1
         return line
@@ -263,22 +274,24 @@ class _Reader:
         """Return the words after the first one of the next line, which must be `first`."""
         words = self._next(first).split()
         if words[0].upper() != first or len(words) < 2 or count not in (None, len(words) - 1):
-            raise self._fault(f"{first} {'and its values' if count is None else f'and {count} numbers'} must stand here")
+            if count is None:
+                raise self._fault("{word} and its values must stand here", word=first)
+            raise self._fault("{word} and {count} numbers must stand here", word=first, count=count)
         return words[1:]
 
     def _number(self, word: str) -> float:
         try:
             value = float(word)
         except ValueError:
-            raise self._fault(f"{_shown(word)} is not a number") from None
+            raise self._fault("{word} is not a number", word=_shown(word)) from None
         if not math.isfinite(value):
-            raise self._fault(f"{_shown(word)} is not a finite number; export it again")
+            raise self._fault("{word} is not a finite number; export it again", word=_shown(word))
         if abs(value) > LARGEST:
-            raise self._fault(f"{_shown(word)} is not believable; no number may be larger than {LARGEST:g}")
+            raise self._fault("{word} is not believable; no number may be larger than {most:g}", word=_shown(word), most=LARGEST)
         return value
 
-    def _fault(self, what: str) -> BadInputFile:
-        return BadInputFile(f"{self.name}, line {self.number}: {what}.")
+    def _fault(self, what: str, /, **parts: object) -> BadInputFile:
+        return BadInputFile("{name}, line {number}: {what}.", name=self.name, number=self.number, what=Message(what, **parts))
 
 
 def _shown(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from controllers.errors import BadInputFile, DuetError
+from controllers.errors import BadInputFile, DuetError, Message
 from controllers.kinematics import Array
 from scenes.person.film import Detector, Film, Picture, first_line
 from scenes.person.landmarks import LEAST_VISIBILITY, landmarks_to_angles
@@ -73,12 +73,10 @@ class CameraSource:
         if self._end:
             return self._end
         if not self.running:
-            return "The camera is off."
-        return (
-            ""
-            if self.angles(0.0) is not None
-            else "Nobody is seen: step back until shoulders, elbows and wrists are in the picture."
-        )
+            return Message("The camera is off.")
+        if self.angles(0.0) is not None:
+            return ""
+        return Message("Nobody is seen: step back until shoulders, elbows and wrists are in the picture.")
 
     def angles(self, time: float) -> Array | None:
         """Return the angles (2, 4) last seen [rad], or None if that is too long ago or nobody was there."""
@@ -91,21 +89,22 @@ class CameraSource:
         except DuetError as error:
             self._end = str(error)
         except Exception as error:
-            self._end = f"The camera stopped: {first_line(error)}. Choose it again to go on."
+            self._end = Message("The camera stopped: {reason}. Choose it again to go on.", reason=first_line(error))
         finally:
             self._latest = (-math.inf, None)
             for part in (self._film, self._detector):
                 try:
                     part.close()
                 except Exception as error:
-                    self._end = self._end or f"The camera could not be closed: {first_line(error)}."
+                    if not self._end:
+                        self._end = Message("The camera could not be closed: {reason}.", reason=first_line(error))
 
     def _watch(self) -> None:
         began, previous = self._clock(), None
         while not self._stopping.is_set():
             picture = self._film.next()
             if picture is None:
-                self._end = "The camera gives no more pictures." if self._film.live else "The video has ended."
+                self._end = Message("The camera gives no more pictures.") if self._film.live else Message("The video has ended.")
                 return
             if not self._film.live:
                 self._stopping.wait(max(0.0, began + picture.time - self._clock()))

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
-from controllers.errors import BadSetting
+from controllers.errors import BadSetting, Message
 from scenes.settings import RobotName
 
 PACKAGE: Final = "example-robot-data"
@@ -126,7 +126,13 @@ def load_example(example: Example, kind: pin.GeometryType) -> tuple[pin.Model, p
         shapes = pin.buildGeomFromUrdf(model, file, kind, package_dirs=[str(folder.parent.parent)])
     except (ValueError, RuntimeError) as error:
         reason = str(error).splitlines()[0]
-        raise BadSetting(f"{example.name}: {PACKAGE} is damaged ({reason}). {_REMEDY}") from error
+        raise BadSetting(
+            "{robot}: {package} is damaged ({reason}). {remedy}",
+            robot=example.name,
+            package=PACKAGE,
+            reason=reason,
+            remedy=_REMEDY,
+        ) from error
     reference = pin.neutral(model)
     for joint, position in example.locked.items():
         reference[model.joints[model.getJointId(joint)].idx_q] = position
@@ -136,7 +142,9 @@ def load_example(example: Example, kind: pin.GeometryType) -> tuple[pin.Model, p
     return pin.appendModel(pin.Model(), model, pin.GeometryModel(), shapes, 0, lift) if example.column else (model, shapes)
 
 
-_REMEDY: Final = f"Install it with: pip install --force-reinstall {PACKAGE}; or choose the robot lwr, which needs nothing."
+_REMEDY: Final = Message(
+    "Install it with: pip install --force-reinstall {package}; or choose the robot lwr, which needs nothing.", package=PACKAGE
+)
 
 
 def _robots_folder() -> Path:
@@ -144,10 +152,12 @@ def _robots_folder() -> Path:
         files = importlib.metadata.files(PACKAGE) or []
     except importlib.metadata.PackageNotFoundError:
         raise BadSetting(
-            f"This robot needs the package {PACKAGE}. Install it with: pip install {PACKAGE}; or choose the robot lwr, which needs nothing."
+            "This robot needs the package {package}. Install it with: pip install {package}; "
+            "or choose the robot lwr, which needs nothing.",
+            package=PACKAGE,
         ) from None
     for file in files:
         parts = file.parts
         if "robots" in parts and PACKAGE in parts:
             return Path(str(file.locate())).parents[len(parts) - 2 - parts.index("robots")]
-    raise BadSetting(f"{PACKAGE} is installed without its robots. {_REMEDY}")
+    raise BadSetting("{package} is installed without its robots. {remedy}", package=PACKAGE, remedy=_REMEDY)
