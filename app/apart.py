@@ -16,8 +16,8 @@ from viser.infra._async_message_buffer import AsyncMessageBuffer
 from viser.infra._messages import Message
 from websockets.asyncio.server import ServerConnection
 
-from app.index import ELSEWHERE, page_query
-from app.server import DuetServer
+from app.server.index import ELSEWHERE, page_query
+from app.server.server import DuetServer
 
 MOVED_CODE: Final = 4001
 """Why a connection was ended: the page comes back at once, and finds itself somewhere else."""

@@ -20,10 +20,10 @@ import numpy as np
 
 from app.background import Background
 from app.crowd import limit_of, measure_crowd
-from app.server import duet_version
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import Visitor
+from app.version import duet_version
+from app.visitor.visitor import Visitor
 from controllers.errors import BadInputFile
 from scenes.cast import Person
 from scenes.settings import LawName, RunSettings, SceneName, changed

@@ -89,7 +89,7 @@ def _visit(pipe: Connection, url: str, count: int) -> None:
 
 
 async def _visit_all(pipe: Connection, url: str, count: int) -> None:
-    from app.wsclient import Visitor
+    from app.visitor.visitor import Visitor
 
     visitors = [await Visitor(url, decode=False).connect(PATIENCE) for _ in range(count)]
     for visitor in visitors:

@@ -18,7 +18,7 @@ from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
 from app.people import People
 from app.seat import Seat
-from app.server import DuetServer
+from app.server.server import DuetServer
 from app.session import Session
 from app.settings import Settings
 from app.stand import Stand

@@ -28,7 +28,8 @@ from app.page.software import software_script
 from app.page.teacher import NotesPanel
 from app.page.teacher_script import class_script
 from app.people import NOBODY_ELSE, People
-from app.server import DuetServer, request_query, start_server
+from app.server.request import request_query
+from app.server.server import DuetServer, start_server
 from app.session import Session
 from app.settings import Settings, from_query
 from app.stand import Stand, Visitors
@@ -261,7 +262,7 @@ def open_house(
         lessons: folder of lessons; None for our own.
 
     Raises:
-        PortInUse, BadSetting: see `app.server.start_server`.
+        PortInUse, BadSetting: see `app.server.server.start_server`.
     """
     server = start_server(
         host,

@@ -27,7 +27,8 @@ from app.page.teacher_answers import Answers, Banner, is_narrow
 from app.page.teacher_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING, overlay_html, poll_html
 from app.people import NOBODY_ELSE, People
 from app.seat import Seat, origin_of
-from app.server import DuetServer, request_query
+from app.server.request import request_query
+from app.server.server import DuetServer
 from app.session import Session
 from app.settings import Language, Settings
 from app.stand import Visitors

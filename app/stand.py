@@ -15,7 +15,8 @@ from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
 from app.page.page import Operation, View
 from app.people import People
-from app.server import DuetServer, request_query
+from app.server.request import request_query
+from app.server.server import DuetServer
 from app.session import Session
 from app.settings import Language, Settings
 

@@ -9,7 +9,7 @@ from app.figures.options import Figures
 from app.figures.plan import Plan
 from app.figures.report import Section, report
 from app.figures.style import STYLE
-from app.server import duet_version
+from app.version import duet_version
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings, checked, specs
 

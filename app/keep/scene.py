@@ -19,7 +19,7 @@ import zstandard
 from app.keep.replay import Replay
 from app.page.camera import view_of
 from app.page.stage import Stage
-from app.server import start_server
+from app.server.server import start_server
 from app.settings import PageSettings
 from scenes.inputs import Recorded
 from scenes.rerun import Stopped, never

@@ -10,7 +10,7 @@ import viser
 from app.languages.speaking import say
 from app.page.copy import copy_button
 from app.page.lesson_run import LessonRun
-from app.server import request_address
+from app.server.request import request_address
 from app.session import Session
 from app.settings import Settings, to_query
 

@@ -33,7 +33,7 @@ from app.page.plots import DetailsChooser, Plots
 from app.page.readout import Readout
 from app.page.stage import Stage
 from app.page.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale, style_sheet
-from app.server import request_query
+from app.server.request import request_query
 from app.session import Session
 from scenes.settings import RunSettings, specs
 from scenes.targets import AnglesTarget

@@ -13,7 +13,7 @@ import pytest
 from app.hosts import House, LectureHost, PrivateHost, open_house
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
 
 T = TypeVar("T")
 HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"

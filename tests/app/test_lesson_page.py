@@ -19,7 +19,7 @@ from app.page.lesson_saved import Saved
 from app.page.lesson_text import formula, lesson_html, plain, spoken
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
 from scenes.cast import Nobody
 from scenes.settings import changed, values
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions

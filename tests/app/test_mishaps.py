@@ -14,7 +14,7 @@ from app.mishaps import INTERVALS, Mishaps
 from app.page.lesson_run import LessonRun
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
 from tests.app.conftest import OpenHouse, ask
 
 LOG = logging.getLogger("duet.tests.mishaps")

@@ -22,7 +22,7 @@ from app.page.lesson_resume import KEEP
 from app.page.lesson_run import LessonRun
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
 from scenes.settings import changed
 from tests.app.conftest import HAND, Join, OpenHouse, ask, live_sessions
 from tests.app.page.helpers import page_label

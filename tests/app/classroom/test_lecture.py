@@ -13,7 +13,9 @@ from app.apart import MOVED_CODE
 from app.hosts import House, LectureHost, PrivateHost
 from app.lessons.loading import load_lessons, load_notes
 from app.page.teacher import COMMANDS
-from app.wsclient import Mirror, SyncVisitor, Visitor
+from app.visitor.mirror import Mirror
+from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import Visitor
 from scenes.settings import values
 from tests.app.conftest import HAND, OpenHouse, ask
 

@@ -8,7 +8,8 @@ from app.hosts import House, LectureHost
 from app.page.keys import HOTKEYS
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import CAMERA, SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import CAMERA
 from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask
 from tests.app.page.helpers import bodies, hotkey_uuid
 

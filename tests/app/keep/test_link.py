@@ -8,14 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.index import page_query
 from app.lessons.loading import load_lessons
 from app.page.lesson_resume import open_link
 from app.page.lesson_run import LessonRun
 from app.page.link import link_query, link_to
+from app.server.index import page_query
 from app.session import Session
 from app.settings import WHOLE, Settings, from_query, to_query
-from app.wsclient import SyncVisitor, Visitor
+from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import Visitor
 from scenes.settings import Spec, changed, specs, values
 from tests.app.conftest import OpenHouse
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from app.hosts import LectureHost, PrivateHost
-from app.wsclient import SyncVisitor, Visitor
+from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import Visitor
 from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask, live_sessions
 
 LONG = 60.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.hosts import PrivateHost
 from app.page.replay_box import KEY, MODIFIER
-from app.wsclient import SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
 from tests.app.conftest import OpenHouse, ask
 
 BOX = "moment [s]"

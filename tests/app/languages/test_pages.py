@@ -11,7 +11,7 @@ from app.lessons.loading import load_lessons
 from app.page.keys import HOTKEYS
 from app.page.lesson_text import plain
 from app.settings import Settings
-from app.wsclient import SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
 from scenes.settings import changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
 

@@ -14,7 +14,7 @@ from app.page.keys import HOTKEYS
 from app.page.relevance import matters
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
 from scenes.settings import changed, specs, values
 from tests.app.conftest import Guest, ask
 

@@ -9,7 +9,7 @@ import pytest
 from app.page.gizmos import swivel_frame
 from app.session import Session
 from app.settings import Settings
-from app.wsclient import Visitor
+from app.visitor.visitor import Visitor
 from scenes.history import COLUMN
 from scenes.targets import HandTarget
 from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, live_sessions

@@ -8,7 +8,7 @@ import pytest
 
 from app.page.gizmos import NUDGE, SWING, swivel_frame
 from app.page.keys import HOTKEYS
-from app.wsclient import CAMERA
+from app.visitor.visitor import CAMERA
 from scenes.targets import HandTarget
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import SPECS, press

@@ -11,9 +11,9 @@ import urllib.request
 import pytest
 import websockets
 
-from app.index import ROOM_IS_FULL
+from app.server.index import ROOM_IS_FULL
 from app.session import Session
-from app.wsclient import SyncVisitor
+from app.visitor.sync_visitor import SyncVisitor
 from tests.app.conftest import HAND, Arrive, OpenHouse, live_sessions
 from tests.app.page.helpers import assert_sound
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from app.server import DuetServer, start_server
-from app.wsclient import SyncVisitor
+from app.server.server import DuetServer, start_server
+from app.visitor.sync_visitor import SyncVisitor
 
 
 @dataclass

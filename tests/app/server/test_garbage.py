@@ -17,9 +17,13 @@ import viser
 import websockets
 from viser import _messages as viser_messages
 
-from app.gate import SHAPES, Limits, Malformed, Refused, Traffic
-from app.server import DuetServer
-from app.wsclient import CAMERA, SyncVisitor
+from app.server.gate import Traffic
+from app.server.limits import Limits
+from app.server.refusal import Malformed, Refused
+from app.server.server import DuetServer
+from app.server.shapes import SHAPES
+from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import CAMERA
 from tests.app.server.conftest import Room, furnish, roundtrip
 
 NAN, INF = math.nan, math.inf

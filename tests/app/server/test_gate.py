@@ -16,9 +16,12 @@ import pytest
 import viser
 from viser import _messages as viser_messages
 
-from app.gate import Gate, Limits, Refused, Traffic
-from app.server import DuetServer
-from app.wsclient import CAMERA, SyncVisitor
+from app.server.gate import Gate, Traffic
+from app.server.limits import Limits
+from app.server.refusal import Refused
+from app.server.server import DuetServer
+from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import CAMERA
 from tests.app.server.conftest import Room, roundtrip
 
 NAN, INF = math.nan, math.inf

@@ -14,9 +14,11 @@ from collections.abc import Callable
 import pytest
 import viser
 
-from app.gate import Limits, Traffic
-from app.server import DuetServer
-from app.wsclient import SyncVisitor, Visitor
+from app.server.gate import Traffic
+from app.server.limits import Limits
+from app.server.server import DuetServer
+from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import Visitor
 from tests.app.server.conftest import Room, roundtrip
 
 

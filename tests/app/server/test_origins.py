@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 import websockets
 
-from app.doorway import Doorway
-from app.wsclient import SyncVisitor
+from app.server.doorway import Doorway
+from app.visitor.sync_visitor import SyncVisitor
 from tests.app.server.conftest import Room
 
 ORIGINS = [

@@ -9,9 +9,10 @@ from collections.abc import Callable
 import pytest
 import viser
 
-from app.index import ROOM_IS_FULL, full_page, page_query, patched_index
-from app.server import DuetServer, request_query
-from app.wsclient import SyncVisitor
+from app.server.index import ROOM_IS_FULL, full_page, page_query, patched_index
+from app.server.request import request_query
+from app.server.server import DuetServer
+from app.visitor.sync_visitor import SyncVisitor
 from tests.app.server.conftest import Room, get
 
 

@@ -18,9 +18,10 @@ import viser.infra._infra as viser_infra
 from viser import _messages as viser_messages
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
-import app.server
-from app.server import STAMP, Packed
-from app.wsclient import SyncVisitor, decode_frame
+import app.server.sending
+from app.server.sending import STAMP, Packed
+from app.visitor.mirror import decode_frame
+from app.visitor.sync_visitor import SyncVisitor
 from tests.app.server.conftest import Room
 
 
@@ -106,7 +107,7 @@ def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
         stamps.append(stamp)
         return messages, stamp
 
-    monkeypatch.setattr("app.wsclient.decode_frame", note)
+    monkeypatch.setattr("app.visitor.visitor.decode_frame", note)
     visitor = join()
     for value in (0.11, 0.12, 0.13):
         room.slider.value = value
@@ -119,13 +120,13 @@ def test_what_everybody_is_sent_is_packed_once(
 ) -> None:
     visitors = [join() for _ in range(5)]
     packed: list[list[str]] = []
-    pack = app.server.pack
+    pack = app.server.sending.pack
 
     def note(messages: Any) -> bytes:
         packed.append([f"{type(m).__name__} {getattr(m, 'updates', '')}" for m in messages])
         return pack(messages)
 
-    monkeypatch.setattr(app.server, "pack", note)
+    monkeypatch.setattr(app.server.sending, "pack", note)
     for value in (0.11, 0.12, 0.13):
         room.slider.value = value
         room.server.flush()

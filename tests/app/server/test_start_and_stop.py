@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 from viser import infra
 
-from app.server import DuetServer, PortInUse, _somebody_answers, start_server
-from app.wsclient import SyncVisitor
+from app.server.listening import PortInUse, somebody_answers
+from app.server.server import DuetServer, start_server
+from app.visitor.sync_visitor import SyncVisitor
 from controllers.errors import BadSetting, DuetError
 
 
@@ -31,8 +32,8 @@ def test_who_answers_on_a_port_is_found_by_asking() -> None:
     # What macOS needs; the rule itself is the same everywhere.
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
-        assert _somebody_answers("127.0.0.1", port)
-    assert not _somebody_answers("127.0.0.1", port)
+        assert somebody_answers("127.0.0.1", port)
+    assert not somebody_answers("127.0.0.1", port)
 
 
 @pytest.mark.parametrize(

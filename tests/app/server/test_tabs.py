@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import viser
 
-from app.server import DuetServer, request_query
-from app.wsclient import SyncVisitor
+from app.server.request import request_query
+from app.server.server import DuetServer
+from app.visitor.sync_visitor import SyncVisitor
 from tests.browser import PageAt, drag_arrow, installed_browser, screenshot, wait_ready, world_position
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.gate import Limits
-from app.server import DuetServer
-from app.wsclient import SyncVisitor
+from app.server.limits import Limits
+from app.server.server import DuetServer
+from app.visitor.sync_visitor import SyncVisitor
 from tests.app.server.conftest import furnish, roundtrip
 
 

@@ -1,0 +1,211 @@
+"""The server itself, and how to start it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import http
+import io
+import json
+import logging
+import secrets
+import socket
+import threading
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import viser
+import viser.infra._infra as viser_infra
+from viser import _messages as viser_messages
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+from app.documents import DOCUMENTS, PREFIX, document_page
+from app.server.connection import served_by
+from app.server.doorway import LOOPBACK_NAMES, Doorway
+from app.server.elements import ViserElements
+from app.server.gate import Gate
+from app.server.index import ROOM_IS_FULL, full_page
+from app.server.limits import Limits
+from app.server.listening import listen
+from app.server.own_pages import HTML, OWN_HEADERS, own_pages, respond
+from app.server.refusal import UPLOAD_TOO_LARGE, Refused
+from app.server.reporter import Reporter
+from app.server.sending import produce
+from app.version import duet_version
+from controllers.errors import BadSetting
+
+log = logging.getLogger("duet.server")
+
+_FOREIGN = (
+    "This page may not talk to this Duet server. Open Duet under its own address, "
+    "or start it with --allow-origin and this page's address.\n"
+)
+_construction = threading.Lock()
+
+viser_infra._message_producer = produce
+
+
+class DuetServer(viser.ViserServer):
+    """A viser server with a filter at its door; made by `start_server`.
+
+    Attributes:
+        gate: the filter; `gate.may_share` decides which browser may operate what everybody sees.
+        limits: how much one browser may ask for.
+        max_clients: places, None for any number.
+        run: a random word, new for every start.
+    """
+
+    def __init__(
+        self,
+        listener: socket.socket,
+        doorway: Doorway,
+        *,
+        label: str,
+        max_clients: int | None,
+        full_html: str | None,
+        limits: Limits,
+        script: str = "",
+    ) -> None:
+        self.limits = limits
+        self.max_clients = max_clients
+        self.run = secrets.token_hex(8)
+        self.gate = Gate(ViserElements(self), limits)
+        self.report = Reporter()
+        self._doorway = doorway
+        self._ready = threading.Event()
+        self._taken: set[ServerConnection] = set()
+        self._pages = own_pages(label, self.run, full_html or full_page(max_clients or 0), script)
+        with _construction, served_by(self, listener), contextlib.redirect_stdout(io.StringIO()):
+            super().__init__(host=doorway.host, port=doorway.port, label=label, verbose=False)
+        for kind in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
+            self._websock_server.unregister_handler(kind)
+        self._ready.set()
+
+    @property
+    def url(self) -> str:
+        """The address to open in a browser on this computer."""
+        host = self._doorway.host
+        host = "localhost" if host in ("0.0.0.0", "::", "") else f"[{host}]" if ":" in host else host
+        return f"http://{host}:{self.get_port()}"
+
+    def count_clients(self) -> int:
+        """How many browsers are connected this moment, including those whose page is still being built."""
+        return len(self._taken)
+
+    def request_share_url(self, verbose: bool = True) -> str | None:
+        """Always None: Duet opens no tunnel to the outside."""
+        return None
+
+    def stop(self) -> None:
+        """Close all connections, release the port and end the server's thread. May be called twice."""
+        with contextlib.redirect_stdout(io.StringIO()):
+            super().stop()
+
+    # The rest is called on the network thread.
+
+    def _has_room(self) -> bool:
+        return self.max_clients is None or len(self._taken) < self.max_clients
+
+    async def _document(self, name: str) -> Response:
+        # Its formulas take a second to draw; meanwhile everybody else is served.
+        return respond(200, HTML, await asyncio.to_thread(document_page, name), {})
+
+    def _answer(
+        self, connection: ServerConnection, request: Request, static: Callable[..., Response | None]
+    ) -> Response | Awaitable[Response] | None:
+        """Answer a request, or return None to let it become a websocket."""
+        path, _, query = request.path.partition("?")
+        if request.headers.get("Upgrade", "").lower() == "websocket":
+            origins, peer = request.headers.get_all("Origin"), connection.remote_address
+            if self._doorway.admits(origins, request.headers.get_all("Host"), str(peer[0]) if peer else ""):
+                return None
+            self.report("refused origin", f"{origins!r:.120} from {peer[0] if peer else 'unknown'}")
+            return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
+        if path == "/healthz":
+            state = {"ok": True, "clients": self.count_clients(), "room": self._has_room()}
+            state |= {"version": duet_version(), "run": self.run}
+            return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
+        if path in ("", "/"):
+            if not self._has_room():
+                return respond(503, HTML, self._pages["full"], {"Retry-After": "10", "Cache-Control": "no-store"})
+            packed = "gzip" in request.headers.get("Accept-Encoding", "")
+            extra = {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"} if packed else {"Vary": "Accept-Encoding"}
+            return respond(200, HTML, self._pages["packed" if packed else "plain"], extra)
+        document = path.removeprefix(PREFIX)
+        if path != document and document in DOCUMENTS:
+            return self._document(document)
+        if path == "/index.html":
+            # Under this name viser's client would take the websocket's address for a foreign one.
+            return respond(308, "text/plain", b"", {"Location": "./" + ("?" + query if query else "")})
+        response = static(connection, request)
+        if response is not None:
+            for name, value in OWN_HEADERS.items():
+                response.headers.setdefault(name, value)
+        return response
+
+    async def _serve_one(self, connection: ServerConnection, handler: Callable[..., Any]) -> None:
+        """Give a new connection a place, then leave it to viser."""
+        if not self._has_room():
+            # The page knows this reason, reloads, and gets the friendly page; decided here as two tabs may have loaded at once.
+            await connection.close(1013, ROOM_IS_FULL)
+            return
+        self._taken.add(connection)
+        try:
+            # Old tabs come back within milliseconds of a restart, when viser's constructor is still at work.
+            while not self._ready.is_set():
+                await asyncio.sleep(0.01)
+            await handler(connection)
+        finally:
+            self._taken.discard(connection)
+
+    def _client_id(self, connection: ServerConnection) -> int:
+        return next((i for i, live in self._websock_server._live_connections.items() if live is connection), -1)
+
+    def _refuse_kindly(self, client_id: int, refused: Refused) -> None:
+        client = self._connected_clients.get(client_id)
+        if refused.kind == UPLOAD_TOO_LARGE and client is not None:
+            megabytes = self.limits.upload_bytes / 1e6
+            client.add_notification("This file is too large", f"Files of up to {megabytes:g} MB can be read.", color="orange")
+
+
+def start_server(
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    *,
+    label: str = "Duet",
+    allowed_origins: tuple[str, ...] = (),
+    max_clients: int | None = None,
+    page_full_html: str | None = None,
+    limits: Limits | None = None,
+    script: str = "",
+) -> DuetServer:
+    """Start the web server.
+
+    Args:
+        host: 127.0.0.1 for this computer only, 0.0.0.0 for the whole network.
+        port: the port, 0 for any free one.
+        label: title of the tab and of the main panel.
+        allowed_origins: further pages that may connect, such as `https://duet.example.org` behind a proxy.
+        max_clients: places; whoever comes later gets a friendly page that lets them in when a place is free. None for no limit.
+        page_full_html: that page; by default `app.server.index.full_page`.
+        limits: how much one browser may ask for.
+        script: JavaScript that every page runs before viser's own.
+
+    Raises:
+        PortInUse: another program has the port.
+        BadSetting: the host or the port can't be used at all, or `max_clients` is below 1.
+    """
+    if max_clients is not None and max_clients < 1:
+        raise BadSetting(f"max_clients {max_clients} leaves no place; valid: 1 or more")
+    for origin in allowed_origins:
+        if not origin.startswith(("http://", "https://")):
+            raise BadSetting(f"allowed origin {origin!r} is no web address; valid: http://name:port or https://name")
+    listener = listen(host, port)
+    doorway = Doorway(host, listener.getsockname()[1], tuple(allowed_origins))
+    if not doorway.is_private and host not in LOOPBACK_NAMES:
+        log.info("everybody on the network can reach this server")
+    limits = Limits() if limits is None else limits
+    return DuetServer(
+        listener, doorway, label=label, max_clients=max_clients, full_html=page_full_html, limits=limits, script=script
+    )
