@@ -1,15 +1,15 @@
-"""One visitor's experiment and its clock: pause, single step, slow motion, reset, who moves what can be moved, and the ghost."""
+"""One visitor's experiment: its run and the ghost beside it, paused, stepped, reset, changed, and advanced with the wall clock."""
 
 import logging
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import perf_counter
 from typing import Final
 
-import numpy as np
-
 from app.background import Background
+from app.clock import BUDGET, Clock, Pace, next_speed
+from app.mover import Mover, nudged, who
 from app.own_law.examination import Examination
 from app.own_law.own_law import OwnLaw
 from app.people import NOBODY_ELSE, People
@@ -20,42 +20,15 @@ from controllers.kinematics import Array
 from scenes.cast import Person
 from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.rerun import WhatIf
-from scenes.room import BALL_ROOM, room_of
+from scenes.room import room_of
 from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
-from scenes.targets import BallTarget, HandTarget, Target
+from scenes.targets import Target
 
 log = logging.getLogger("duet.session")
 
-BUDGET: Final = 0.02
-"""Wall time that one session may use for its steps in one frame [s]; beyond it simulated time slows down, but no step is dropped."""
-
-LONGEST_GAP: Final = 0.1
-"""A pause of the program (a closed laptop, a debugger) is not caught up beyond this [s]."""
-
-SPEEDS: Final = (0.25, 0.5, 1.0, 2.0)
-"""What the speed may be, simulated over wall time."""
-
-LONGEST_REACH: Final = 0.3
-"""A key held down runs no further ahead of what it moves [m]."""
-
 GHOST_KEEP: Final = 30.0
 """How much of the ghost's run can be made again [s]."""
-
-
-@dataclass(frozen=True)
-class Pace:
-    """How the clock runs.
-
-    Attributes:
-        paused: nothing moves.
-        rate: simulated seconds per wall second, over the last half second or so.
-        slowed: the machine cannot keep up with the speed asked for.
-    """
-
-    paused: bool
-    rate: float
-    slowed: bool
 
 
 class Session:
@@ -87,8 +60,6 @@ class Session:
         self.paused = False
         self.halted = False
         """Whether somebody else has everything stand still: whatever the visitor asks for, no step is made."""
-        self.held: Target | None = None
-        """What a person holds, and where; None while nobody touches anything."""
         self.inputs = InputsLog()
         """What the run was made with."""
         self._ghost_inputs = InputsLog(GHOST_KEEP)
@@ -106,13 +77,9 @@ class Session:
         self.trade_off = TradeOffMap(background, wake) if with_studies and background is not None else None
         """Distance against error over n and v; None where nothing is computed apart."""
         self._posts: deque[Callable[[], None]] = deque()
-        self._debt = 0.0
+        self._clock = Clock(settings.page.speed)
         self._steps_asked = 0
-        self._rate = settings.page.speed
-        self._slowness = 0.0
-        self._guest: Person | None = None
-        self._person: Person | None = None
-        self._person_begin = 0.0
+        self._mover = Mover()
         self._raise_ghost()
         if self._studies is not None and settings.page.what_if:
             self._studies.prepare(settings)
@@ -185,9 +152,14 @@ class Session:
         self._wake()
 
     @property
+    def held(self) -> Target | None:
+        """What a person holds, and where; None while nobody touches anything."""
+        return self._mover.held
+
+    @property
     def pace(self) -> Pace:
         """How the clock runs now."""
-        return Pace(self.paused, 0.0 if self.paused else self._rate, self._slowness > 0.5)
+        return self._clock.pace(self.paused)
 
     def change(self, key: str, value: object) -> None:
         """Set one setting, from the next step on.
@@ -202,12 +174,12 @@ class Session:
         if after.run != before.run:
             self.simulation.apply(after.run)
         anew = self.simulation.cast is not cast
-        if anew or _who(after) != _who(before):
-            self.held = self._person = None
         if after.page.source != before.page.source:
-            self._guest = None
+            self._mover.invite(None)
+        elif anew or who(after.run) != who(before.run):
+            self._mover.begin_anew()
         if after.page.autopilot and not before.page.autopilot:
-            self._person = None
+            self._mover.restart()
         if after.page.ghost != before.page.ghost:
             self._frozen = after.run.law, after.run.gain
             self._raise_ghost()
@@ -254,27 +226,18 @@ class Session:
         """A person takes hold of something, moves it, or (None) lets go of it. Whoever moved it by themselves stops at once."""
         if target is not None and self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=False))
-        self.held = target
+        self._mover.held = target
 
     def nudge(self, way: Array) -> None:
         """Move the place where the person holds the hand, or the ball, by (3,) [m], world. A person's own arms cannot be nudged."""
-        simulation, held = self.simulation, self.held
-        if simulation.settings.scene == "imitation":
-            return
-        if simulation.room.ball is not None:
-            ball = simulation.positions[simulation.room.ball].copy()
-            place = ahead(held.position if isinstance(held, BallTarget) else ball, way, ball)
-            self.hold(BallTarget(np.clip(place, -BALL_ROOM, BALL_ROOM)))
-            return
-        pose = simulation.kinematics.hand_pose(simulation.guided)
-        if not isinstance(held, HandTarget):
-            held = HandTarget(pose.translation.copy(), pose.rotation.copy())
-        self.hold(HandTarget(ahead(held.position, way, pose.translation), held.rotation))
+        held = nudged(self.simulation, self.held, way)
+        if held is not None:
+            self.hold(held)
 
     def invite(self, person: Person | None) -> None:
         """Have somebody else than the experiment's own person move what can be moved, from now on: a file, a camera, recorded inputs;
         None for the own one again. Whoever takes hold of something still goes first."""
-        self._guest, self._person, self.held = person, None, None
+        self._mover.invite(person)
         if person is not None and not self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=True))
 
@@ -285,9 +248,8 @@ class Session:
             self.ghost.reset()
         if self._studies is not None:
             self._studies.forget()
-        self.held = None
-        self._person = None
-        self._debt = 0.0
+        self._mover.begin_anew()
+        self._clock.forget()
 
     def recorded(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run as it can be made again, see `InputsLog.window`."""
@@ -325,7 +287,8 @@ class Session:
     def toggle_pause(self) -> None:
         """Pause or go on."""
         self.paused = not self.paused
-        self._debt, self._steps_asked = 0.0, 0
+        self._clock.forget()
+        self._steps_asked = 0
 
     def single_step(self) -> None:
         """Pause, and make one step."""
@@ -334,19 +297,11 @@ class Session:
 
     def change_speed(self, by: int) -> None:
         """Take the next slower (−1) or faster (+1) speed."""
-        nearest = min(range(len(SPEEDS)), key=lambda i: abs(SPEEDS[i] - self.settings.page.speed))
-        self.change("speed", SPEEDS[min(max(nearest + by, 0), len(SPEEDS) - 1)])
+        self.change("speed", next_speed(self.settings.page.speed, by))
 
     def target(self) -> Target | None:
         """Return what the person, or whoever stands in for them, wants now."""
-        if self.held is not None:
-            return self.held
-        if not self.settings.page.autopilot:
-            return None
-        if self._person is None:
-            self._person = self._guest or self.simulation.person()
-            self._person_begin = self.simulation.time
-        return self._person.target(self.simulation.time - self._person_begin)
+        return self._mover.target(self.simulation, self.settings.page.autopilot)
 
     def _step(self) -> None:
         simulation, ghost, target = self.simulation, self.ghost, self.target()
@@ -378,33 +333,13 @@ class Session:
             for _ in range(steps):
                 self._step()
             return steps
-        dt, speed = self.settings.run.dt, self.settings.page.speed
-        self._debt += min(elapsed, LONGEST_GAP) * speed
-        wanted, made = int(self._debt / dt + 1e-9), 0
+        dt, made = self.settings.run.dt, 0
+        due = self._clock.due(elapsed, dt, self.settings.page.speed)
         deadline = perf_counter() + BUDGET
-        while made < wanted:
+        while made < due:
             self._step()
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 break
-        late = made < wanted or elapsed > LONGEST_GAP
-        self._debt = 0.0 if late else self._debt - made * dt
-        if elapsed > 0.0:
-            share = min(elapsed / 0.5, 1.0)
-            self._rate += (made * dt / elapsed - self._rate) * share
-            self._slowness += ((1.0 if late else 0.0) - self._slowness) * min(elapsed / 1.0, 1.0)
+        self._clock.note(made, due, elapsed, dt)
         return made
-
-
-def ahead(place: Array, way: Array, here: Array) -> Array:
-    """Return a place (3,) moved by a way, but no further from here than `LONGEST_REACH` along each axis [m]."""
-    return np.clip(place + way, here - LONGEST_REACH, here + LONGEST_REACH)
-
-
-def _who(settings: Settings) -> tuple[object, ...]:
-    """Return what decides on who moves what: another one of these is another person."""
-    run = settings.run
-    return (
-        *(run.scene, run.rig, run.robot, run.guided, run.path, run.point, run.ball, run.clip, run.seed),
-        settings.page.source,
-    )

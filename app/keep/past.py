@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
+from app.clock import Pace
 from app.keep.replay import Replay
-from app.session import Pace, Session
+from app.session import Session
 from app.settings import Settings
 from app.trade_off import TradeOffMap
 from scenes.simulation import Simulation

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import viser
 
+from app.clock import SPEEDS
 from app.languages.speaking import say, say_all, spoken
 from app.page.buttons import ChoiceButtons
 from app.page.compare import ComparePanel
@@ -13,7 +14,7 @@ from app.page.joint_sliders import JointSliders
 from app.page.keys import help_html
 from app.page.relevance import matters
 from app.page.sources import Sources
-from app.session import SPEEDS, Session
+from app.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.settings import Spec, specs, values

@@ -6,6 +6,7 @@ from typing import Final, NamedTuple
 
 import viser
 
+from app.clock import Pace
 from app.keep.past import Past, Shown
 from app.languages.sides import side
 from app.languages.speaking import say
@@ -14,7 +15,6 @@ from app.page.contact import contact
 from app.page.equations import equation_html
 from app.page.relevance import both_avoid
 from app.page.swivel import Swivel
-from app.session import Pace
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
 from controllers.tasks import TASK_DIMENSION

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.clock import Pace
 from app.page.budget import MISSED, budget_lines, live_html, wanted_rate
 from app.page.contact import contact
 from app.page.equations import EQUATIONS, equation_html, equation_of
@@ -21,7 +22,7 @@ from app.page.readout import status_html, tiles_html, tip_html
 from app.page.relevance import both_avoid
 from app.page.section import section_html, task_error
 from app.page.swivel import Swivel
-from app.session import Pace, Session
+from app.session import Session
 from app.settings import Settings, from_query
 from controllers.laws.situation import AUTHORITY
 from controllers.limits import Authority

@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 from app import session as session_module
-from app.session import BUDGET, LONGEST_GAP, SPEEDS, Session
+from app.clock import BUDGET, LONGEST_GAP, SPEEDS
+from app.session import Session
 from app.settings import PageSettings, Settings
 from controllers.errors import BadSetting
 from scenes.headless import run
 from scenes.inputs import RecordedPerson
 from scenes.rerun import rerun
-from scenes.room import Room
+from scenes.room import BALL_ROOM, Room
 from scenes.settings import RunSettings, specs, values
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
 
@@ -487,8 +488,8 @@ def test_a_nudge_moves_the_ball(session: Session) -> None:
     for _ in range(500):
         session.nudge(np.array([0.02, 0.0, 0.0]))
         session.advance(0.1)
-    assert session.held.position[0] == session_module.BALL_ROOM
-    assert abs(session.simulation.positions[columns][0] - session_module.BALL_ROOM) < 0.02
+    assert session.held.position[0] == BALL_ROOM
+    assert abs(session.simulation.positions[columns][0] - BALL_ROOM) < 0.02
 
 
 def test_a_persons_own_arms_are_not_nudged(session: Session) -> None:

@@ -1,0 +1,68 @@
+"""A run's clock: how many steps are due in a frame, and how fast simulated time has gone lately."""
+
+from dataclasses import dataclass
+from typing import Final
+
+BUDGET: Final = 0.02
+"""Wall time that one session may use for its steps in one frame [s]; beyond it simulated time slows down, but no step is dropped."""
+
+LONGEST_GAP: Final = 0.1
+"""A pause of the program (a closed laptop, a debugger) is not caught up beyond this [s]."""
+
+SPEEDS: Final = (0.25, 0.5, 1.0, 2.0)
+"""What the speed may be, simulated over wall time."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How the clock runs.
+
+    Attributes:
+        paused: nothing moves.
+        rate: simulated seconds per wall second, over the last half second or so.
+        slowed: the machine cannot keep up with the speed asked for.
+    """
+
+    paused: bool
+    rate: float
+    slowed: bool
+
+
+def next_speed(speed: float, by: int) -> float:
+    """Return the next slower (−1) or faster (+1) speed, or the last one there is."""
+    nearest = min(range(len(SPEEDS)), key=lambda i: abs(SPEEDS[i] - speed))
+    return SPEEDS[min(max(nearest + by, 0), len(SPEEDS) - 1)]
+
+
+class Clock:
+    """Turns wall time into steps.
+
+    Args:
+        speed: simulated over wall time, to begin with.
+    """
+
+    def __init__(self, speed: float) -> None:
+        self._debt = 0.0
+        self._rate = speed
+        self._slowness = 0.0
+
+    def forget(self) -> None:
+        """Owe nothing."""
+        self._debt = 0.0
+
+    def due(self, elapsed: float, dt: float, speed: float) -> int:
+        """Return how many steps of `dt` [s] are to be made when `elapsed` [s] of wall time have gone by."""
+        self._debt += min(elapsed, LONGEST_GAP) * speed
+        return int(self._debt / dt + 1e-9)
+
+    def note(self, made: int, due: int, elapsed: float, dt: float) -> None:
+        """Take note of how many of the steps were made; what could not be made in time is not owed any more."""
+        late = made < due or elapsed > LONGEST_GAP
+        self._debt = 0.0 if late else self._debt - made * dt
+        if elapsed > 0.0:
+            self._rate += (made * dt / elapsed - self._rate) * min(elapsed / 0.5, 1.0)
+            self._slowness += ((1.0 if late else 0.0) - self._slowness) * min(elapsed / 1.0, 1.0)
+
+    def pace(self, paused: bool) -> Pace:
+        """Return how the clock runs."""
+        return Pace(paused, 0.0 if paused else self._rate, self._slowness > 0.5)
