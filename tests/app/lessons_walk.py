@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import ClassVar, Protocol
 
 import numpy as np
 from playwright.sync_api import Error, Page
@@ -26,6 +25,7 @@ from scenes.cast import Person
 from scenes.settings import values
 from scenes.targets import BallTarget, HandTarget
 from tests.app.conftest import ask, live_sessions
+from tests.app.lesson_hands import Hands, Keys
 from tests.browser import close_software_note, until, wait_frames
 
 LONG = 180.0
@@ -33,6 +33,15 @@ LONG = 180.0
 
 SETTLING = 4.0
 """Until an arm has given way to a ball that stays where it is [s]."""
+
+FAST = 0.8
+"""Speed limit of somebody who pushes with arrows [m/s]."""
+
+AHEAD = 0.25
+"""How far ahead of the hand somebody pulls who pushes straight on [m]."""
+
+BURST = 6
+"""Presses of keys between two frames, as of a key that is held down."""
 
 DRAG = 0.02
 """Wall time between two places of a drag [s]."""
@@ -49,11 +58,6 @@ def enter(page: Page, opened: House, query: str) -> tuple[Session, LessonRun]:
     assert isinstance(opened.host, PrivateHost)
     number = max(set(live_sessions(opened)) - known)
     return live_sessions(opened)[number], opened.host._stands[number].lessons
-
-
-def press(page: Page, label: str) -> None:
-    """Press a button of the panel by the beginning of its label, a regular expression."""
-    page.get_by_role("button", name=re.compile(rf"^\s*{label}")).first.click()
 
 
 def shown_step(page: Page, session: Session, run: LessonRun, lesson: int, step: int) -> None:
@@ -104,96 +108,6 @@ def named(page: Page) -> None:
         until(page, all_have, "names", 20.0)
     except AssertionError:
         raise AssertionError("controls without a name:\n" + "\n".join(without)) from None
-
-
-class Hands(Protocol):
-    """What a student does, by mouse or by keyboard."""
-
-    def choose(self, answer: int) -> None:
-        """Give an answer, from 0."""
-        ...
-
-    def do(self, what: str) -> None:
-        """Do one of run, next, back, why, check, hint, reset, again, leave."""
-        ...
-
-    def say(self, label: str, text: str) -> None:
-        """Type a forecast."""
-        ...
-
-
-class Clicks:
-    """By the mouse alone."""
-
-    LABELS: ClassVar = {
-        "run": r"Run( again)?\s*$",
-        "next": r"(Next|Skip the run|Back to the outcome)",
-        "back": r"Back\s*$",
-        "why": "Show me why",
-        "check": "Check my",
-        "hint": r"Hint \d of",
-        "reset": "Reset step",
-        "again": r"Reset\s*$",
-        "leave": "Leave the lessons",
-    }
-
-    def __init__(self, page: Page) -> None:
-        self.page = page
-
-    def choose(self, answer: int) -> None:
-        press(self.page, rf"(● )?{answer + 1} ")
-
-    def do(self, what: str) -> None:
-        press(self.page, self.LABELS[what])
-
-    def say(self, label: str, text: str) -> None:
-        box = self.page.get_by_label(label, exact=True)
-        box.click()
-        box.fill(text)
-
-
-class Keys:
-    """By the keyboard alone; nothing is ever pointed at."""
-
-    KEYS: ClassVar = {"run": "Space", "next": "n", "back": "b", "why": "y", "check": "c", "hint": "h", "again": "r", "leave": "x"}
-
-    def __init__(self, page: Page) -> None:
-        self.page = page
-
-    def choose(self, answer: int) -> None:
-        self.page.keyboard.press(str(answer + 1))
-
-    def do(self, what: str) -> None:
-        if what == "reset":
-            # A button without a key of its own: reached as every control is.
-            self.tab_to(lambda: self._focused("innerText").strip() == "Reset step", "“Reset step”")
-            self.page.keyboard.press("Enter")
-            self._let_go()
-        else:
-            self.page.keyboard.press(self.KEYS[what])
-
-    def say(self, label: str, text: str) -> None:
-        self.tab_to(lambda: self._focused("getAttribute('aria-label')") == label, f"the box “{label}”")
-        self.page.keyboard.press("Control+a")
-        self.page.keyboard.type(text)
-        self._let_go()
-
-    def tab_to(self, there: object, what: str) -> None:
-        """Press Tab until something has the focus."""
-        assert callable(there)
-        for _ in range(120):
-            if there():
-                return
-            self.page.keyboard.press("Tab")
-        raise AssertionError(f"{what} cannot be reached by Tab")
-
-    def _focused(self, what: str) -> str:
-        return str(self.page.evaluate(f"document.activeElement?.{what} ?? ''"))
-
-    def _let_go(self) -> None:
-        # Escape leaves a box as a click beside it would; keys are the lesson's again.
-        self.page.keyboard.press("Escape")
-        self.page.evaluate("document.activeElement?.blur()")
 
 
 @contextmanager
@@ -281,8 +195,8 @@ class Walker:
             until(self.page, lambda before=before: self.run.walk.phase is not before, f"on from {before}", LONG)
             self.at(self.run.walk.phase)
             self._look()
-        if step.challenge is not None and not step.challenge.own_law:
-            self._challenge(step)
+        if step.challenge is not None:
+            (self._own_law if step.challenge.own_law else self._challenge)(step)
             walked.challenge = "passed"
         walked.seconds = perf_counter() - begin
         return walked
@@ -372,16 +286,24 @@ class Walker:
         assert run.walk.done.passed, (step.id, trial.name, run.walk.done.last)
         page.locator(".duet-l-attempt .card.right").wait_for()
 
+    def _own_law(self, step: Step) -> None:
+        """Have the law in the file tested; it passes."""
+        self.on("Test my law")
+        self.hands.do("check")
+        until(self.page, lambda: self.run.walk.done.passed, f"{step.id}: the six tests", LONG)
+        self.page.get_by_text("6 of 6 tests passed.").first.wait_for()
+        for count in range(1, len(step.hints) + 1):
+            self.hands.do("hint")
+            until(self.page, lambda count=count: self.page.locator(".duet-l-hints li").count() == count, "a hint", 60.0)
+
     def _settings(self, trial: Trial) -> None:
-        """Set what a trial sets; the sliders themselves have tests of their own."""
-        wanted = trial.setup.settings(self.session.settings).run
-
-        def change(session: Session) -> None:
-            for key, value in values(wanted).items():
-                if values(session.settings)[key] != value:
-                    session.change(key, value)
-
-        ask(self.session, change)
+        """Set what a trial sets, with the page's own controls."""
+        session = self.session
+        for key, value in values(trial.setup.settings(session.settings).run).items():
+            if values(session.settings)[key] == value:
+                continue
+            self.hands.set(key, value)
+            until(self.page, lambda key=key, value=value: values(session.settings)[key] == value, f"{key} = {value}", 60.0)
 
     def _by_hand(self, step: Step, trial: Trial) -> None:
         """Do by drags what a trial's person does, in a run begun anew with a trial's settings."""
@@ -398,11 +320,13 @@ class Walker:
             person: Person = _Still(place)
         else:
             person = ask(session, lambda _: person_of(simulation, trial.setup))
-        if isinstance(self.hands, Keys) and (trial.setup.input.name == "elbow_to" or isinstance(person, _Still)):
+        if isinstance(self.hands, Keys):
             if isinstance(person, _Still):
                 self._nudge_by_keys(person.place)
-            else:
+            elif trial.setup.input.name == "elbow_to":
                 self._swing_by_keys(step)
+            else:
+                self._push_by_keys()
             self._checked()
             return
         with dragging(session, person):
@@ -431,27 +355,64 @@ class Walker:
             else:
                 raise AssertionError(f"{step.id}: the mark cannot be reached with {key}")
 
-    def _nudge_by_keys(self, place: Array) -> None:
-        """Move what is the student's, hand or ball, to a place with the arrows, and wait until all is at rest."""
+    def _ways(self) -> dict[str, Array]:
+        """Return by key how far it moves what is the student's, found out by trying, forth and back."""
         session, page = self.session, self.page
-
-        def wanted() -> Array:
-            held = session.held
-            assert isinstance(held, (BallTarget, HandTarget))
-            return held.position.copy()
-
         ways: dict[str, Array] = {}
         for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "PageUp", "PageDown"):
             page.keyboard.press(key)
             until(page, lambda: session.held is not None, key, 60.0)
-            before = ask(session, lambda _: wanted())
+            # Whatever else was pressed has arrived when a frame is over.
+            wait_frames(page, 2)
+            before = ask(session, lambda _: _held_at(session))
             page.keyboard.press(key)
-            until(page, lambda before=before: bool(np.abs(wanted() - before).max() > 1e-4), key, 60.0)
-            ways[key] = ask(session, lambda _: wanted()) - before
+            until(page, lambda before=before: bool(np.abs(_held_at(session) - before).max() > 1e-4), key, 60.0)
+            ways[key] = ask(session, lambda _: _held_at(session)) - before
+        return ways
+
+    def _push_by_keys(self) -> None:
+        """Push the guided hand at the other one with the arrows, in slow motion, until it is 10 mm nearer than d_m."""
+        session, simulation, page = self.session, self.session.simulation, self.page
+        for _ in range(3):
+            self.hands.do("slower")
+        until(page, lambda: session.settings.page.speed == 0.25, "slow motion", 60.0)
+        ways = self._ways()
+        # Arrows do not meet the other hand as squarely as a script does; "w_max 0.4 m/s or more" is the hint.
+        self.hands.set("wmax", FAST)
+        until(page, lambda: values(session.settings)["wmax"] == FAST, "a faster hand", 60.0)
+        # The ways are known now, and nobody has pushed yet.
+        turn = self.run.walk.turn
+        self.hands.do("again")
+        until(page, lambda: self.run.walk.turn != turn and simulation.time < 0.5, "a fresh run", 60.0)
+        other = next(arm for arm in simulation.room.arms if arm is not simulation.guided)
+        nearest = float(values(session.settings)["dm"]) - 0.01
+
+        def hands() -> tuple[Array, Array]:
+            own, its = (simulation.kinematics.hand_pose(arm).translation.copy() for arm in (simulation.guided, other))
+            return own, its
+
+        start, its = ask(session, lambda _: hands())
+        straight = (its - start) / np.linalg.norm(its - start)
+        deadline = perf_counter() + LONG
+        while ask(session, lambda s: s.simulation.sample().distance) > nearest:
+            assert perf_counter() < deadline, "the other arm keeps away"
+            own = ask(session, lambda _: hands()[0])
+            rest = start + (float((own - start) @ straight) + AHEAD) * straight
+            rest = rest - ask(session, lambda s, own=own: _held_at(s) if s.held else own)
+            for _ in range(BURST):
+                key = min(ways, key=lambda key, rest=rest: float(np.linalg.norm(rest - ways[key])))
+                page.keyboard.press(key)
+                rest = rest - ways[key]
+            wait_frames(page, 1)
+
+    def _nudge_by_keys(self, place: Array) -> None:
+        """Move what is the student's, hand or ball, to a place with the arrows, and wait until all is at rest."""
+        session, page = self.session, self.page
+        ways = self._ways()
         deadline = perf_counter() + LONG
         while True:
             assert perf_counter() < deadline, "the place is not reached"
-            rest = place - ask(session, lambda _: wanted())
+            rest = place - ask(session, lambda _: _held_at(session))
             key = min(ways, key=lambda key: float(np.linalg.norm(rest - ways[key])))
             nearer = np.linalg.norm(rest - ways[key]) < np.linalg.norm(rest)
             if nearer:
@@ -497,6 +458,12 @@ class Walker:
         here = self.run.walk.step
         self.hands.do("next")
         until(self.page, lambda: self.run.walk.step is not here, "the next step", 60.0)
+
+
+def _held_at(session: Session) -> Array:
+    """Where the student wants what is theirs to be, (3,) [m]."""
+    assert isinstance(session.held, (BallTarget, HandTarget))
+    return session.held.position.copy()
 
 
 @dataclass(frozen=True)

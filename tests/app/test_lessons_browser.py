@@ -10,7 +10,8 @@ from app.page.lesson_run import LessonRun
 from app.settings import Settings
 from scenes.settings import changed, values
 from tests.app.conftest import OpenHouse, live_sessions
-from tests.app.lessons_walk import Clicks, Keys, Walker, enter, named, press, shown_step
+from tests.app.lesson_hands import Clicks, Keys, press
+from tests.app.lessons_walk import Walker, enter, named, shown_step
 from tests.browser import PageAt, screenshot, until
 
 
