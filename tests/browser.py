@@ -191,7 +191,7 @@ def close_software_note(page: Page) -> None:
     """Close viser's note about software rendering, which nobody with a graphics card gets."""
     page.evaluate(
         """() => { for (const note of document.querySelectorAll('[class*=Notification-root]'))
-             if (/software webgl/i.test(note.textContent)) note.querySelector('button')?.click(); }"""
+             if (/webgl/i.test(note.textContent)) note.querySelector('button')?.click(); }"""
     )
 
 
@@ -200,7 +200,7 @@ def screenshot(page: Page, name: str) -> Path:
     close_software_note(page)
     page.wait_for_function(
         """() => ![...document.querySelectorAll('[class*=Notification-root]')]
-             .some(note => /software webgl/i.test(note.textContent))"""
+             .some(note => /webgl/i.test(note.textContent))"""
     )
     path = artefacts() / f"{name}.png"
     page.screenshot(path=path, animations="disabled")

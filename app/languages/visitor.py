@@ -2,6 +2,7 @@
 
 import viser
 
+from app.languages.client import client_script
 from app.languages.words import Words
 from app.settings import Language, Settings
 
@@ -44,14 +45,17 @@ def language_of(settings: Settings, browser: Language) -> Language:
 
 def mark_html(words: Words) -> str:
     """Return what tells the page which language it is in; see `language_script`."""
-    return f'<i class="duet-language" data-language="{"en" if words.language == "pseudo" else words.language}"></i>'
+    named = "en" if words.language == "pseudo" else words.language
+    return f'<i class="duet-language" data-language="{named}" data-words="{words.language}"></i>'
 
 
 def language_script() -> str:
-    """Return JavaScript that keeps the page's own `lang` right, by which a screen reader finds its voice."""
-    return (
-        "setInterval(()=>{const found=document.querySelector('.duet-language')?.dataset.language;"
-        "if(found&&document.documentElement.lang!==found)document.documentElement.lang=found;},500);"
+    """Return JavaScript that says what the browser says by itself in the page's language, see `app.languages.client`, and keeps the
+    page's own `lang` right, by which a screen reader finds its voice."""
+    return client_script() + (
+        "setInterval(()=>{const found=document.querySelector('.duet-language')?.dataset;if(!found)return;"
+        "if(document.documentElement.lang!==found.language)document.documentElement.lang=found.language;"
+        "duetSpeak(found.words);},500);"
     )
 
 

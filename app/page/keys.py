@@ -7,7 +7,7 @@ import viser
 from viser._messages import HotkeyKey, KeyModifier
 
 from app.documents import DOCUMENTS, PREFIX
-from app.languages.speaking import say
+from app.languages.speaking import say, text
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,10 @@ LESSON_KEYS: Final = (
 """Keys of the lessons, listened to while one is open. There 1 to 5 answer, and ← and → go back and on where the hand is not yours."""
 
 
+KEY_NAMES: Final = (text("Space"), text("Page ↑"), text("Page ↓"))
+"""What stands on keys, and is another word on other keyboards."""
+
+
 def relay_script() -> str:
     """Return JavaScript that turns the relayed keys into the ones that viser listens to, unless they are meant for a widget."""
     table = {h.relayed: h.key for h in HOTKEYS if h.relayed}
@@ -95,7 +99,10 @@ def relay_script() -> str:
 
 def help_html() -> str:
     """Return the table as HTML."""
-    rows = "".join(f"<tr><td><kbd>{h.shown}</kbd></td><td>{say(h.text)}</td></tr>" for h in (*HOTKEYS, *LESSON_KEYS))
+    rows = "".join(
+        f"<tr><td><kbd>{say(h.shown) if h.shown in KEY_NAMES else h.shown}</kbd></td><td>{say(h.text)}</td></tr>"
+        for h in (*HOTKEYS, *LESSON_KEYS)
+    )
     rows += f"<tr><td><kbd>1</kbd> … <kbd>5</kbd></td><td>{say('lesson: your answer')}</td></tr>"
     rows += f"<tr><td><kbd>Ctrl K</kbd></td><td>{say('every command by name')}</td></tr>"
     links = " · ".join(f'<a href=".{PREFIX}{name}" target="_blank">{say(title)}</a>' for name, (_, title) in DOCUMENTS.items())

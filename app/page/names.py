@@ -8,7 +8,7 @@ ICONS: Final = {
     "adjustments": "connection and camera",
     "arrow": "back to the controls",
 }
-"""viser's own buttons that show nothing but an icon: a part of the icon's name, and the button's."""
+"""viser's own buttons that show nothing but an icon: a part of the icon's name, and the button's, said by `app.languages.client`."""
 
 
 def names_script() -> str:
@@ -25,7 +25,7 @@ def names_script() -> str:
         "for(const e of document.querySelectorAll('button'))if(!e.textContent.trim()&&(e.dataset.named||!e.getAttribute('aria-label'))){"
         "const svg=e.querySelector('svg'),of=svg?svg.getAttribute('class')||'':'';"
         "const found=Object.keys(icons).find(k=>of.includes(k));"
-        "e.dataset.named='1';name(e,e.title||(found?icons[found]:'more'));}};"
+        "e.dataset.named='1';name(e,e.title||duetWord(found?icons[found]:'more'));}};"
         "addEventListener('DOMContentLoaded',()=>{let asked=false;"
         "new MutationObserver(()=>{if(!asked){asked=true;setTimeout(()=>{asked=false;go();},150);}})"
         ".observe(document.body,{childList:true,subtree:true,characterData:true});go();});})();"
