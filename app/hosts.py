@@ -22,11 +22,11 @@ from app.lessons.loading import load_lessons, load_notes
 from app.mishaps import Mishaps
 from app.page.keys import relay_script
 from app.page.lesson_resume import Keeper, resume_script
-from app.page.page import View
 from app.page.replay_box import box_script
 from app.page.software import software_script
 from app.page.teacher import NotesPanel
 from app.page.teacher_script import class_script
+from app.page.view import View
 from app.people import NOBODY_ELSE, People
 from app.server.request import request_query
 from app.server.server import DuetServer, start_server

@@ -21,10 +21,11 @@ from app.mishaps import Mishaps
 from app.page.lesson_panel import ORDER
 from app.page.lesson_resume import open_link, word_of
 from app.page.lesson_run import LessonRun
-from app.page.page import Operation, View
+from app.page.operation import Operation
 from app.page.teacher import Action, ClassState, TeacherPanel
 from app.page.teacher_answers import Answers, Banner, is_narrow
 from app.page.teacher_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING, overlay_html, poll_html
+from app.page.view import View
 from app.people import NOBODY_ELSE, People
 from app.seat import Seat, origin_of
 from app.server.request import request_query

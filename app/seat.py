@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import viser
 
-from app.page.page import View
 from app.page.teacher import TeacherPanel
 from app.page.teacher_answers import Answers, Banner
+from app.page.view import View
 from app.stand import Stand
 
 

@@ -13,7 +13,8 @@ from app.lessons.lesson import LessonBook
 from app.page.lesson_resume import open_link
 from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
-from app.page.page import Operation, View
+from app.page.operation import Operation
+from app.page.view import View
 from app.people import People
 from app.server.request import request_query
 from app.server.server import DuetServer

@@ -11,9 +11,9 @@ from app.classroom.classroom import Poll
 from app.languages.speaking import say
 from app.page.lesson_html import choice_label
 from app.page.lesson_panel import ORDER, LessonPanel
-from app.page.page import canvas_size
 from app.page.teacher_html import banner_html, mine_html
 from app.page.theme import NARROW
+from app.page.window import canvas_size
 
 PHONE: Final = 576.0
 """On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""

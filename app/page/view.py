@@ -1,15 +1,12 @@
-"""One session's page, put together from its parts and drawn frame by frame.
+"""What is seen of one session: stage, plots, numbers, lesson; drawn frame by frame.
 
-What is seen (stage, plots, numbers) and what is operated (controls, handles, keys) are built apart, so that a lecture can show
-the first to everybody and hand the second to one.
+What is operated (`app.page.operation`) is built apart, so that a lecture can show this to everybody and hand that to one.
 """
 
-import re
 from collections.abc import Callable
 from time import perf_counter
 from typing import Final
 
-import numpy as np
 import viser
 
 from app.keep.past import Past
@@ -17,32 +14,23 @@ from app.languages.speaking import say, spoken
 from app.languages.visitor import mark_html
 from app.lessons.lesson import LessonBook
 from app.page.camera import place_camera, view_of
-from app.page.controls import Controls
-from app.page.gizmos import NUDGE, SWING, Gizmos
 from app.page.keep import ReplayBar, past_style
-from app.page.keys import HOTKEYS
-from app.page.lab import LabDesk
 from app.page.lesson_camera import lesson_view
-from app.page.lesson_desk import LessonDesk
 from app.page.lesson_marks import Marks
 from app.page.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
 from app.page.lesson_run import LessonRun
-from app.page.link import LinkBox
 from app.page.logo import titlebar
-from app.page.plots import DetailsChooser, Plots
+from app.page.plots import Plots
 from app.page.readout import Readout
 from app.page.stage import Stage
 from app.page.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale, style_sheet
-from app.server.request import request_query
+from app.page.window import canvas_size
 from app.session import Session
 from scenes.settings import RunSettings, specs
 from scenes.targets import AnglesTarget
 
 SETTLING: Final = 6.0
 """How long a newcomer's camera is corrected when its canvas changes its shape [s of wall time]."""
-
-TITLEBAR: Final = 47.0
-"""Height of the bar at the top [CSS px]."""
 
 LOW_CANVAS: Final = 520.0
 """On a canvas lower than this [px] the plots wait folded up until they are asked for, …"""
@@ -223,144 +211,3 @@ def scene_label(run: RunSettings) -> str:
     """Return what a person calls the experiment."""
     spec = specs(RunSettings)["scene"]
     return say(spec.choice_labels[spec.choices.index(run.scene)])
-
-
-def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
-    """Return width and height of a client's window below the title bar, as they were when it came [CSS px].
-
-    The camera's own size is in device pixels, and of a canvas that has not found its place yet.
-    """
-    given = re.fullmatch(r"(\d{2,5})x(\d{2,5})", request_query(client).get("window", ""))
-    if given is None:
-        return max(client.camera.image_width, 1.0), max(client.camera.image_height, 1.0)
-    return float(given[1]), max(float(given[2]) - TITLEBAR, 1.0)
-
-
-class Operation:
-    """What a visitor operates: controls, handles, keys.
-
-    Args:
-        client: whose hands it is in.
-        session: what is operated.
-        view: what is seen of it.
-    """
-
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
-        self._client, self._session, self._view = client, session, view
-        self._actions: dict[str, Callable[[], None]] = {
-            "pause": session.toggle_pause,
-            "step": session.single_step,
-            "slower": lambda: session.change_speed(-1),
-            "faster": lambda: session.change_speed(1),
-            "reset": self._reset,
-            "autopilot": lambda: session.change("autopilot", not session.settings.page.autopilot),
-            "view": lambda: view.look(client),
-            "law": lambda: session.change(
-                "law", "unprotected" if session.settings.run.law.law == "smooth_priority" else "smooth_priority"
-            ),
-            "ghost": lambda: session.change("ghost", "frozen" if session.settings.page.ghost == "off" else "off"),
-        }
-        for choice in specs(RunSettings)["scene"].choices:
-            self._actions[choice] = lambda choice=choice: session.change("scene", choice)
-        for name, right, up, away in (
-            ("left", -1, 0, 0),
-            ("right", 1, 0, 0),
-            ("up", 0, 1, 0),
-            ("down", 0, -1, 0),
-            ("away", 0, 0, 1),
-            ("near", 0, 0, -1),
-        ):
-            self._actions[name] = lambda way=(right, up, away): self._gizmos.nudge(self._in_view(*way))
-        for name, sign in (("elbow_up", 1.0), ("elbow_down", -1.0)):
-            self._actions[name] = lambda angle=sign * SWING: self._gizmos.swing(angle)
-        self._controls = Controls(client.gui, session, self.act, self._notify)
-        self._keep: ReplayBar | None = None
-        with client.gui.add_folder(say("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
-            if session.background is not None:
-                self._keep = view.keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
-            self._link = LinkBox(client, session, view.lessons)
-            self._lab: LabDesk | None = None
-            if self._keep is not None:
-                self._lab = LabDesk(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
-        self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
-        self._gizmos = Gizmos(client.scene, session)
-        self._desk = LessonDesk(client, session, view.lessons, view.lesson_panel, self._notify)
-        self._commands = [self._command(hotkey.action) for hotkey in HOTKEYS]
-
-    def _command(self, action: str) -> viser.CommandHandle:
-        hotkey = next(h for h in HOTKEYS if h.action == action)
-        command = self._client.gui.add_command(
-            hotkey.title,
-            description=say("Key: {key}", key=hotkey.shown) if hotkey.relayed else None,
-            hotkey=hotkey.key,
-            modifier=hotkey.modifier,
-            icon=hotkey.icon,
-        )
-
-        @command.on_trigger
-        async def _(event: viser.CommandEvent) -> None:
-            del event
-            self._session.post(lambda: self.act(action))
-
-        return command
-
-    def act(self, action: str) -> None:
-        """Do what a hotkey or a button stands for; on the session's thread."""
-        if self._keep is not None and self._keep.take(action):
-            return
-        if self._desk.take(action):
-            if action == "reset":
-                self._gizmos.forget_drag()
-            return
-        self._actions[action]()
-
-    def _reset(self) -> None:
-        self._session.reset()
-        self._gizmos.forget_drag()
-
-    def _in_view(self, right: float, up: float, away: float) -> np.ndarray:
-        """Return a step (3,) [m] as the visitor sees it: across the view, up, and away from them, along the floor."""
-        camera = self._client.camera
-        forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
-        forward[2] = 0.0
-        length = float(np.linalg.norm(forward))
-        forward = forward / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
-        across = np.array([forward[1], -forward[0], 0.0])
-        return NUDGE * (right * across + up * np.array([0.0, 0.0, 1.0]) + away * forward)
-
-    def _send(self, name: str, content: bytes) -> None:
-        self._client.send_file_download(name, content, save_immediately=True)
-
-    def _notify(self, title: str, text: str) -> None:
-        self._client.add_notification(say(title), say(text), color="orange", auto_close_seconds=8.0)
-
-    def notify_problems(self, problems: tuple[str, ...]) -> None:
-        """Name what was wrong with the link that the visitor came by."""
-        for problem in problems[:5]:
-            self._notify("A part of the link was left out", problem)
-
-    def notify_lessons(self, book: LessonBook) -> None:
-        """Name what was wrong with the files of lessons."""
-        for problem in book.problems[:5]:
-            self._notify("A lesson was left out", str(problem))
-
-    def show(self) -> None:
-        """Bring controls and handles up to date with the session."""
-        past = self._keep.past if self._keep is not None else None
-        self._controls.show((past or self._session).paused)
-        self._chooser.show()
-        if self._keep is not None:
-            self._keep.show()
-        self._link.show(perf_counter())
-        self._desk.show()
-        if self._lab is not None:
-            self._lab.show()
-        # Nobody can take hold of what is over.
-        self._gizmos.offer(past is None and not self._view.lessons.hands_off)
-        self._gizmos.show()
-
-    def close(self) -> None:
-        """Let go of the past, and of everything that is being made; for whoever leaves."""
-        if self._keep is not None:
-            self._view.keep = None
-            self._keep.close()
