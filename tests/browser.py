@@ -301,9 +301,9 @@ def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], ob
         # A handle looks for the pointer when it moves, so it must have seen it there before the button goes down.
         page.mouse.move(x - 3, y - 3)
         wait_frames(page)
-        point_at(page, point())
-        page.mouse.down()
         try:
+            point_at(page, point())
+            page.mouse.down()
             until(page, held, "taking hold", 3.0)
             return
         except AssertionError:

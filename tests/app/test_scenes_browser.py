@@ -13,7 +13,7 @@ from scenes.room import BALL_RADIUS, PATH
 from scenes.settings import RunSettings, SceneName, specs
 from scenes.targets import BallTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
-from tests.app.test_browser import CUT, FREE, GIZMO, GRIP, LATE_UPDATE, drag_through, hand, run_on, visit
+from tests.app.page.by_hand import CUT, FREE, GIZMO, GRIP, LATE_UPDATE, drag_through, hand, run_on, see_free, visit
 from tests.browser import PageAt, screenshot, until, wait_frames, world_position, world_to_px
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
@@ -71,7 +71,7 @@ def test_every_scene_is_taken_hold_of(house: OpenHouse, page_at: PageAt) -> None
     drag_through(page, session, [start + up * (0.8 * BALL_ARROW + way) for way in np.linspace(0.0, 0.06, 8)])
     assert isinstance(session.held, BallTarget)
     until(page, lambda: np.linalg.norm(ball() - start - 0.06 * up) < 0.015, "the ball where its arrow is")
-    assert np.linalg.norm(world_position(page, "/ball") - ball()) < 5e-3
+    until(page, lambda: np.linalg.norm(world_position(page, "/ball") - ball()) < 5e-3, "the ball drawn where it is")
     page.mouse.up()
     until(page, lambda: session.held is None, "letting go of the arrow")
     # And the ball itself: at a place on it where no arrow lies, across the view, to the left.
@@ -144,16 +144,7 @@ def test_first_sight_of_every_scene(house: OpenHouse, page_at: PageAt, width: in
             f"/arms/{name}/base" + "".join(f"/j{i}" for i in range(1, n + 1)) for name, count in joints for n in range(count + 1)
         ]
         more = {"ball": ["/ball"], "imitation": ["/person/body/left_upper_arm/left_forearm"]}.get(scene, [])
-        hidden: list[str] = []
-
-        def free(links: list[str] = links + more, hidden: list[str] = hidden) -> bool:
-            hidden[:] = page.evaluate(FREE, links)
-            return not hidden
-
-        try:
-            until(page, free, "the arms in free sight", 30.0)
-        except AssertionError:
-            pytest.fail(f"{scene}: " + "\n".join(hidden))
+        see_free(page, links + more, scene)
         if scene == "ball":
             start = ask(session, lambda s: s.simulation.home)
             assert start is not None
@@ -163,5 +154,4 @@ def test_first_sight_of_every_scene(house: OpenHouse, page_at: PageAt, width: in
         run_on(page, session, 2.5 if scene == "ball" else 1.5)
         screenshot(page, f"scene-{width}-{scene}")
         assert page.evaluate(CUT) == [], scene
-        free()
-        assert hidden == [], scene
+        assert page.evaluate(FREE, links + more) == [], scene

@@ -1,0 +1,191 @@
+"""What a person does on a page with a real mouse and a real keyboard, and what is seen then.
+
+Nothing waits for a time: `until` looks again after every drawn frame, and gives up after a while.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Locator, Page
+
+from app.hosts import House
+from app.page.relevance import matters
+from app.session import Session
+from app.settings import Settings
+from scenes.settings import values
+from tests.app.conftest import HAND, ask, live_sessions
+from tests.app.page.helpers import SPECS, another, page_label
+from tests.browser import close_software_note, point_at, take_hold, until, wait_ready
+
+GIZMO, ARC = 0.22, 0.26 * 0.65
+"""Length of the hand's arrows and radius of the elbow's arc [m]."""
+
+GRIP = 0.85
+"""Where an arrow is taken: beyond the ends of the arcs that turn the hand, which lie on it at 0.65."""
+
+USUAL = {key: value for key, value in values(Settings()).items() if key != "picture"}
+WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
+
+# viser's browser side applies updates after all else that came with them, so it complains about the last one of a plot that goes.
+LATE_UPDATE = r"Tried to update non-existent component"
+
+
+def visit(page: Page, opened: House, query: str = "") -> Session:
+    """Open a house's page; the session that it got."""
+    before = set(live_sessions(opened))
+    page.set_default_timeout(60_000)
+    page.goto(f"{opened.url}/?{query}")
+    wait_ready(page, HAND)
+    # The page may have come anew, without the fine picture that this machine is too slow for.
+    until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
+    close_software_note(page)
+    (number,) = set(live_sessions(opened)) - before
+    return live_sessions(opened)[number]
+
+
+def chosen(session: Session) -> dict[str, Any]:
+    """All settings but the one that the browser chooses for itself."""
+    return {key: value for key, value in values(session.settings).items() if key != "picture"}
+
+
+def hand(session: Session) -> np.ndarray:
+    """Where the guided hand is."""
+    return ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
+
+
+def run_on(page: Page, session: Session, seconds: float) -> None:
+    """Return when so much more time has been simulated."""
+    end = session.simulation.time + seconds
+    until(page, lambda: session.simulation.time >= end, "simulated time")
+
+
+def control(page: Page, key: str) -> Locator:
+    """The control of a setting."""
+    return page.locator("label").filter(has_text=re.compile(f"^{re.escape(page_label(key))}$")).locator("xpath=../../..")
+
+
+def see_controls(page: Page, session: Session, keys: tuple[str, ...]) -> None:
+    """Wait until of these controls, all on the tab in view, exactly those are seen that matter now."""
+    settings, labels = session.settings, {page_label(key) for key in keys}
+    expected = {page_label(key) for key in keys if matters(key, settings)}
+
+    def as_expected() -> bool:
+        return expected == labels & set(page.locator("label:visible").all_inner_texts())
+
+    until(page, as_expected, f"just {sorted(expected)} of {sorted(labels)}")
+
+
+def set_by_hand(page: Page, session: Session, key: str) -> None:
+    """Change a setting as a person does, and wait until the server has it, and nothing else."""
+    spec, before = SPECS[key], values(session.settings)
+    place = control(page, key)
+    sent, expected = another(key, before[key])
+    if spec.choices:
+        place.locator("input[role=combobox], input:visible").first.click()
+        page.get_by_role("option", name=sent, exact=True).click()
+    elif isinstance(expected, bool):
+        place.locator("input[type=checkbox]").click(force=True)
+    else:
+        box = place.locator("input[type=text]").last
+        box.fill(f"{sent:g}")
+        box.press("Enter")
+    until(page, lambda: values(session.settings)[key] == pytest.approx(expected, abs=1e-9), key)
+    after = values(session.settings)
+    assert {k for k in after if after[k] != before[k]} == {key}
+
+
+def drag_through(page: Page, session: Session, points: list[np.ndarray]) -> None:
+    """Take what is at the first point of the scene with the mouse, and pull it through the others."""
+    take_hold(page, lambda: points[0], lambda: session.held is not None)
+    for point in points[1:]:
+        point_at(page, point)
+
+
+def best_arrow(session: Session, toward: np.ndarray) -> tuple[np.ndarray, float]:
+    """The hand's arrow that lies most along a direction, and whether it points there (1) or away (−1)."""
+    rotation = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).rotation.copy())
+    along = toward @ rotation
+    i = int(np.abs(along).argmax())
+    return rotation[:, i], float(np.sign(along[i]))
+
+
+PLOTS = """() => [...document.querySelectorAll('.duet-title')].map(title => {
+  const caption = title.parentElement.parentElement, plot = caption.nextElementSibling, canvas = plot?.querySelector('canvas');
+  const box = caption.getBoundingClientRect(), high = plot?.getBoundingClientRect().height ?? 0;
+  const wide = box.width / title.closest('[data-floating-window]').clientWidth;
+  const seen = { title: title.textContent, top: Math.round(box.top), high, wide, drawn: false };
+  if (!box.height) return null;
+  if (canvas?.width) {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    // Axes and the grid are grey, lines are not.
+    let coloured = 0;
+    for (let i = 0; i < data.length && coloured <= 50; i += 4)
+      coloured += data[i + 3] > 99 && Math.abs(data[i] - data[i + 1]) + Math.abs(data[i + 1] - data[i + 2]) > 60;
+    seen.drawn = coloured > 50;
+  } else seen.drawn = !!plot?.querySelector('svg path') || (plot?.textContent ?? '').length > 80;
+  return seen;
+}).filter(seen => seen)"""
+
+
+def see_plots(page: Page, titles: tuple[str, ...]) -> None:
+    """Wait until these plots, and no others, stand side by side over the whole of their panel, with something drawn in each.
+
+    Args:
+        titles: by their beginnings.
+    """
+    seen: list[dict[str, Any]] = []
+
+    def as_expected() -> bool:
+        seen[:] = page.evaluate(PLOTS)
+        as_named = len(seen) == len(titles) and all(p["title"].startswith(t) for p, t in zip(seen, titles, strict=True))
+        fair = all(p["drawn"] and p["high"] > 60 and p["wide"] > 0.2 for p in seen) and sum(p["wide"] for p in seen) > 0.9
+        return as_named and fair and len({p["top"] for p in seen}) == 1
+
+    try:
+        until(page, as_expected)
+    except AssertionError:
+        pytest.fail(f"{titles} expected, seen {seen}")
+
+
+FREE = """names => names.map(name => {
+  const { camera, nodeRefFromName, canvas } = __viserMutable, box = canvas.getBoundingClientRect(), node = nodeRefFromName[name];
+  if (!node) return name + ' is not there';
+  const v = camera.position.clone(); node.updateWorldMatrix(true, false); node.getWorldPosition(v); v.project(camera);
+  const x = box.left + (1 + v.x) / 2 * box.width, y = box.top + (1 - v.y) / 2 * box.height;
+  const top = document.elementFromPoint(x, y);
+  return top === canvas ? '' : `${name} at ${x.toFixed(0)}, ${y.toFixed(0)} is under ${top && top.outerHTML.slice(0, 90)}`;
+}).filter(text => text)"""
+
+CUT = """() => {
+  const wrong = [], wide = innerWidth, high = innerHeight;
+  for (const part of document.querySelectorAll('[data-testid=floating-panel], [data-floating-window]')) {
+    const b = part.getBoundingClientRect();
+    if (b.width && (b.left < -1 || b.top < -1 || b.right > wide + 1 || b.bottom > high + 1))
+      wrong.push(`panel ${part.dataset.testid ?? 'plots'} ${[b.left, b.top, b.right, b.bottom].map(Math.round)} of ${wide}×${high}`);
+  }
+  for (const part of document.querySelectorAll('.duet, .duet *, .duet-caption, .duet-caption *')) {
+    if (part.closest('svg') || !part.clientWidth) continue;
+    if (part.scrollWidth > part.clientWidth + 1)
+      wrong.push(`${part.className} “${part.textContent.slice(0, 60)}” ${part.scrollWidth} > ${part.clientWidth}`);
+  }
+  if (document.documentElement.scrollWidth > wide + 1) wrong.push('the page itself is too wide');
+  return wrong;
+}"""
+
+
+def see_free(page: Page, nodes: list[str], where: str) -> None:
+    """Wait until nothing covers these nodes, or fail with what does: a view is corrected once the panels have found their places."""
+    covered: list[str] = []
+
+    def free() -> bool:
+        covered[:] = page.evaluate(FREE, nodes)
+        return not covered
+
+    try:
+        until(page, free, "all in free sight", 30.0)
+    except AssertionError:
+        pytest.fail(f"{where}: " + "\n".join(covered))

@@ -1,0 +1,103 @@
+"""Every control in a real browser, set as a person sets it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+
+from app.page.controls import PICKER, TABS
+from app.session import Session
+from tests.app.conftest import HAND, OpenHouse, ask
+from tests.app.page.by_hand import control, hand, see_controls, see_plots, set_by_hand, visit
+from tests.app.page.helpers import bring_into_view
+from tests.browser import PageAt, screenshot, until, wait_ready, world_position
+
+TAB_KEYS = {name: keys for name, _, keys in TABS}
+
+
+def operate_tab(page: Page, session: Session, name: str) -> None:
+    """Go to a tab and set every one of its controls, in an experiment in which it matters."""
+    keys = TAB_KEYS[name]
+    page.get_by_role("tab", name=name).click()
+    for key in keys:
+        bring_into_view(session, key)
+        see_controls(page, session, keys)
+        set_by_hand(page, session, key)
+        see_controls(page, session, keys)
+
+
+def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house(), "autopilot=0")
+    operate_tab(page, session, "Law")
+    ask(session, lambda s: s.change("law", "smooth_priority"))
+    control(page, "v").wait_for()
+    # A slider's thumb by its keys, and by the mouse.
+    thumb = control(page, "dm").get_by_role("slider")
+    before = session.settings.run.law.critical_distance
+    thumb.focus()
+    page.keyboard.press("ArrowRight")
+    until(page, lambda: session.settings.run.law.critical_distance == pytest.approx(before + 0.005), "the thumb")
+    track = control(page, "n").locator(".mantine-Slider-root").bounding_box()
+    assert track is not None
+    page.mouse.click(track["x"] + 0.75 * track["width"], track["y"] + track["height"] / 2)
+    until(page, lambda: abs(session.settings.run.law.order - 15.25) < 1.0, "the track")
+    # A number that is impossible stays on the page.
+    settings, box = session.settings, control(page, "dm").locator("input[type=text]").last
+    box.fill("9999")
+    box.press("Enter")
+    box.fill("nan")
+    box.press("Tab")
+    control(page, "v").locator("input[type=text]").last.fill("0.5")
+    until(page, lambda: session.settings.run.law.nominal_velocity == 0.5, "v")
+    assert 0.03 <= session.settings.run.law.critical_distance <= 0.30
+    assert settings.run.law.order == session.settings.run.law.order
+
+    # What is compared with it.
+    operate_tab(page, session, "Compare")
+    page.locator(".duet-tiles small").nth(3).wait_for()
+    page.locator(".duet-caption").get_by_text("ghost", exact=True).first.wait_for()
+    page.get_by_role("button", name="Measure", exact=True).click()
+    page.get_by_text("Largest step of q̇").wait_for()
+    page.get_by_role("tab", name="Law").click()
+    control(page, "dm").locator("input[type=text]").last.fill("200")
+    page.get_by_role("tab", name="Compare").click()
+    page.get_by_text("as it was", exact=True).wait_for()
+    page.get_by_text("With dm = 200 mm.").wait_for()
+
+
+def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house())
+    ask(session, lambda s: s.toggle_pause())
+    control(page, "rig").wait_for()
+    see_controls(page, session, PICKER)
+    # The experiment last, so that the others are tried in the usual one.
+    for key in reversed(PICKER):
+        set_by_hand(page, session, key)
+        see_controls(page, session, PICKER)
+        if key == "rig":
+            wait_ready(page, "/room")
+            until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle at the table")
+            assert session.simulation.room.rig.name == "table"
+    operate_tab(page, session, "Arms")
+    # The left arm is yours now, and has the handle.
+    assert session.simulation.settings.scene == "hold" and session.simulation.guided.name == "left"
+    until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the left hand")
+    ask(session, lambda s: s.toggle_pause())
+    keys = TAB_KEYS["View"]
+    page.get_by_role("tab", name="View").click()
+    see_controls(page, session, keys)
+    for key in ("theme", "profile"):
+        set_by_hand(page, session, key)
+    page.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
+    page.wait_for_function("getComputedStyle(document.documentElement).getPropertyValue('--duet-k').trim() === '1.3'")
+    see_plots(page, ("distance d [m]", "error e² [m²]"))
+    for box in page.locator("[data-testid=floating-panel], [data-floating-window]").all():
+        place = box.bounding_box()
+        assert place is not None and place["x"] >= -1 and place["x"] + place["width"] <= 901
+    screenshot(page, "page-900-dark-projector")
+    # Last, as shadows take a machine without a graphics card seconds.
+    for key in set(keys) - {"theme", "profile"}:
+        set_by_hand(page, session, key)

@@ -1,0 +1,124 @@
+"""Every key in a real browser: on the canvas it does what the table says, in an input it is a letter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from app.page.gizmos import NUDGE
+from app.page.keys import HOTKEYS
+from scenes.settings import values
+from scenes.targets import HandTarget
+from tests.app.conftest import OpenHouse, ask
+from tests.app.page.by_hand import control, hand, visit
+from tests.app.page.helpers import SPECS
+from tests.browser import CAMERA, PageAt, settled_view, until, wait_frames
+
+
+def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house())
+    page.mouse.click(520, 90)
+    view, done = settled_view(page), set[str]()
+
+    def press(action: str, key: str, effect: Callable[[], object]) -> None:
+        done.add(action)
+        # Held for some frames, as a finger does.
+        page.keyboard.down(key)
+        wait_frames(page, 4)
+        page.keyboard.up(key)
+        until(page, effect, f"the key {key}")
+        if action not in ("view", *SPECS["scene"].choices):
+            assert np.allclose(page.evaluate(CAMERA), view, atol=2e-3), f"{key} moves the camera"
+
+    def paused() -> bool:
+        return session.paused
+
+    def driven() -> bool:
+        return session.settings.page.autopilot
+
+    press("pause", " ", paused)
+    steps = ask(session, lambda s: s.simulation.steps)
+    press("step", ".", lambda: session.simulation.steps == steps + 1)
+    press("slower", "[", lambda: session.settings.page.speed == 0.5)
+    press("faster", "]", lambda: session.settings.page.speed == 1.0)
+    press("law", "l", lambda: session.settings.run.law.law == "unprotected")
+    press("law", "l", lambda: session.settings.run.law.law == "smooth_priority")
+    press("autopilot", "a", lambda: not driven())
+    press("autopilot", "a", driven)
+    place = hand(session)
+    ways = {
+        ("left", "ArrowLeft"): (0, -1, 0),
+        ("right", "ArrowRight"): (0, 1, 0),
+        ("up", "ArrowUp"): (0, 0, 1),
+        ("down", "ArrowDown"): (0, 0, -1),
+        ("away", "PageUp"): (-1, 0, 0),
+        ("near", "PageDown"): (1, 0, 0),
+    }
+    for (action, key), way in ways.items():
+        press(
+            action,
+            key,
+            lambda place=place: (
+                isinstance(session.held, HandTarget) and np.linalg.norm(session.held.position - place) > NUDGE / 2
+            ),
+        )
+        held = session.held
+        assert isinstance(held, HandTarget) and np.linalg.norm(held.position - place) == pytest.approx(NUDGE, rel=1e-6)
+        assert (held.position - place) @ np.array(way) > 0.85 * NUDGE, action
+        place = held.position.copy()
+    assert not driven()
+
+    def elbow() -> np.ndarray | None:
+        return session.held.elbow if isinstance(session.held, HandTarget) else None
+
+    press("elbow_up", "j", lambda: elbow() is not None)
+    swung = elbow()
+    assert swung is not None
+
+    def swung_back() -> bool:
+        now = elbow()
+        return now is not None and not np.allclose(now, swung, atol=1e-4)
+
+    press("elbow_down", "k", swung_back)
+    press("reset", "r", lambda: session.simulation.steps == 0)
+    assert session.paused
+
+    # Turn the view with the mouse, and take it back.
+    page.mouse.move(520, 90)
+    page.mouse.down()
+    for i in range(6):
+        page.mouse.move(520 - 25 * i, 90 + 5 * i)
+        wait_frames(page, 2)
+    page.mouse.up()
+    until(page, lambda: not np.allclose(page.evaluate(CAMERA), view, atol=0.05), "a turned view")
+    press("view", "v", lambda: np.allclose(page.evaluate(CAMERA), view, atol=2e-3))
+    press("ghost", "g", lambda: session.ghost is not None)
+    press("ghost", "g", lambda: session.ghost is None)
+    # Another scene is seen from elsewhere; the one from before is seen as before.
+    scenes = dict(zip(SPECS["scene"].choices, "12345", strict=True))
+    for scene in (*scenes, "hold"):
+        page.keyboard.press(scenes[scene])
+        until(page, lambda scene=scene: session.simulation.settings.scene == scene, scene)
+        done.add(scene)
+    until(page, lambda: np.allclose(page.evaluate(CAMERA), view, atol=2e-3), "the first view")
+    assert done == {hotkey.action for hotkey in HOTKEYS}
+
+    # In an input they are letters and moves of the caret.
+    box = control(page, "dm").locator("input[type=text]").last
+    before = ask(session, lambda s: (s.settings, s.paused, s.held, s.simulation.steps))
+    box.click()
+    for key in (" ", ".", "[", "]", "r", "a", "l", "v", "g", "1", "4", "PageUp", "ArrowLeft", "ArrowRight"):
+        page.keyboard.press(key)
+        wait_frames(page, 2)
+    box.fill("120")
+    box.press("Enter")
+    until(page, lambda: session.settings.run.law.critical_distance == pytest.approx(0.12), "d_m")
+    settings, *rest = ask(session, lambda s: (s.settings, s.paused, s.held, s.simulation.steps))
+    assert rest == list(before[1:])
+    assert {k: v for k, v in values(settings).items() if k != "dm"} == {k: v for k, v in values(before[0]).items() if k != "dm"}
+    page.mouse.click(520, 90)
+    page.keyboard.press(" ")
+    until(page, lambda: not session.paused, "going on")

@@ -1,0 +1,89 @@
+"""The handles of hand and elbow under a real mouse."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.page.gizmos import swivel_frame
+from app.session import Session
+from scenes.history import COLUMN
+from scenes.targets import HandTarget
+from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
+from tests.app.page.by_hand import ARC, GIZMO, GRIP, WRIST, best_arrow, control, drag_through, hand, run_on, visit
+from tests.browser import PageAt, point_at, take_hold, until, world_position
+
+
+def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 760)
+    # Slow, so that the arrow is still where the mouse goes.
+    session = visit(page, house(), "speed=0.25&wmax=0.05")
+    run_on(page, session, 0.1)
+    assert session.settings.page.autopilot and session.held is None
+    page.get_by_text("The autopilot moves the orange right arm").wait_for()
+    arrow, sign = best_arrow(session, np.array([0.0, 1.0, 0.0]))
+    before = session.simulation.time
+    take_hold(page, lambda: hand(session) + arrow * GRIP * GIZMO, lambda: session.held is not None)
+    grip = hand(session) + arrow * GRIP * GIZMO
+    for way in np.linspace(0.02, 0.10, 4):
+        point_at(page, grip + arrow * sign * way)
+    page.mouse.up()
+    until(page, lambda: session.held is None and not session.settings.page.autopilot, "letting go")
+    assert session.simulation.time > before
+    page.get_by_text("Drag the orange right arm").wait_for()
+    # The control knows it, too.
+    page.get_by_role("tab", name="Arms").click()
+    assert not control(page, "autopilot").locator("input[type=checkbox]").is_checked()
+
+
+def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 800)
+    session = visit(page, house(), "autopilot=0&speed=2")
+    start, other = (
+        hand(session),
+        ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy()),
+    )
+    still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
+    arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
+    grip = start + arrow * GRIP * GIZMO
+    drag_through(page, session, [grip + arrow * sign * way for way in np.linspace(0.0, 0.45, 24)])
+    goal = start + arrow * sign * 0.45
+    until(page, lambda: np.linalg.norm(hand(session) - goal) < 0.02, "the hand where the mouse is")
+    # Meanwhile the handle is where the mouse is, not where the hand is.
+    assert np.linalg.norm(world_position(page, HAND) - goal) < 5e-3
+    page.mouse.up()
+    # Released: the handle jumps back to the hand, which stays where it came to.
+    until(page, lambda: session.held is None, "release")
+    run_on(page, session, 0.3)
+    assert np.linalg.norm(hand(session) - goal) < 0.03
+    until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the hand")
+    arm_node = world_position(page, f"/arms/right{WRIST}")
+    assert np.linalg.norm(arm_node - ask(session, lambda s: s.simulation.kinematics.joint_point(14).copy())) < 2e-3
+    table = ask(session, lambda s: s.simulation.history.table())
+    q = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
+    limit = session.settings.run.law.critical_distance
+    assert np.abs(q - still).max() > 0.03 and table[:, COLUMN["e2"]].max() > 0.01**2
+    assert limit - 1e-4 <= table[:, COLUMN["d"]].min() < limit + 0.1
+    # What is told of a second arm that keeps clear is not there, as only one does.
+    first = COLUMN["e2_b"]
+    assert np.isfinite(table[:, :first]).all() and np.isfinite(session.simulation.history.positions(table)).all()
+
+
+def test_a_mouse_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house(), "autopilot=0&speed=2")
+
+    def state(s: Session) -> tuple[np.ndarray, np.ndarray]:
+        return swivel_frame(s.simulation)[0], s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy()
+
+    (frame, elbow), place = ask(session, state), hand(session)
+    out, across = (frame[:, 1] + frame[:, 2]) / np.sqrt(2.0), (frame[:, 2] - frame[:, 1]) / np.sqrt(2.0)
+    ways = [elbow + ARC * (np.cos(a) * out + np.sin(a) * across) for a in np.linspace(0.0, 0.6, 13)]
+    drag_through(page, session, ways)
+    run_on(page, session, 3.0)
+    assert isinstance(session.held, HandTarget) and session.held.elbow is not None
+    page.mouse.up()
+    until(page, lambda: session.held is None, "letting go of the elbow")
+    _, now = ask(session, state)
+    assert np.linalg.norm(now - elbow) > 0.05
+    assert np.linalg.norm(hand(session) - place) < 5e-3
+    until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - now) < 5e-3, "the handle on the elbow")
