@@ -94,7 +94,7 @@ class ReplayBar:
         )
         self._mark = box_mark(self._slider._impl.uuid)
         self._state = gui.add_html(self._mark)
-        rest = gui.add_command(say("Replay: stand still"), hotkey=KEY, modifier=MODIFIER, icon=viser.Icon.PLAYER_PAUSE)
+        self._rest_key: viser.CommandHandle | None = None
         lengths = tuple(LENGTHS)
         self._lengths = ChoiceButtons(
             gui, "the last", lengths, "How much of the run is meant, to watch and to save.", self._choose
@@ -116,11 +116,6 @@ class ReplayBar:
             if event.client_id is not None:
                 time = event.target.value
                 session.post(lambda: self._drag(time))
-
-        @rest.on_trigger
-        async def _(event: viser.CommandEvent) -> None:
-            del event
-            session.post(self._rest)
 
         @self._upload.on_upload
         async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
@@ -152,6 +147,7 @@ class ReplayBar:
 
     def close(self) -> None:
         """Back to live; drop everything that is being computed."""
+        self._offer_rest(False)
         self.shelf.leave()
         self.shelf.close()
 
@@ -167,6 +163,20 @@ class ReplayBar:
 
     def _toggle(self) -> None:
         self.shelf.take("pause")
+
+    def _offer_rest(self, offered: bool) -> None:
+        """Listen to the key of `app.page.replay_box`, or not."""
+        if self._rest_key is not None and not offered:
+            self._rest_key.remove()
+            self._rest_key = None
+        elif self._rest_key is None and offered:
+            icon = viser.Icon.PLAYER_PAUSE
+            self._rest_key = self._gui.add_command(say("Replay: stand still"), hotkey=KEY, modifier=MODIFIER, icon=icon)
+
+            @self._rest_key.on_trigger
+            async def _(event: viser.CommandEvent) -> None:
+                del event
+                self._session.post(self._rest)
 
     def _rest(self) -> None:
         if self.shelf.replay is not None:
@@ -191,6 +201,7 @@ class ReplayBar:
             self._show_snippet(snippet)
         self._replay.offer((0,) if replay is None else (1, 2))
         self._replay.mark(1 if replay is not None and replay.playing else -1)
+        self._offer_rest(replay is not None)
         if self._slider.visible != (replay is not None):
             self._slider.visible = replay is not None
         if replay is not None and self._clock >= self._next:
