@@ -163,9 +163,9 @@ class PlotBuffer:
         """Return time and the columns asked for, oldest first, in equal lengths; columns times `scale`."""
         rows = self._rows()
         if len(rows) < 2:
-            # uPlot needs an extent; nothing but the axes is drawn.
-            end = 0.0 if not len(rows) else float(rows[-1, 0])
-            return (np.array([end - 0.1, end]), *(np.full(2, np.nan) for _ in columns))
+            # uPlot needs an extent; nothing but the axes of the second to come is drawn.
+            begin = 0.0 if not len(rows) else float(rows[-1, 0])
+            return (np.array([begin, begin + 1.0]), *(np.full(2, np.nan) for _ in columns))
         return (rows[:, 0], *(rows[:, c] * scale for c in columns))
 
     def beside(self, leader: "PlotBuffer", columns: tuple[int, ...], scale: float = 1.0) -> tuple[Array, ...]:

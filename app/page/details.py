@@ -91,8 +91,9 @@ class DetailsChooser:
         choice = list(self._labels)[index]
         self._session.post(lambda: self._session.change("plot", choice))
 
-    def show(self) -> None:
-        """Offer what there is to choose in this experiment, and mark the present choice."""
+    def show(self, in_lesson: bool) -> None:
+        """Offer what there is to choose in this experiment, and mark the present choice; a lesson has the plots that it needs."""
+        self._buttons.show(not in_lesson)
         settings = self._session.settings
         possible = possible_details(settings.run)
         present = settings.page.details if settings.page.details in possible else "none"

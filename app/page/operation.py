@@ -133,7 +133,7 @@ class Operation:
         """Bring controls and handles up to date with the session."""
         past = self._keep.past if self._keep is not None else None
         self._controls.show((past or self._session).paused)
-        self._chooser.show()
+        self._chooser.show(self._view.lessons.open)
         if self._keep is not None:
             self._keep.show()
         self._link.show(perf_counter())

@@ -168,7 +168,7 @@ class Plots:
                 soft["min"] = {"soft": 0.0, "mode": 1, "pad": 0.05}
             nothing = np.full(2, np.nan)
             handle = self._gui.add_uplot(
-                data=(np.array([-0.1, 0.0]), *(nothing for _ in course.lines)),
+                data=(np.array([0.0, 1.0]), *(nothing for _ in course.lines)),
                 series=self._series(course),
                 height=self._height,
                 scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(range=course.span or soft)},

@@ -319,6 +319,8 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
         assert isinstance(opened.host, PrivateHost)
         run, session = opened.host._stands[number].lessons, live_sessions(opened)[number]
         assert (run.walk.lesson.id, run.walk._step) == ("strict-priority", 1)
+        # A lesson shows the plots that its step needs, and offers no others.
+        visitor.wait_for(lambda v: not v.mirror.labelled("more plots")["visible"])
         visitor.wait_for(lambda _: "Run (predict first)" in labels(visitor))
         click(visitor, "2 ")
         visitor.wait_for(lambda _: "Run" in labels(visitor))
@@ -336,6 +338,7 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
     assert again.open and again.walk.to_json() == kept
     click(visitor, "Leave")
     visitor.wait_for(lambda _: not again.open)
+    visitor.wait_for(lambda v: v.mirror.labelled("more plots")["visible"])
     assert as_opened(live_sessions(opened)[number].settings) == Settings()
 
 
