@@ -1,0 +1,113 @@
+"""What the loop promises: the distance is kept, the smooth minimum is smooth, and what starts inside gets out.
+
+In one file, as its tests look at the same runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from controllers.proximity import Treatment
+from scenes.settings import ArmName, RigName
+from scenes.simulation import Simulation
+from tests.scenes.helpers import RIG_NAMES, column, hold_run, hold_settings, overlapping_start, play
+from tests.scenes.simulation.helpers import SEEDS, TREATMENTS
+
+# --- distance -------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("pairs", TREATMENTS)
+def test_the_distance_is_kept(rig: RigName, seed: int, pairs: Treatment) -> None:
+    """Over 46 s of a person no faster than v, the arms never get closer than d_m; and the person did come close."""
+    finished = hold_run(rig, seed, pairs)
+    chosen = hold_settings(rig, seed, pairs).law
+    assert column(finished.table, "w").max() <= chosen.nominal_velocity
+    assert finished.summary.d_min >= chosen.critical_distance - 1e-4
+    assert finished.summary.d_min < chosen.critical_distance + 0.02
+    assert finished.summary.share_below == 0.0
+    assert finished.summary.e2_max > 0.01
+    assert finished.summary.out_of_authority_s == 0.0
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_unprotected_the_same_person_collides(rig: RigName, seed: int) -> None:
+    """Positive control: the same inputs without avoidance drive the arms into each other, and the hand does not move at all."""
+    finished = hold_run(rig, seed, "single", "unprotected")
+    assert finished.summary.d_min < 0.0
+    assert finished.summary.e2_max < 1e-12
+    guided = finished.simulation.guided.joints
+    protected = hold_run(rig, seed, "single")
+    history = finished.simulation.history
+    assert_array_equal(history.positions(finished.table)[:, guided], history.positions(protected.table)[:, guided])
+
+
+# --- smoothness -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_smooth_minimum_is_smooth(rig: RigName, seed: int) -> None:
+    """No joint of the avoiding arm is accelerated by more than 5 rad/s², though the closest pair switches."""
+    finished = hold_run(rig, seed, "soft")
+    assert finished.summary.ddq_max <= 5.0
+    assert finished.summary.ddq_max > 0.1
+
+
+@pytest.mark.parametrize(("rig", "seed"), [("torso", 2), ("table", 3)])
+def test_its_acceleration_does_not_grow_with_a_finer_step(rig: RigName, seed: int) -> None:
+    """Halving dt twice leaves the largest acceleration within 10 %: it belongs to the motion, not to the step."""
+    coarse, fine, finest = (hold_run(rig, seed, "soft", dt=dt).summary.ddq_max for dt in (0.005, 0.0025, 0.00125))
+    assert fine <= 1.1 * coarse
+    assert finest <= 1.1 * coarse
+
+
+@pytest.mark.parametrize(("rig", "seed"), [("table", 3), ("torso", 2)])
+def test_the_closest_pair_alone_jumps(rig: RigName, seed: int) -> None:
+    """Positive control, and the paper's limit: in a concave corner q̇ jumps when the pair switches, by as much at half the step."""
+    coarse, fine = (hold_run(rig, seed, "single", dt=dt).summary for dt in (0.005, 0.0025))
+    assert coarse.dq_step_max > 0.05
+    assert fine.dq_step_max > 0.8 * coarse.dq_step_max
+    assert fine.ddq_max > 1.6 * coarse.ddq_max
+    assert fine.pair_switches > coarse.pair_switches > 10
+    soft = hold_run(rig, seed, "soft", dt=0.0025).summary
+    assert soft.dq_step_max < 0.1 * fine.dq_step_max
+
+
+# --- starting inside ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("pairs", TREATMENTS)
+def test_it_gets_out_of_contact(rig: RigName, pairs: Treatment) -> None:
+    """Put down 5 cm inside each other, the arms are apart within 1 s and clear of d_m within 2 s; unprotected they stay."""
+    start = np.array(overlapping_start(rig))
+    for law in ("smooth_priority", "unprotected"):
+        simulation = Simulation(hold_settings(rig, pairs=pairs, law=law))
+        simulation.reset(start)
+        assert simulation.sample().distance < -0.05
+        distances = column(play(simulation, [None] * 400), "d")
+        if law == "unprotected":
+            assert distances.max() < -0.05
+        else:
+            assert distances[200] >= 0.0
+            assert np.flatnonzero(distances >= 0.0)[0] < 60
+            assert distances[-1] >= simulation.settings.law.critical_distance - 1e-4
+            assert np.diff(distances[:30]).min() > 0.0
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("guided", ["left", "right"])
+def test_it_gets_out_whoever_has_to_move(rig: RigName, guided: ArmName) -> None:
+    """Either arm can be the one that yields."""
+    simulation = Simulation(replace(hold_settings(rig), guided=guided))
+    simulation.reset(np.array(overlapping_start(rig)))
+    still = simulation.positions[simulation.guided.joints].copy()
+    assert column(play(simulation, [None] * 250), "d")[-1] > 0.1
+    assert_array_equal(simulation.positions[simulation.guided.joints], still)

@@ -1,0 +1,78 @@
+"""The same inputs always give the same bits: replays, resets, and runs beside a ghost."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from controllers.proximity import Treatment
+from scenes.room import build_room
+from scenes.settings import RigName, changed
+from scenes.simulation import Simulation
+from tests.scenes.helpers import RIG_NAMES, hold_settings, overlapping_start, play, wander, with_law
+from tests.scenes.simulation.helpers import TREATMENTS
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("pairs", TREATMENTS)
+def test_a_replay_is_bit_identical(rig: RigName, pairs: Treatment) -> None:
+    """Same settings and inputs, same table; another d_m, another table (positive control)."""
+    chosen = hold_settings(rig, pairs=pairs)
+    tables = [play(simulation := Simulation(chosen), wander(simulation, 400)) for _ in range(2)]
+    assert_array_equal(tables[0], tables[1])
+    other = Simulation(with_law(chosen, critical_distance=0.2))
+    assert not np.array_equal(play(other, wander(other, 400)), tables[0])
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_a_ghost_does_not_disturb(rig: RigName) -> None:
+    """A second simulation in the same room, stepped in between, changes no bit of the first."""
+    alone, watched, ghost = (Simulation(hold_settings(rig, law=law)) for law in ("smooth_priority",) * 2 + ("unprotected",))
+    targets = wander(alone, 300)
+    expected = play(alone, targets)
+    for target in targets:
+        watched.step(target)
+        ghost.step(target)
+    assert_array_equal(watched.history.table(), expected)
+    assert not np.array_equal(ghost.history.table(), expected)
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("pairs", TREATMENTS)
+def test_reset_equals_a_fresh_start(rig: RigName, pairs: Treatment) -> None:
+    """After any run, in any mood of the guide, a reset simulation does bit for bit what a fresh one does."""
+    chosen = hold_settings(rig, pairs=pairs)
+    used, fresh = Simulation(chosen), Simulation(chosen)
+    targets = wander(fresh, 300)
+    play(used, wander(used, 333, seed=9))
+    used.reset()
+    assert (used.time, used.steps, used.history.count) == (0.0, 0, 0)
+    assert_array_equal(used.positions, fresh.positions)
+    assert_array_equal(play(used, targets), play(fresh, targets))
+
+
+def test_reset_after_many_changes_equals_a_fresh_start() -> None:
+    """Also after the rig, the arm, and every number were changed and changed back."""
+    chosen = hold_settings("torso")
+    used, fresh = Simulation(chosen), Simulation(chosen)
+    for key, value in (("rig", "table"), ("guided", "left"), ("g", 20.0), ("dt", 0.01), ("law", "unprotected"), ("task", "pose")):
+        used.apply(changed(used.settings, key, value))
+        play(used, wander(used, 20))
+    used.apply(chosen)
+    used.reset()
+    targets = wander(fresh, 300)
+    assert_array_equal(play(used, targets), play(fresh, targets))
+
+
+def test_a_posture_given_to_reset_is_copied() -> None:
+    """The arms start there, and the array given is not what they move in."""
+    simulation = Simulation(hold_settings())
+    start = np.array(overlapping_start("torso"))
+    kept = start.copy()
+    simulation.reset(start)
+    assert_array_equal(simulation.positions, kept)
+    play(simulation, wander(simulation, 50))
+    assert_array_equal(start, kept)
+    assert np.abs(simulation.positions - kept).max() > 0.01
+    assert_array_equal(build_room("torso").start, Simulation(hold_settings()).positions)
