@@ -1,0 +1,75 @@
+"""The command that checks lessons, and the document that says how they are written."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+
+import pytest
+import tyro
+
+from app.lessons import FOLDER
+from app.lessons.check import check_lesson, lessons
+from app.lessons.measures import QUANTITIES
+from app.lessons.options import Lessons
+from app.lessons.scripts import SCRIPTS
+from controllers.errors import BadSetting
+from tests.lessons.helpers import SMALL, book_of, our_book
+
+README = (FOLDER / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What the document tells a teacher to save is what the check accepts."""
+    (example,) = re.findall(r"````markdown\n(.*?)\n````\n", README, flags=re.DOTALL)
+    assert "01-nearer.md" in README
+    (tmp_path / "01-nearer.md").write_text(example, encoding="utf-8")
+    assert lessons(Lessons(check=True, folder=tmp_path, out=tmp_path / "check.json")) == 0
+    assert "0 went otherwise" in capsys.readouterr().out
+    assert tyro.cli(Lessons, args=["--check", "--only", "nearer", "--folder", str(tmp_path)]) == Lessons(
+        True, ("nearer",), tmp_path
+    )
+    assert '"nearer"' in (tmp_path / "check.json").read_text(encoding="utf-8")
+
+
+def test_the_readme_names_everything_there_is() -> None:
+    """Every measurement with its parameters, and every script with its own."""
+    for name, quantity in QUANTITIES.items():
+        (row,) = [line for line in README.splitlines() if line.startswith(f"| `{name}` |")]
+        assert all(parameter in row for parameter in quantity.parameters)
+        assert row.rstrip(" |").endswith("live") == quantity.live
+    for name, known in SCRIPTS.items():
+        (row,) = [line for line in README.splitlines() if line.startswith(f"| `{name}` |")]
+        assert all(f"`{field.name}`" in row for field in dataclasses.fields(known.make))
+
+
+def test_the_list_names_the_lessons_and_what_was_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without --check nothing runs."""
+    assert lessons(Lessons()) == 0
+    printed = capsys.readouterr().out
+    assert all(lesson.title in printed for lesson in our_book().lessons)
+    book_of(tmp_path, SMALL.replace("right = 2", "right = 9"))
+    book_of(tmp_path, name="02-good.md")
+    assert lessons(Lessons(folder=tmp_path)) == 1
+    assert "left out: 01-small.md, line" in capsys.readouterr().out
+
+
+def test_bad_commands_are_named(tmp_path: Path) -> None:
+    """An unknown lesson, and a file that cannot be written."""
+    with pytest.raises(BadSetting, match="choose from redundancy"):
+        lessons(Lessons(only=("x",)))
+    with pytest.raises(BadSetting, match="there is no folder"):
+        lessons(Lessons(check=True, only=("lambda",), out=tmp_path / "none" / "x.json"))
+
+
+def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) -> None:
+    """A right answer that the run speaks against, an attempt that passes though declared to fail, and too few wrong paths."""
+    text = SMALL.replace("right = 2", "right = 1").replace("choice = 1", "choice = 2").replace("at_least = 5.0", "at_least = 1.0")
+    book = book_of(tmp_path, text)
+    walks = {(walk.kind, walk.name): walk for walk in check_lesson(book, book.lessons[0])}
+    assert "does not speak for the right answer" in walks["reference", "the right answers"].text
+    assert "speaks for the wrong answer" in walks["answer", "answer 2"].text
+    assert "fails by nothing instead of ('n',)" in walks["attempt", "less"].text
+    assert not walks["lesson", "wrong paths"].ok
+    assert not any(walks[key].ok for key in (("reference", "the right answers"), ("answer", "answer 2"), ("attempt", "less")))

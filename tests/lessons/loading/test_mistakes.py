@@ -1,0 +1,190 @@
+"""A broken lesson is named with its line and the remedy, and nothing else suffers."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from app.lessons.loading import load_lessons, load_notes
+from tests.lessons.helpers import SMALL, book_of
+
+
+def line_with(text: str, part: str) -> int:
+    """The number of the only line with a part in it."""
+    (line,) = [number for number, line in enumerate(text.splitlines(), 1) if part in line]
+    return line
+
+
+CASES = [
+    ("# A small lesson", "A small lesson", "A small lesson", "before the title"),
+    ("Find out something.\n", "", "# A small lesson", "has no goal"),
+    ("scene = \"ball\"", "scene = \"balls\"", 'scene = "balls"', "choose from solo, ball"),
+    ("n = 2.0 }", "n = 200.0 }", "n = 200.0", "from 1 to 20"),
+    ("n = 2.0 }", "m = 2.0 }", "m = 2.0", "no setting 'm'; choose from"),
+    ("equations = \"31\"", "equations = 31", "equations = 31", "is no text"),
+    ("equations = \"31\"", "equation = \"31\"", 'equation = "31"', "no key 'equation'"),
+    ("right = 2", "right = 3", "right = 3", "from 1 to 2"),
+    ("right = 2", "", "## First", "right is missing"),
+    ("right = 2", "right = two", "right = two", "no TOML"),
+    ("expects = [[0.0, 0.05], [0.05, 9.0]]", "expects = [0.1]", "expects = [0.1]", "has 2 answers"),
+    ("expects = [[0.0, 0.05], [0.05, 9.0]]", "expects = [[0.2, 0.1], [0.1, 0.2]]", "expects = [[0.2", "low < high"),
+    ("plots = [\"distance\"]", "plots = [\"hand\"]", 'plots = ["hand"]', "no 'hand'; choose from distance"),
+    ("plots = [\"distance\"]", "plots = [\"distance\", \"error\", \"lambda\"]", 'plots = ["distance",', "at most 2"),
+    ("numbers = [\"distance_now\"]", "numbers = [\"smallest_distance\"]", "numbers = [", "choose from distance_now"),
+    ("id = \"d\"\nname = \"smallest_distance\"", "id = \"d\"\nname = \"smallest\"", 'name = "smallest"', "choose from activation_formula"),
+    ("id = \"d\"", "id = \"D d\"", 'id = "D d"', "small letters"),
+    ("compare = [{ n = 4.0 }]", "compare = [{ q = 4.0 }]", "q = 4.0", "no setting 'q'"),
+    ("compare = [{ n = 4.0 }]", "compare = 4", "compare = 4", "list of tables"),
+    ("choice = 1\n", "choice = 2\n", "choice = 2", "the right one has none"),
+    ("at_least = 5.0", "at_least = \"five\"", 'at_least = "five"', "give a number"),
+    ("at_least = 5.0", "unit = \"\"", 'name = "setting"', "no bound"),
+    ("key = \"n\"", "key = \"nn\"", 'key = "nn"', "no setting 'nn'"),
+    ("fails = [\"n\"]", "fails = [\"dm\"]", 'fails = ["dm"]', "choose from n"),
+    ("input = \"nobody\"", "input = \"somebody\"", 'input = "somebody"', "choose from autopilot"),
+    ("input = \"nobody\"", "input = { script = \"push\", speed = 0.2 }", 'script = "push"', "choose from ball_to"),
+    ("input = \"nobody\"", "input = { script = \"ball_to\" }", 'script = "ball_to"', "needs the place 'place'"),
+    ("input = \"nobody\"", "input = { script = \"ball_push\", fast = 1 }", 'script = "ball_push"', "no parameter 'fast'"),
+    ("input = \"nobody\"", "input = { file = \"../x.csv\" }", "x.csv", "outside the folder"),
+    ("input = \"nobody\"", "input = { file = \"x.csv\" }", "x.csv", "cannot be read"),
+    ("input = \"nobody\"", "start = { ball = { from = \"goal\", toward = [0, 0, 0], gap = 0.1 } }", "start = {", "no direction"),
+    ("input = \"nobody\"", "start = { posture = [1.0] }", "start = {", "has 1 angles"),
+    ("seconds = 2.0\nplots", "seconds = 2000.0\nplots", "seconds = 2000", "from 0.1 to 60"),
+    ("### Predict", "### Prediction", "### Prediction", "choose from Goal"),
+    ("### Explain\n\nBecause $x$.\n", "", "## First", "under “### Explain”"),
+    ("### Goal\n\nTo see.\n", "", "## First", "under “### Goal”"),
+    ("2. Far.", "3. Far.", "3. Far.", "where 2 comes next"),
+    ("   > No: {measured:d}.", "", "1. Near.", "has no reply"),
+    ("3. Three.", "", "### Hints", "there are 2 hints"),
+    ("It was {measured:d}", "It was {measured:dd}", "{measured:dd}", "choose from d"),
+    ("It was {measured:d}", "It was {measured:d:2}", "{measured:d:2}", "has 1 comparisons"),
+    ("{setting:dm}", "{setting:dmm}", "{setting:dmm}", "choose from scene"),
+    ("{measured:d:1}", "{measured:d}", "How near?", "gives the answer away"),
+    ("id = \"second\"", "id = \"first\"", "## Second", "two steps are called first"),
+    ("Move the ball.\n", "Move the ball.\n\n```duet\nx = 1\n```\n", "x = 1", "has 2 blocks"),
+    ("Move the ball.\n", "Move the ball.\n\n```python\nx\n", "```python", "never closed"),
+    ("## Second", "# Second", "# Second", "second title"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "where", "message"), CASES, ids=[case[1][:30] or case[3] for case in CASES])
+def test_a_mistake_is_named_with_its_line_and_the_remedy(tmp_path: Path, old: str, new: str, where: str, message: str) -> None:
+    """Each mistake alone; a good lesson beside it is not harmed."""
+    assert SMALL.count(old) >= 1
+    text = SMALL.replace(old, new, 1)
+    (tmp_path / "02-good.md").write_text(SMALL, encoding="utf-8")
+    book = book_of(tmp_path, text)
+    assert [lesson.id for lesson in book.lessons] == ["good"]
+    (problem,) = book.problems
+    assert problem.file == "01-small.md"
+    assert message in problem.message
+    if where.startswith("## "):
+        # What is missing has no line of its own: that of the step, or of its block, will do.
+        assert line_with(text, where) <= problem.line <= line_with(text, where) + 4
+    else:
+        assert where in text.splitlines()[problem.line - 1]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("01_small.md", SMALL.encode(), "is like 01-redundancy.md"),
+        ("01-small.fr.md", SMALL.encode(), "choose from de, sl"),
+        ("03-small.de.md", SMALL.encode(), "which is not there"),
+        ("01-small.md", b"# T\n\xff\xfe\n", "UTF-8"),
+        ("01-small.md", b"# T\n" + b"x" * 300_000, "larger than"),
+        ("01-small.md", b"", "no title"),
+        ("01-small.md", b"# T\ngoal\n", "no step"),
+        ("01-small.md", b"# T\ngoal\n\n```duet\n" + b"a = " + b"[" * 5000 + b"\n```\n## S\n", ""),
+    ],
+)
+def test_files_that_are_no_lessons_at_all(tmp_path: Path, name: str, content: bytes, message: str) -> None:
+    """Wrong names, wrong bytes, nothing in them."""
+    (tmp_path / "02-good.md").write_text(SMALL, encoding="utf-8")
+    (tmp_path / name).write_bytes(content)
+    book = load_lessons(tmp_path)
+    assert [lesson.id for lesson in book.lessons] == ["good"]
+    assert len(book.problems) == 1 and book.problems[0].file == name and message in book.problems[0].message
+
+
+def test_an_empty_folder_and_none_are_told(tmp_path: Path) -> None:
+    """Nothing to show is a problem with a remedy."""
+    assert "README.md" in load_lessons(tmp_path).problems[0].message
+    assert "cannot be read" in load_lessons(tmp_path / "none").problems[0].message
+
+
+def test_the_same_number_twice_is_a_problem(tmp_path: Path) -> None:
+    """Two lessons cannot stand at one place."""
+    book_of(tmp_path)
+    book = book_of(tmp_path, name="01-other.md")
+    assert len(book.lessons) == 1 and "same number" in book.problems[0].message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("2. Far.", "2. Weit.\n   > Ja.\n3. Sehr weit.", "has 3 answers"),
+        ("### Goal\n\nMove it.\n", "", "### Goal"),
+        ("## Second", "## Zweitens\n\n### Goal\n\nx\n\n### Do\n\nx\n\n## Drittens", "has 3 steps"),
+        ("To see.", "Sehen.\n\n```duet\nx = 1\n```", "texts only"),
+        ("3. Three.", "", "has 2 hints"),
+        ("It was {measured:d}", "Es war {measured:x}", "measures no 'x'"),
+    ],
+)
+def test_a_translation_that_does_not_fit_is_named_and_english_stays(tmp_path: Path, old: str, new: str, message: str) -> None:
+    """Each misfit alone."""
+    book_of(tmp_path)
+    bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
+    assert old in bare
+    (tmp_path / "01-small.de.md").write_text(bare.replace(old, new, 1), encoding="utf-8")
+    book = load_lessons(tmp_path, "de")
+    assert book.lessons[0].language == "en"
+    assert len(book.problems) == 1 and book.problems[0].file == "01-small.de.md" and message in book.problems[0].message
+
+
+def test_a_translation_carries_every_text(tmp_path: Path) -> None:
+    """Titles, goals, question, answers, replies, hints and challenge; the run stays what it was."""
+    book = book_of(tmp_path)
+    bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
+    words = r"(?<![{:\w#])\b(small|something|First|see|near|Near|Far|No|Yes|Run|Because|Raise|One|Two|Three|Second|Move)\b"
+    (tmp_path / "01-small.de.md").write_text(re.sub(words, lambda m: f"ü{m[0]}", bare), encoding="utf-8")
+    german = load_lessons(tmp_path, "de")
+    assert not german.problems
+    lesson, original = german.lessons[0], book.lessons[0]
+    step, question, challenge = lesson.steps[0], lesson.steps[0].question, lesson.steps[0].challenge
+    assert question and challenge
+    texts = [lesson.title, lesson.goal, step.title, step.goal, step.do, step.explain, question.text, challenge.text, *step.hints]
+    texts += [choice.text for choice in question.choices] + [choice.reply for choice in question.choices]
+    assert all("ü" in text for text in texts)
+    assert step.setup == original.steps[0].setup and step.trials == original.steps[0].trials
+
+
+def test_notes_without_a_lesson_are_a_problem_and_bad_ones_are_left_out(tmp_path: Path) -> None:
+    """As with a translation."""
+    book_of(tmp_path)
+    (tmp_path / "01-small.notes.md").write_bytes(b"\xff\xfe")
+    (tmp_path / "02-other.notes.md").write_text("x", encoding="utf-8")
+    assert [problem.file for problem in load_lessons(tmp_path).problems] == ["02-other.notes.md"]
+    assert load_notes(tmp_path) == {"other": "x"}
+    assert load_notes(tmp_path / "none") == {}
+
+
+@pytest.mark.parametrize(
+    ("picture", "message"),
+    [
+        ("![](a.svg)", "says nothing"),
+        ("![x](b.svg)", "there is no picture"),
+        ("![x](../a.svg)", "no picture beside the lesson"),
+        ("![x](https://example.org/a.svg)", "there is no picture"),
+        ("![x](01-small.md)", "must be an .svg or .png"),
+        ("![x](large.svg)", "larger than"),
+        ("![x](a.svg)", ""),
+    ],
+)
+def test_pictures_are_beside_the_lesson_and_described(tmp_path: Path, picture: str, message: str) -> None:
+    """What a student's page is asked to show is there, small, and can be told to those who do not see it."""
+    (tmp_path / "a.svg").write_text("<svg/>", encoding="utf-8")
+    (tmp_path / "large.svg").write_text("x" * 400_000, encoding="utf-8")
+    book = book_of(tmp_path, SMALL.replace("Because $x$.", f"Because {picture}."))
+    assert (message in book.problems[0].message) if message else not book.problems

@@ -1,0 +1,91 @@
+"""Closed forms, in runs of the lessons' own kind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.lessons.evidence import Evidence
+from app.lessons.lesson import Start
+from app.lessons.measures import measure
+from app.lessons.measures.line import balance
+from app.lessons.measures.smoothness import largest_zigzag
+from app.lessons.places import Place
+from app.lessons.trials import simulated
+from scenes.settings import LawSettings
+from tests.lessons.measures.runs import RUNS, looped_zigzag, seen
+
+
+def test_the_rank_is_one_less_where_the_hand_itself_keeps_clear() -> None:
+    """Eqs (14), (15): 4 at the elbow, 3 at the hand; and no eigenvalue above 0 there."""
+    at_hand, at_elbow = (Evidence(seen(name).simulation) for name in ("tail", "beside"))
+    assert (measure(at_hand, "rank_now"), measure(at_elbow, "rank_now")) == (3.0, 4.0)
+    assert (measure(at_hand, "eigenvalue_now") or 1.0) < 0.0
+    assert measure(at_hand, "survival_now") == pytest.approx(1.0 - (measure(at_hand, "activation_now") or 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [20.0, 10.0, 5.0, 1.0])
+def test_the_lever_of_an_elbow_is_its_upper_arm_times_the_sine(degrees: float) -> None:
+    """|J_d| = L sin φ with L = 0.4 m, and λ v / |J_d| in the first step; a joint's top speed is 1.92 rad/s."""
+    tilt = float(np.radians(degrees))
+    run = replace(RUNS["short"], start=Start(Place("elbow", "upper_arm", 0.1, tilt)), seconds=0.3)
+    evidence = Evidence(simulated(run))
+    assert measure(evidence, "smallest_lever") == pytest.approx(0.4 * np.sin(tilt), rel=1e-6)
+    assert measure(evidence, "textbook_speed") == pytest.approx(0.3 / (0.4 * np.sin(tilt)), rel=1e-6)
+    assert (measure(evidence, "reached_speed") or 9.0) <= 1.93
+
+
+def test_the_resting_place_is_the_formulas_up_to_a_slip_sideways() -> None:
+    """λ v = (1 − λ) K (d − gap): within 3 mm in the whole loop; line (R) itself holds to a tenth of that."""
+    evidence = Evidence(seen("tail").simulation)
+    rest, formula = measure(evidence, "distance_at", (("time", 7.9),)), measure(evidence, "stand_off_formula", (("gap", 0.1),))
+    assert rest == pytest.approx(formula, abs=3e-3)
+    assert measure(evidence, "rest_now") == pytest.approx(measure(evidence, "distance_now"), abs=3e-4)
+
+
+def test_the_jump_is_the_formula_at_every_step_length() -> None:
+    """(v + u)/|J_d| within 1 %, at 20, 10, 5 and 2.5 ms."""
+    for dt in (0.02, 0.01, 0.005, 0.0025):
+        evidence = Evidence(simulated(RUNS["switch"].with_changes((("dt", dt),))))
+        assert measure(evidence, "first_jump") == pytest.approx(measure(evidence, "first_jump_formula"), rel=0.01)
+
+
+def test_the_loss_below_the_threshold_is_the_difference() -> None:
+    """w − v within 2 mm/s."""
+    evidence = Evidence(seen("push").simulation)
+    assert measure(evidence, "loss_rate") == pytest.approx(measure(evidence, "loss_formula"), abs=2e-3)
+
+
+@given(
+    n=st.floats(1.0, 20.0), v=st.floats(0.01, 1.0), K=st.floats(0.1, 20.0), inside=st.floats(0.0, 0.6), d_m=st.floats(0.03, 0.3)
+)
+def test_balance_balances(n: float, v: float, K: float, inside: float, d_m: float) -> None:
+    """At the distance found the two speeds are equal, and it is where the law can rest: not below d_m, not inside the goal."""
+    d = balance(LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), K, inside)
+    lam = (d_m / d) ** n
+    assert lam * v == pytest.approx((1.0 - lam) * K * (d - inside), abs=1e-6)
+    assert d >= max(d_m, inside) - 1e-9
+
+
+def test_balance_where_nothing_pulls_or_nothing_pushes() -> None:
+    """K = 0: pushed away for ever. v = 0: not pushed at all."""
+    assert balance(LawSettings(), 0.0, 0.1) == np.inf
+    assert balance(LawSettings(nominal_velocity=0.0), 2.0, 0.4) == 0.4
+    assert balance(LawSettings(nominal_velocity=0.0), 2.0, 0.1) == 0.15
+
+
+@given(values=st.lists(st.floats(-1.0, 1.0), max_size=40))
+def test_zigzag_is_the_smallest_of_four_swings(values: list[float]) -> None:
+    """As a loop finds it."""
+    assert largest_zigzag(np.array(values)) == pytest.approx(looped_zigzag(np.array(values)), abs=1e-15)
+
+
+def test_a_quiet_fall_is_no_zigzag() -> None:
+    """A parabola is not; one that is shaken is."""
+    t = np.linspace(-1.0, 1.0, 200)
+    assert largest_zigzag(t * t) == 0.0
+    assert largest_zigzag(t * t + 0.01 * (-1.0) ** np.arange(200)) == pytest.approx(0.02, rel=0.5)

@@ -1,0 +1,235 @@
+"""Every measurement against a computation that shares nothing with it but the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.spatial.distance import pdist
+
+from app.lessons.evidence import Evidence
+from app.lessons.lesson import Start
+from app.lessons.measures import QUANTITIES, checked_parameters, measure, shown_value
+from app.lessons.places import Place
+from app.lessons.trials import simulated
+from controllers.kinematics import Array
+from scenes.room import PATH
+from scenes.simulation import Simulation
+from tests.lessons.measures.runs import RUNS, Seen, looped_zigzag, seen, setup
+
+
+def circle_error(s: Seen, time: float) -> Array:
+    """e of the hand on its circle of 0.1 m in 8 s."""
+    row = round(time / s.simulation.settings.dt)
+    home, phase = s.place(s.q[0]), 2.0 * np.pi * time / 8.0
+    return home + 0.1 * np.array([0.0, np.sin(phase), 1.0 - np.cos(phase)]) - s.place(s.q[row])
+
+
+def first_over_half(s: Seen) -> int:
+    """The step in which λ is first 1."""
+    return next(k for k, lam in enumerate(s.col("lambda")) if lam > 0.5)
+
+
+def crossing(s: Seen, at: float) -> int:
+    """The first step after which d is on the other side."""
+    d = s.col("d")
+    return next(k for k in range(len(d) - 1) if (d[k] - at) * (d[k + 1] - at) <= 0.0)
+
+
+def e(s: Seen) -> Array:
+    """|e|."""
+    return s.col("e2") ** 0.5
+
+
+def fall(s: Seen) -> int:
+    """The step below d_m after which d falls most."""
+    d = s.col("d")
+    return max((k for k in range(len(d) - 1) if d[k] < 0.15), key=lambda k: d[k] - d[k + 1])
+
+
+def sideways(s: Seen) -> Array:
+    """q_d − q of the slave."""
+    joints = s.simulation.avoiding.joints
+    return np.linalg.norm((s.simulation.history.desired(s.table) - s.q)[:, joints], axis=1)
+
+
+EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] = {
+    "distance_now": ("ball", {}, lambda s: s.gap(s.q[-1])[0], 1e-9),
+    "smallest_distance": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q), 1e-9),
+    "distance_margin": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q) - 0.15, 1e-9),
+    "distance_at": ("ball", {"time": 4.0}, lambda s: s.gap(s.q[200])[0], 1e-9),
+    "way_made": ("ball", {"since": 2.0, "until": 4.0}, lambda s: s.gap(s.q[100])[0] - s.gap(s.q[200])[0], 1e-9),
+    "largest_approach": ("push", {"within": 0.2}, lambda s: max(s.col("w")[s.col("d") < 0.2]), 0.0),
+    "approach_now": ("push", {}, lambda s: s.col("w")[-1], 0.0),
+    "pair_switches": ("wave", {}, lambda s: sum(a != b for a, b in pairwise(s.col("pair"))), 0.0),
+    "lever_now": ("ball", {}, lambda s: float(np.linalg.norm(s.lever(-1))), 1e-6),
+    "smallest_lever": ("short", {}, lambda s: min(float(np.linalg.norm(s.lever(k))) for k in range(len(s.table))), 1e-6),
+    "textbook_speed": (
+        "short",
+        {},
+        lambda s: max(0.3 * lam / float(np.linalg.norm(s.lever(k))) for k, lam in enumerate(s.col("lambda"))),
+        1e-4,
+    ),
+    "reached_speed": ("short", {}, lambda s: max(abs(x) for row in s.dq for x in row), 0.0),
+    "speed_share": (
+        "short",
+        {},
+        lambda s: float((abs(s.dq).max(axis=0) / np.radians([110, 110, 128, 128, 204, 184, 184])).max()),
+        1e-9,
+    ),
+    "time_without_authority": ("short", {}, lambda s: 0.01 * sum(a != 0 for a in s.col("authority")), 1e-12),
+    "joint_error_now": ("slave", {}, lambda s: s.col("e2")[-1] ** 0.5, 1e-9),
+    "largest_joint_error": ("slave", {}, lambda s: max(s.col("e2")) ** 0.5, 1e-9),
+    "joint_error_met": ("slave", {"distance": 0.25}, lambda s: sideways(s)[crossing(s, 0.25) + 1], 1e-12),
+    "joint_error_beyond": ("slave", {"distance": 0.25}, lambda s: max(sideways(s)[s.col("d") > 0.25]), 1e-12),
+    "null_dimension": ("pose", {}, lambda s: 7.0 - 6.0, 1e-6),
+    "hand_error_now": ("ball", {}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[-1]))), 1e-3),
+    "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(e(s)[150:]), 1e-12),
+    "hand_error_at": ("tail", {"time": 7.5}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[375]))), 1e-9),
+    "elbow_travel": ("elbow", {}, lambda s: float(pdist(s.path("elbow")).max()), 1e-6),
+    "mark_miss": ("elbow", {"angle": 0.0}, lambda s: 0.0, 1e-12),
+    "drift_per_lap": ("circle", {}, lambda s: float(np.linalg.norm(circle_error(s, 16.0) - circle_error(s, 8.0))), 1e-12),
+    "joint_drift_per_lap": ("circle", {}, lambda s: float(np.linalg.norm(s.q[800] - s.q[400])), 1e-12),
+    "lap_error": ("circle", {}, lambda s: max(float(np.linalg.norm(circle_error(s, 0.02 * k))) for k in range(400, 801)), 1e-9),
+    "gain_step": ("circle", {}, lambda s: 0.5 * 0.02, 1e-12),
+    "setting": ("circle", {"key": "dt"}, lambda s: 0.02, 0.0),
+    "activation_now": ("ball", {}, lambda s: (0.15 / s.gap(s.q[-1])[0]) ** 2, 1e-9),
+    "activation_met": ("ball", {"ratio": 1.5}, lambda s: 1.0 / 1.5**2, 2e-3),
+    "activation_formula": ("ball", {"ratio": 3.0}, lambda s: 1.0 / 9.0, 1e-12),
+    "pull_now": ("tail", {}, lambda s: -2.0 * float((s.place(s.q[0]) + PATH - s.place(s.q[-1])) @ away(s)), 2e-3),
+    "rest_now": ("tail", {}, lambda s: 0.15 * ((s.col("u")[-1] + 0.3) / s.col("u")[-1]) ** 0.5, 1e-9),
+    "stand_off_formula": ("tail", {"gap": 0.1}, lambda s: by_bisection(2.0, 0.3, 2.0, 0.1), 1e-9),
+    "bias_formula": ("tail", {"gap": 0.1}, lambda s: by_bisection(2.0, 0.3, 2.0, 0.1) - 0.1, 1e-9),
+    "euler_number": (
+        "steep",
+        {},
+        lambda s: max(
+            20.0 * (0.1 / d) ** 20 * (0.3 + u) * 0.02 / d for d, u in zip(s.col("d"), s.col("u"), strict=True) if d >= 0.1
+        ),
+        1e-9,
+    ),
+    "loss_rate": ("push", {}, lambda s: (s.col("d")[fall(s)] - s.col("d")[fall(s) + 1]) / 0.005, 1e-9),
+    "loss_formula": ("push", {}, lambda s: s.col("w")[fall(s)] - 0.3, 1e-9),
+    "velocity_step": ("ball", {}, lambda s: max(abs(a - b).max() for a, b in pairwise(s.dq)), 0.0),
+    "first_jump": ("switch", {}, lambda s: float(np.linalg.norm(s.dq[first_over_half(s)] - s.dq[first_over_half(s) - 1])), 0.0),
+    "first_jump_formula": (
+        "switch",
+        {},
+        lambda s: (0.3 + s.col("u")[first_over_half(s)]) / float(np.linalg.norm(s.lever(first_over_half(s)))),
+        1e-5,
+    ),
+    "switch_pull": ("switch", {}, lambda s: s.col("u")[first_over_half(s)], 0.0),
+    "switch_lever": ("switch", {}, lambda s: float(np.linalg.norm(s.lever(first_over_half(s)))), 1e-6),
+    "zigzag": ("steep", {}, lambda s: looped_zigzag(s.col("d")), 0.0),
+    "eigenvalue_now": ("beside", {}, lambda s: s.least(-1), 0.01),
+    "least_eigenvalue": ("beside", {"since": 5.5}, lambda s: min(s.least(k) for k in range(275, 300)), 0.01),
+    "rank_now": ("beside", {}, lambda s: rank_of(s), 0.0),
+    "survival_now": ("beside", {}, lambda s: 1.0 - s.col("lambda")[-1] * s.rho(-1) ** 2, 1e-6),
+    "coupling_now": ("beside", {}, lambda s: float(np.linalg.norm(s.lever(-1) @ np.linalg.pinv(s.hand_jacobian(-1)))), 1e-5),
+}
+"""Name → run, parameters, what it has to be, and how exactly."""
+
+
+def away(s: Seen) -> Array:
+    """Unit vector from the ball to the hand at the end."""
+    way = s.place(s.q[-1]) - s.q[-1][s.simulation.room.ball]
+    return np.asarray(way / np.linalg.norm(way), np.float64)
+
+
+def rank_of(s: Seen) -> float:
+    """Of both tasks' rows, by differences."""
+    return float(np.linalg.matrix_rank(np.vstack([s.lever(-1), s.hand_jacobian(-1)]), tol=1e-4))
+
+
+def by_bisection(n: float, v: float, K: float, inside: float) -> float:
+    """The d at which λ v = (1 − λ) K (d − inside), d_m = 0.15 m."""
+    low, high = 0.15, 10.0
+    for _ in range(100):
+        d = (low + high) / 2.0
+        lam = (0.15 / d) ** n
+        low, high = (d, high) if lam * v > (1.0 - lam) * K * (d - inside) else (low, d)
+    return low
+
+
+def test_every_measurement_is_tested() -> None:
+    """A new one has to come with what it is compared with."""
+    assert set(EXPECTED) == set(QUANTITIES)
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_measurement(name: str) -> None:
+    """As expected, not zero by chance, and read with its unit."""
+    run, parameters, expected, tolerance = EXPECTED[name]
+    value = measure(Evidence(seen(run).simulation), name, checked_parameters(name, parameters))
+    assert value is not None
+    assert value == pytest.approx(expected(seen(run)), abs=max(tolerance, 1e-14), rel=1e-9)
+    assert value != 0.0 or name in ("mark_miss", "time_without_authority")
+    quantity = QUANTITIES[name]
+    assert shown_value(value, name, quantity.shown, quantity.digits)[0] in "0123456789−"
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_nothing_is_measured_of_a_run_that_has_not_begun(name: str) -> None:
+    """None or a number that the settings give, in every scene; nothing raises."""
+    parameters = checked_parameters(name, EXPECTED[name][1])
+    for scene in ("solo", "ball", "hold", "master_slave", "imitation"):
+        simulation = Simulation(setup(scene=scene).run, 10)
+        value = measure(Evidence(simulation), name, parameters)
+        from_settings = {"gain_step", "setting", "activation_formula", "stand_off_formula", "bias_formula"}
+        assert (value is not None) == (name in from_settings)
+        for _ in range(3):
+            simulation.step(None)
+        measure(Evidence(simulation), name, parameters)
+        measure(Evidence(simulation, newest=1), name, parameters)
+
+
+def test_the_time_without_authority_is_not_always_zero() -> None:
+    """Where the elbow is pushed along the upper arm, joints run into their speed limits."""
+    assert measure(Evidence(seen("short").simulation), "time_without_authority") == pytest.approx(
+        0.01 * float(np.count_nonzero(seen("short").col("authority")))
+    )
+    steep = replace(RUNS["short"], start=Start(Place("elbow", "upper_arm", 0.1, 0.02)))
+    assert (measure(Evidence(simulated(steep)), "time_without_authority") or 0.0) > 0.03
+
+
+def test_null_dimension_counts_what_the_hand_does_not_feel() -> None:
+    """7 less the rank of a Jacobian by differences: 4 for the position; and 7 less 6 with the orientation."""
+    s = seen("elbow")
+    rank = np.linalg.matrix_rank(s.hand_jacobian(-1), tol=1e-4)
+    assert measure(Evidence(s.simulation), "null_dimension") == pytest.approx(7.0 - rank, abs=1e-9)
+
+
+def test_marks_are_missed_by_the_chord() -> None:
+    """A mark 0.9 rad away, of which the elbow turns about 0.6 at most: the chord between the two, on the elbow's circle."""
+    s = seen("turned")
+    data = s.simulation.room.model.createData()
+    pin.forwardKinematics(s.simulation.room.model, data, s.q[0])
+    arm = s.simulation.avoiding
+    shoulder, elbow, wrist = (data.oMi[j].translation.copy() for j in (arm.shoulder, arm.elbow, arm.wrist))
+    axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
+    radial = elbow - shoulder - axis * float(axis @ (elbow - shoulder))
+    offsets = s.path("elbow") - shoulder
+    radials = offsets - np.outer(offsets @ axis, axis)
+    turned = np.arctan2(np.cross(radial, radials) @ axis, radials @ radial)
+    for mark in (-0.9, 0.9):
+        chord = 2.0 * float(np.linalg.norm(radial)) * np.sin(np.abs(turned - mark).min() / 2.0)
+        assert measure(Evidence(s.simulation), "mark_miss", (("angle", mark),)) == pytest.approx(chord, abs=1e-3)
+
+
+def test_measuring_leaves_the_simulation_alone() -> None:
+    """The next step is the same to the last bit, whatever was measured before it."""
+    simulations = [Simulation(RUNS["ball"].run, 100) for _ in range(2)]
+    for i in range(50):
+        for simulation in simulations:
+            simulation.step(None)
+        if i % 10 == 0:
+            for name, (_, parameters, _, _) in EXPECTED.items():
+                measure(Evidence(simulations[0]), name, checked_parameters(name, parameters))
+    assert (simulations[0].history.table() == simulations[1].history.table())[~np.isnan(simulations[1].history.table())].all()
+    pose = simulations[0].kinematics.hand_pose(simulations[0].avoiding).translation.copy()
+    assert (pose == simulations[1].kinematics.hand_pose(simulations[1].avoiding).translation).all()

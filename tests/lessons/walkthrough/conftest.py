@@ -1,0 +1,30 @@
+"""Walkthroughs of a small lesson, once and twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.lessons.lesson import LessonBook
+from app.lessons.walkthrough import Walkthrough
+from tests.lessons.helpers import book_of, small_walk
+
+
+@pytest.fixture
+def walk(tmp_path: Path) -> Walkthrough:
+    """A fresh walkthrough of the small lesson."""
+    return small_walk(tmp_path)
+
+
+_books: dict[Path, LessonBook] = {}
+
+
+def two_lessons(folder: Path) -> LessonBook:
+    """The small lesson twice; read once."""
+    folder = folder / "two"
+    if folder not in _books:
+        folder.mkdir(exist_ok=True)
+        book_of(folder)
+        _books[folder] = book_of(folder, name="02-again.md")
+    return _books[folder]

@@ -1,0 +1,159 @@
+"""The order of things in a lesson: goal, prediction, run, outcome and reason, and the ways back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.lessons.trials import begin, simulated
+from app.lessons.walkthrough import Phase, Walkthrough
+from scenes.settings import changed
+from scenes.simulation import Simulation
+from tests.lessons.helpers import run_out, to_challenge
+
+
+def test_nothing_runs_before_an_answer_is_chosen(walk: Walkthrough) -> None:
+    """Locked, and `next` does not help; a choice that is none does not either."""
+    assert walk.locked and walk.phase is Phase.PREDICT and not walk.view().can_next
+    assert not walk.next() and not walk.choose(2) and not walk.choose(-1)
+    assert walk.locked
+    assert walk.choose(0)
+    assert not walk.locked and walk.phase is Phase.DO
+
+
+def test_goal_predict_do_observe_explain_challenge(walk: Walkthrough) -> None:
+    """Each phase adds its text, the equation after the experience; then the next step."""
+    seen: list[tuple[str, ...]] = [tuple(name for name, _ in walk.view().texts)]
+    walk.choose(1)
+    run_out(walk)
+    for _ in range(5):
+        seen.append(tuple(name for name, _ in walk.view().texts))
+        if not walk.next():
+            break
+    everything = ("goal", "predict", "do", "observe", "explain", "challenge")
+    assert seen[:4] == [everything[:2], everything[:4], everything[:5], everything]
+    assert walk.step.id == "second" and walk.phase is Phase.OBSERVE
+    assert not walk.next() and not walk.view().can_next
+
+
+def test_the_verdict_has_the_choice_the_outcome_and_the_reason(walk: Walkthrough) -> None:
+    """Right and wrong; the numbers of this run are in the reply."""
+    for answer, right in ((1, True), (0, False)):
+        walk.reset()
+        walk.choose(answer)
+        assert walk.verdict is None
+        run_out(walk)
+        verdict, outcome = walk.verdict, walk.done.outcome
+        assert verdict is not None and outcome is not None and verdict.right is right
+        text = walk.step.measurements[0].text(outcome.values[0][0])
+        assert text in verdict.reply and text in verdict.lines[0] and "n = 4" in verdict.lines[0]
+
+
+def test_the_outcome_is_that_of_this_run(walk: Walkthrough) -> None:
+    """Another run, another number; the numbers before the run are those of the comparison."""
+    assert "mm" in dict(walk.view().texts)["predict"]
+    walk.choose(0)
+    settings = walk.settings().run
+    simulation = Simulation(changed(settings, "n", 1.0))
+    begin(simulation, walk.setup)
+    for _ in range(100):
+        simulation.step(None)
+    outcome = walk.observe(simulation)
+    assert outcome.values[0][0] == pytest.approx(float(simulation.history.table()[:, 1].min()))
+    assert outcome.unlike == (("n", 1.0),)
+    assert any("n = 1" in line and "Reset" in line for line in walk.view().outcome)
+
+
+def test_an_unfinished_run_decides_nothing(walk: Walkthrough) -> None:
+    """Half a run is measured, but not kept; whoever goes on gets the reference run, and is told so."""
+    walk.choose(0)
+    simulation = Simulation(walk.settings().run)
+    for _ in range(50):
+        simulation.step(None)
+    assert not walk.finished(simulation)
+    outcome = walk.observe(simulation)
+    assert not outcome.complete and outcome.values[0][0] is not None
+    assert walk.phase is Phase.DO and walk.done.outcome is None
+    assert walk.next()
+    assert walk.done.outcome is not None and walk.done.outcome.reference
+    assert "reference" in " ".join(walk.view().outcome)
+
+
+def test_a_prediction_can_be_changed_until_the_outcome_is_known(walk: Walkthrough) -> None:
+    """Not afterwards."""
+    walk.choose(0)
+    assert walk.choose(1) and walk.done.choice == 1
+    run_out(walk)
+    assert not walk.choose(0) and walk.done.choice == 1
+    walk.back()
+    assert walk.phase is Phase.DO and not walk.choose(0)
+    assert not walk.back() and walk.phase is Phase.DO
+
+
+def test_looking_back_at_the_question_keeps_the_answer(walk: Walkthrough) -> None:
+    """Nothing runs while the question is read again; the answer is still there, and `next` leads on with it."""
+    walk.choose(0)
+    assert walk.back() and walk.locked and walk.done.choice == 0 and walk.view().can_next
+    assert walk.next() and walk.phase is Phase.DO and walk.done.choice == 0
+    walk.back()
+    assert walk.choose(1) and walk.phase is Phase.DO and walk.done.choice == 1
+
+
+def test_the_run_that_shows_why(walk: Walkthrough) -> None:
+    """Only for the wrong answer; with its own settings and outcome, and a way back."""
+    walk.choose(1)
+    run_out(walk)
+    assert not walk.view().why and not walk.show_why()
+    walk.reset()
+    walk.choose(0)
+    assert not walk.show_why()
+    run_out(walk)
+    turn = walk.turn
+    assert walk.view().why and walk.show_why() and walk.turn == turn + 1
+    assert walk.settings().run.law.order == 6.0
+    run_out(walk)
+    assert walk.done.why is not None and walk.view().why_outcome and walk.view().showing
+    assert walk.next() and not walk.view().showing and walk.phase is Phase.OBSERVE
+    assert walk.settings().run.law.order == 2.0
+
+
+def test_back_and_forward_keep_what_was_done(walk: Walkthrough) -> None:
+    """Walk to the end and back to the beginning: the answer, the outcome and the attempt are still there."""
+    walk.choose(0)
+    run_out(walk)
+    to_challenge(walk)
+    walk.attempt(simulated(walk.setup))
+    assert walk.next() and walk.step.id == "second"
+    before = walk.done_in("small", "first")
+    assert walk.back() and walk.phase is Phase.CHALLENGE
+    while walk.back():
+        pass
+    assert walk.step.id == "first" and walk.phase is Phase.DO
+    assert walk.done == before and walk.done.choice == 0 and walk.done.attempts == 1
+
+
+def test_hints_open_one_after_another(walk: Walkthrough) -> None:
+    """Three, then no more."""
+    assert walk.view().hints == () and walk.view().more_hints
+    assert [walk.hint() for _ in range(4)] == ["One.", "Two.", "Three.", None]
+    assert walk.view().hints == ("One.", "Two.", "Three.") and not walk.view().more_hints
+
+
+def test_reset_equals_a_fresh_start(walk: Walkthrough, tmp_path: Path) -> None:
+    """Whatever was done in the step."""
+    fresh = Walkthrough(walk.book).view()
+    walk.choose(0)
+    run_out(walk)
+    walk.show_why()
+    run_out(walk)
+    to_challenge(walk)
+    walk.attempt(simulated(walk.setup))
+    walk.hint()
+    walk.write("mine")
+    assert walk.view() != fresh
+    walk.reset()
+    assert walk.view() == fresh
+    # But for their own words, which nobody writes twice.
+    assert replace(walk.done, words="").untouched and walk.done.words == "mine"
