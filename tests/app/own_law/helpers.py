@@ -10,8 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.testing import assert_array_equal
 
 from app.own_law.limits import Limits
+from app.own_law.own_law import OwnLaw
 from controllers.laws.situation import Situation
 
 SHORT = Limits(load=0.1, call=0.02, memory=96 * 2**20)
@@ -67,3 +69,23 @@ def gone(pid: int) -> bool:
     except OSError:
         return False
     return state == "Z" and int(parent) != os.getpid()
+
+
+ZEROS = np.zeros(7)
+SITUATION = situation()
+GOOD = "def law(s):\n    return s.nominal * 2"
+
+
+def frozen(law: OwnLaw) -> str:
+    """Call a law that fails; return what is said. Its process is gone at once, and nothing starts another."""
+    with law:
+        assert law.load() or law.problem
+        pid = law.pid
+        assert_array_equal(law(SITUATION), ZEROS)
+        assert law.problem is not None and law.pid is None and not law.ready
+        assert pid is None or gone(pid)
+        assert_array_equal(law(SITUATION), ZEROS)
+        assert law.activation(0.1) == 0.0 and np.isnan(law.line_rate(0.1, 0.1, 0.0, 1.0))
+        assert law.pid is None
+        assert law.problem.line is None or f"my_law.py, line {law.problem.line}: " in law.problem.text
+        return law.problem.text
