@@ -1,4 +1,4 @@
-"""`lwr-duet sweep`: what it writes, how it goes on after an interruption, how it says no, and what it draws."""
+"""`lwr-duet sweep`: what it writes, how it goes on after an interruption, and how it says no."""
 
 from __future__ import annotations
 
@@ -11,18 +11,15 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 import tyro
 
-from app import heatmaps
 from app import sweep as command
-from app.heatmaps import MOST_PANELS, _drawn, _Plan, draw_maps
 from app.options import RunOptions
 from app.sweep import INTERRUPTED, Sweep, sweep
-from app.sweep_files import SweepFiles, columns_of, head_of
+from app.sweep_files import SweepFiles
 from controllers.errors import BadInputFile, BadSetting
-from scenes.grids import Grid, Point, read_grid
+from scenes.grids import Grid, read_grid
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs
 from scenes.sweep import FIGURES, Figures
@@ -280,170 +277,3 @@ def test_options() -> None:
     parsed = tyro.cli(Sweep, args=["--over", "n=1:20", "--over", "v=0.05:0.6:12", "--dm", "0.1", "--ff", "--format", "parquet"])
     assert parsed.over == ("n=1:20", "v=0.05:0.6:12") and parsed.format == "parquet" and parsed.maps
     assert parsed.settings == RunOptions(dm="0.1", ff=True)
-
-
-# --- maps ------------------------------------------------------------------------------------------------------------------------
-
-
-def made_up(over: list[str], d_min, settings: RunSettings = USUAL) -> tuple[Grid, dict[int, Figures]]:
-    """A grid and figures that were not run: d_min is a function of the point, all others are 1, 2, 3 …"""
-    grid = read_grid(settings, over, 1.0)
-    rows = {}
-    for index, point in enumerate(grid.points()):
-        others = {name: float(index + 1) for name in FIGURES} | {"d_min": d_min(point), "pair_switches": index}
-        rows[index] = tuple(others[name] for name in FIGURES)
-    return grid, rows
-
-
-def texts(figure) -> set[str]:
-    """Everything that is written on a picture."""
-    from matplotlib.text import Text
-
-    return {text.get_text() for text in figure.findobj(Text) if text.get_text()}
-
-
-def contours(ax) -> list:
-    from matplotlib.contour import ContourSet
-
-    return [child for child in ax.get_children() if isinstance(child, ContourSet)]
-
-
-def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    from PIL import Image
-
-    over = ["n=1:3", "law=smooth_priority,unprotected", "v=0.1:0.3:2"]
-    grid, rows = made_up(over, lambda point: 0.1 + 0.02 * point[0])
-    first, second = tmp_path / "first", tmp_path / "second"
-    first.mkdir()
-    second.mkdir()
-    drawn = draw_maps(grid, rows, first)
-    assert [path.name for path in drawn] == [
-        f"{name}.{form}" for name in ("d_min", "e2_max", "ddq_max") for form in ("png", "svg")
-    ]
-    with monkeypatch.context() as patch:
-        # One of the three is enough for the second time.
-        patch.setattr(heatmaps, "_SHOWN", {"d_min": heatmaps._SHOWN["d_min"]})
-        for again in draw_maps(grid, rows, second):
-            assert again.read_bytes() == (first / again.name).read_bytes()
-    assert len(list(second.iterdir())) == 2
-    for path in drawn:
-        if path.suffix == ".png":
-            with Image.open(path) as image:
-                assert image.width > 600 and image.height > 400
-                assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 20
-        else:
-            assert path.read_text(encoding="utf-8").count("<svg") == 1
-
-
-def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    grid, rows = made_up(
-        ["v=0.1:0.5:5", "n=2:6"], lambda point: 0.10 + 0.1 * point[0] + 0.005 * point[1], changed(USUAL, "k", 3.0)
-    )
-    plan = _Plan(grid, rows)
-    for name, unit in (("d_min", "[mm]"), ("e2_max", "[m²]"), ("ddq_max", "[rad/s²]")):
-        figure = _drawn(plan, name)
-        ax, bar = figure.axes
-        assert (ax.get_xlabel(), ax.get_ylabel()) == ("$v$ [m/s]", "$n$") and unit in bar.get_ylabel()
-        assert any("k = 3.0" in text and "1 s" in text and "scene = hold" in text for text in texts(figure))
-        (line,) = contours(ax)
-        # On the line, 0.10 + 0.1 v + 0.005 n = d_m.
-        vertices = np.concatenate([path.vertices for path in line.get_paths()])
-        assert len(vertices) > 3
-        assert np.allclose(0.10 + 0.1 * vertices[:, 0] + 0.005 * vertices[:, 1], 0.15)
-    # Each cell lies about its values, n up the picture.
-    mesh = _drawn(plan, "d_min").axes[0].collections[0]
-    field = np.asarray(mesh.get_array()).reshape(5, 5)
-    assert np.allclose(field, [[1000 * (0.10 + 0.1 * v + 0.005 * n) for v in (0.1, 0.2, 0.3, 0.4, 0.5)] for n in range(2, 7)])
-
-
-@pytest.mark.parametrize(("level", "sign"), [(0.2, "≥"), (0.1, "<")])
-def test_where_the_line_is_not_it_is_said(level: float, sign: str) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    grid, rows = made_up(["v=0.1:0.5:5", "n=2:6"], lambda point: level + 0.001 * point[1])
-    figure = _drawn(_Plan(grid, rows), "d_min")
-    assert contours(figure.axes[0]) == []
-    assert any(sign in text and "everywhere" in text for text in texts(figure))
-
-
-def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    inf = float("inf")
-
-    def d_min(point: Point) -> float:
-        return inf if point == (0.05, 1.0) else 0.1 + 0.001 * point[1]
-
-    grid, rows = made_up(["dm=0.05:0.15:5", "n=1:4"], d_min)
-    ax, _ = _drawn(_Plan(grid, rows), "d_min").axes
-    assert ax.get_xlabel() == "$d_\\mathrm{m}$ [mm]"
-    vertices = np.concatenate([path.vertices for path in contours(ax)[0].get_paths()])
-    assert len(vertices) > 2 and np.allclose(vertices[:, 0], 100.0 + vertices[:, 1])
-
-
-def test_choices_stand_side_by_side_or_are_lines() -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    grid, rows = made_up(
-        ["law=smooth_priority,unprotected", "v=0.1:0.5:5", "ff=0,1", "n=2:6"], lambda point: 0.1 + 0.01 * point[3]
-    )
-    figure = _drawn(_Plan(grid, rows), "d_min")
-    *panels, _ = [ax for ax in figure.axes if ax.get_visible()]
-    titles = [ax.get_title() for ax in panels]
-    assert (
-        len(titles) == 4
-        and titles[0] == "law = smooth priority, add w to v = off"
-        and titles[3] == "law = unprotected, add w to v = on"
-    )
-    # One number only: a line for each choice, and d_m.
-    grid, rows = made_up(["pairs=single,soft", "n=2:6"], lambda point: 0.1 + 0.01 * point[1] + 0.001 * (point[0] == "soft"))
-    figure = _drawn(_Plan(grid, rows), "d_min")
-    (ax,), (legend,) = figure.axes, figure.legends
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$n$", "$d_\\mathrm{min}$ [mm]")
-    single, soft, critical = ax.get_lines()
-    assert np.allclose(single.get_ydata(), [120, 130, 140, 150, 160]) and np.allclose(soft.get_ydata(), [121, 131, 141, 151, 161])
-    assert np.allclose(critical.get_ydata(), 150.0)
-    # Told apart by more than their colour.
-    assert single.get_linestyle() != soft.get_linestyle() and single.get_marker() != soft.get_marker()
-    assert {text.get_text() for text in legend.get_texts()} == {"single", "soft", "$d_m$"}
-
-
-def test_where_nothing_can_be_met_there_is_no_distance_to_draw() -> None:
-    """One arm alone: d = ∞; its error has a unit of its own in scenes that follow joints."""
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    for over in (["k=1:3", "g=5:7"], ["k=1:3"]):
-        grid, rows = made_up(over, lambda point: float("inf"), changed(USUAL, "scene", "solo"))
-        for name in ("d_min", "e2_max"):
-            figure = _drawn(_Plan(grid, rows), name)
-            assert not any("everywhere" in text for text in texts(figure)) and contours(figure.axes[0]) == []
-    grid, rows = made_up(["n=1:3", "scene=hold,master_slave"], lambda point: 0.1)
-    assert _drawn(_Plan(grid, rows), "e2_max").axes[0].get_ylabel().endswith("[m² or rad²]")
-
-
-def test_a_choice_alone_has_dots_without_a_line() -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    grid, rows = made_up(["rig=torso,table"], lambda point: 0.1)
-    (ax,) = _drawn(_Plan(grid, rows), "ddq_max").axes
-    (dots,) = ax.get_lines()
-    assert dots.get_linestyle() == "None" and dots.get_marker() != "None" and list(dots.get_ydata()) == [1.0, 2.0]
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["torso", "table"]
-
-
-def test_too_many_panels_are_not_drawn_but_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
-    over = ("n=2,8", "v=0.1,0.2", f"seed=1:{MOST_PANELS + 1}")
-    assert sweep(Sweep(over=over, seconds=0.005, workers=1, out=tmp_path)) == 0
-    assert [path.name for path in tmp_path.iterdir()] == ["sweep.csv"]
-    assert "No maps" in capsys.readouterr().err
-
-
-def test_the_files_know_their_grid(tmp_path: Path) -> None:
-    grid, rows = made_up(["n=1:3"], lambda point: 0.1)
-    files = SweepFiles(tmp_path, grid, "csv")
-    assert files.missing() == [0, 1, 2]
-    with files.recording() as add:
-        add(1, rows[1])
-        # It is there at once.
-        assert SweepFiles(tmp_path, grid, "csv").rows == {1: rows[1]}
-    assert files.missing() == [0, 2]
-    assert columns_of(grid) == ("n", *FIGURES)
-    assert head_of(grid)[-2:] == ("seconds = 1.0", "over n = 1.0, 2.0, 3.0")
