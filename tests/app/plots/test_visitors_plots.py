@@ -1,20 +1,14 @@
-"""The plots through other looks, pauses and resets, and how much a page is sent for them."""
+"""A visitor's plots through other looks and pauses, and how much a page is sent for them."""
 
 from __future__ import annotations
 
-import math
 import time
 from typing import Any
 
 import numpy as np
 import pytest
 
-from app.page.plots import POINTS, WINDOW, PlotBuffer
-from app.wsclient import SyncVisitor
-from scenes.autopilot import Autopilot
-from scenes.history import COLUMN
-from scenes.settings import RunSettings
-from scenes.simulation import Simulation
+from app.visitor.sync_visitor import SyncVisitor
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import bodies, page_label, press
 
@@ -105,47 +99,3 @@ def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypat
     assert frames / simulated >= 10
     assert 2 * 2 < refreshes[0] <= 2 * (10.0 * wall + 2.0)
     assert max(payloads) <= 200
-
-
-@pytest.mark.parametrize(("dt", "batch", "seconds"), [(0.005, 7, 31.0), (0.00125, 50, 8.0), (0.02, 1, 47.0), (0.02, 40, 47.0)])
-def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
-    settings = RunSettings(dt=dt)
-    simulation, buffer = Simulation(settings, 100_000), PlotBuffer()
-    person = Autopilot(simulation.room, settings.guided, settings.seed)
-    for step in range(round(seconds / dt)):
-        simulation.step(person.target(simulation.time))
-        if step % batch == 0:
-            buffer.feed(simulation)
-    buffer.feed(simulation)
-    times, distance, critical, resting, squared = buffer.series((1, 2, 3, 4))
-    table = simulation.history.table()
-    # Bins cover the last 20 s; the oldest of them may begin a little later than the newest step minus 20 s.
-    width = WINDOW / POINTS
-    oldest = int(table[-1, 0] / width) - POINTS + 1
-    shown = table[(table[:, 0] * (POINTS / WINDOW)).astype(int) >= oldest]
-    assert len(times) == min(POINTS, math.ceil(seconds / width)) <= 200
-    assert (np.diff(times) > 0.0).all() and times[-1] == table[-1, 0]
-    assert times[-1] - times[0] <= WINDOW
-    assert distance.min() == shown[:, COLUMN["d"]].min() and squared.max() == shown[:, COLUMN["e2"]].max()
-    # Bin by bin, too.
-    numbers = (shown[:, 0] * (POINTS / WINDOW)).astype(int)
-    for i, number in enumerate(np.unique(numbers)):
-        rows = shown[numbers == number]
-        assert distance[i] == rows[:, COLUMN["d"]].min() and squared[i] == rows[:, COLUMN["e2"]].max()
-        assert times[i] == rows[-1, 0]
-    assert (critical == settings.law.critical_distance).all() and np.nanmin(resting) > 0.0
-
-
-def test_a_reset_empties_the_bins() -> None:
-    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
-    assert np.isnan(buffer.series((1,))[1]).all()
-    for _ in range(500):
-        simulation.step(None)
-    buffer.feed(simulation)
-    assert len(buffer.series((1,))[0]) > 15
-    simulation.reset()
-    for _ in range(60):
-        simulation.step(None)
-    buffer.feed(simulation)
-    times = buffer.series((1,))[0]
-    assert times[-1] == pytest.approx(59 * 0.005) and (np.diff(times) > 0.0).all() and len(times) == 3

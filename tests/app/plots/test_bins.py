@@ -1,0 +1,209 @@
+"""The bins of a plot: every arm's columns, the closest pair's changes, and the ghost's bins beside the run's."""
+
+from __future__ import annotations
+
+import math
+from typing import get_args
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.page.bins import COLUMNS, POINTS, WINDOW, Curve, PlotBuffer, drawable
+from app.page.courses import course_of
+from scenes.autopilot import Autopilot
+from scenes.history import COLUMN
+from scenes.settings import RobotName, RunSettings
+from scenes.simulation import Simulation
+from tests.app.plots.helpers import played
+
+
+@pytest.mark.parametrize("robot", get_args(RobotName))
+def test_bins_of_every_arm(robot: RobotName) -> None:
+    simulation, buffer = played("master_slave", robot=robot), PlotBuffer()
+    buffer.feed(simulation)
+    own = simulation.avoiding.joints
+    count = own.stop - own.start
+    names = [f"q{i + 1}" for i in range(7)] + [f"dq{i + 1}" for i in range(7)]
+    series = buffer.series(tuple(COLUMNS[name] for name in names))
+    sample = simulation.sample()
+    newest = np.array([line[-1] for line in series[1:]])
+    assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
+    assert np.isnan(newest[count:7]).all()
+    assert len(course_of("joints", simulation).legend) == len(course_of("rates", simulation).legend) == count
+    desired = [line[-1] for line in buffer.series(tuple(COLUMNS[f"qd{i + 1}"] for i in range(4)))[1:]]
+    assert desired == sample.desired[own][:4].tolist()
+
+
+def test_bins_of_an_arm_alone_have_an_elbow_and_no_distance() -> None:
+    buffer = PlotBuffer()
+    buffer.feed(played("solo"))
+    _, distance, elbow, error = buffer.series((COLUMNS["d"], COLUMNS["elbow"], COLUMNS["e"]))
+    assert np.isinf(distance).all() and np.isfinite(elbow).all() and np.ptp(elbow) > 0.05
+    assert error[-1] == pytest.approx(played("solo").sample().error, rel=0.5)
+
+
+def test_changes_of_the_closest_pair_are_counted_once() -> None:
+    settings = RunSettings(scene="ball", point="arm")
+    simulation, buffer = Simulation(settings), PlotBuffer()
+    for step in range(3400):
+        simulation.step(None)
+        if step % 13 == 0:
+            buffer.feed(simulation)
+    buffer.feed(simulation)
+    pairs = simulation.history.table()[:, COLUMN["pair"]]
+    assert int(np.nansum(buffer.series((COLUMNS["changes"],))[1])) == np.count_nonzero(np.diff(pairs)) > 2
+
+
+def test_another_room_begins_with_empty_bins() -> None:
+    """Even if as many steps were made there meanwhile as were seen here."""
+    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
+    for _ in range(50):
+        simulation.step(None)
+    buffer.feed(simulation)
+    simulation.apply(RunSettings(scene="ball"))
+    for _ in range(80):
+        simulation.step(None)
+    buffer.feed(simulation)
+    times, distance = buffer.series((COLUMNS["d"],))
+    table = simulation.history.table()
+    assert times[0] == pytest.approx(0.12) and distance.max() <= table[:, COLUMN["d"]].max()
+
+
+@pytest.mark.parametrize("steps", [30, 80, 400])
+def test_a_run_that_begins_anew_begins_with_empty_bins(steps: int) -> None:
+    """Also if it was not looked at until it had as many steps as before, or more: no time of the old run stays on the axis."""
+    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
+    person = simulation.person()
+    for _ in range(80):
+        simulation.step(person.target(simulation.time))
+    buffer.feed(simulation)
+    assert buffer.series((COLUMNS["d"],))[0][-1] == pytest.approx(0.395)
+    start = simulation.room.start.copy()
+    start[simulation.guided.joints.start] += 0.1
+    simulation.reset(start)
+    for _ in range(steps):
+        simulation.step(None)
+    buffer.feed(simulation)
+    fresh = PlotBuffer()
+    fresh.feed(simulation)
+    columns = (COLUMNS["d"], COLUMNS["q1"], COLUMNS["changes"])
+    for here, there in zip(buffer.series(columns), fresh.series(columns), strict=True):
+        assert np.array_equal(here, there)
+
+
+@given(st.lists(st.sampled_from([0.3, 1.0, math.nan, math.inf]), min_size=2, max_size=12), st.booleans())
+def test_a_line_is_drawable(values: list[float], follows: bool) -> None:
+    """Where the axis follows the data, the first value of every line that is there is a number; nothing that is known is changed."""
+    line = np.array(values)
+    before = line.copy()
+    drawn = drawable(line, follows)
+    assert np.array_equal(line, before, equal_nan=True)
+    known = np.isfinite(line) if follows else ~np.isnan(line)
+    assert len(drawn) == (len(line) if known.any() else 0)
+    if len(drawn):
+        assert np.array_equal(drawn[known], line[known])
+        first = int(known.argmax())
+        assert np.array_equal(drawn[first:], line[first:], equal_nan=True)
+        assert (drawn[:first] == line[first]).all() if follows else np.isnan(drawn[:first]).all()
+
+
+@pytest.mark.parametrize("late", [0, 700])
+def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
+    """The same run, begun later: the same values where both have some, and before that the run's, which it was."""
+    simulation = Simulation(RunSettings())
+    person = simulation.person()
+    for _ in range(late):
+        simulation.step(person.target(simulation.time))
+    ghost = Simulation(simulation.settings)
+    ghost.resume(simulation.snapshot())
+    for _ in range(900):
+        for run in (simulation, ghost):
+            run.step(person.target(run.time))
+    own, other = PlotBuffer(), PlotBuffer()
+    own.feed(simulation)
+    other.feed(ghost)
+    columns = (COLUMNS["d"], COLUMNS["e2"])
+    times, *lines = own.series(columns)
+    for line, beside in zip(lines, other.beside(own, columns), strict=True):
+        assert len(beside) == len(times)
+        there = times > late * 0.005 + WINDOW / POINTS
+        assert np.array_equal(line[there], beside[there])
+        before = times < late * 0.005 - 1e-6
+        assert np.array_equal(line[before], beside[before])
+    # One that has not made a step yet.
+    assert np.array_equal(PlotBuffer().beside(own, columns), lines)
+    # Of a ghost whose newest bin is far away nothing is shown.
+    for _ in range(4400):
+        simulation.step(None)
+    own.feed(simulation)
+    assert np.isnan(other.beside(own, columns)[0]).all()
+
+
+@given(st.lists(st.floats(0.0, 30.0), min_size=1, max_size=60, unique=True), st.booleans())
+def test_another_curve_keeps_the_extremes_of_its_bins(times: list[float], smallest: bool) -> None:
+    stamps = np.sort(np.array(times))
+    values = np.sin(97.0 * stamps)
+    curve = Curve(stamps, values, smallest)
+    numbers = (stamps * (POINTS / WINDOW)).astype(int)
+    for number, value in zip(curve.numbers, curve.values, strict=True):
+        inside = values[numbers == number]
+        assert value == (inside.min() if smallest else inside.max())
+    buffer = PlotBuffer()
+    simulation = played(seconds=3.0)
+    buffer.feed(simulation)
+    times_shown, own = buffer.series((COLUMNS["d"],))
+    found, shown = buffer.along(curve, COLUMNS["d"]), (times_shown * (POINTS / WINDOW)).astype(int)
+    assert len(found) == len(shown)
+    for number, value, before in zip(shown.tolist(), found.tolist(), own.tolist(), strict=True):
+        inside = values[numbers == number]
+        if len(inside):
+            assert value == (inside.min() if smallest else inside.max())
+        else:
+            # What was before the curve was the run itself.
+            assert value == before if number < numbers[0] else math.isnan(value)
+
+
+@pytest.mark.parametrize(("dt", "batch", "seconds"), [(0.005, 7, 31.0), (0.00125, 50, 8.0), (0.02, 1, 47.0), (0.02, 40, 47.0)])
+def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
+    settings = RunSettings(dt=dt)
+    simulation, buffer = Simulation(settings, 100_000), PlotBuffer()
+    person = Autopilot(simulation.room, settings.guided, settings.seed)
+    for step in range(round(seconds / dt)):
+        simulation.step(person.target(simulation.time))
+        if step % batch == 0:
+            buffer.feed(simulation)
+    buffer.feed(simulation)
+    times, distance, critical, resting, squared = buffer.series((1, 2, 3, 4))
+    table = simulation.history.table()
+    # Bins cover the last 20 s; the oldest of them may begin a little later than the newest step minus 20 s.
+    width = WINDOW / POINTS
+    oldest = int(table[-1, 0] / width) - POINTS + 1
+    shown = table[(table[:, 0] * (POINTS / WINDOW)).astype(int) >= oldest]
+    assert len(times) == min(POINTS, math.ceil(seconds / width)) <= 200
+    assert (np.diff(times) > 0.0).all() and times[-1] == table[-1, 0]
+    assert times[-1] - times[0] <= WINDOW
+    assert distance.min() == shown[:, COLUMN["d"]].min() and squared.max() == shown[:, COLUMN["e2"]].max()
+    # Bin by bin, too.
+    numbers = (shown[:, 0] * (POINTS / WINDOW)).astype(int)
+    for i, number in enumerate(np.unique(numbers)):
+        rows = shown[numbers == number]
+        assert distance[i] == rows[:, COLUMN["d"]].min() and squared[i] == rows[:, COLUMN["e2"]].max()
+        assert times[i] == rows[-1, 0]
+    assert (critical == settings.law.critical_distance).all() and np.nanmin(resting) > 0.0
+
+
+def test_a_reset_empties_the_bins() -> None:
+    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
+    assert np.isnan(buffer.series((1,))[1]).all()
+    for _ in range(500):
+        simulation.step(None)
+    buffer.feed(simulation)
+    assert len(buffer.series((1,))[0]) > 15
+    simulation.reset()
+    for _ in range(60):
+        simulation.step(None)
+    buffer.feed(simulation)
+    times = buffer.series((1,))[0]
+    assert times[-1] == pytest.approx(59 * 0.005) and (np.diff(times) > 0.0).all() and len(times) == 3
