@@ -1,0 +1,99 @@
+"""A guest whose arms nobody moves yet, and what stands on the guest's stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+
+from app.session import Session
+from app.visitor.sync_visitor import SyncVisitor
+from controllers.kinematics import Array
+from scenes.settings import SceneName
+from tests.app.conftest import Arrive, Guest, OpenHouse
+
+SCENES: tuple[SceneName, ...] = get_args(SceneName)
+BALL, GRIP = "/gizmo/ball", "/gizmo/grip"
+TURN = (1.0, 0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def one(house: OpenHouse, arrive: Arrive) -> Iterator[Guest]:
+    """A guest whose arms nobody moves yet."""
+    yield arrive(house(), "autopilot=0")
+
+
+def change(guest: Guest, **settings: Any) -> None:
+    """Change settings, one after the other in one frame, and wait until the next frame has been drawn."""
+    guest.ask(lambda s: [s.change(key, value) for key, value in settings.items()])
+    frames = guest.visitor.received.frames
+    guest.visitor.wait_for(lambda v: v.received.frames > frames + 1)
+
+
+def settle(guest: Guest) -> None:
+    """Wait until the page shows the present state: messages come in order, and the last one is about the background."""
+    for theme in ("dark", "light"):
+        before = guest.visitor.received.messages["BackgroundImageMessage"]
+        guest.ask(lambda s, theme=theme: s.change("theme", theme))
+        guest.visitor.wait_for(lambda v, before=before: v.received.messages["BackgroundImageMessage"] > before)
+
+
+def drawn(visitor: SyncVisitor) -> set[str]:
+    """Names of all nodes that are more than a branch of the tree."""
+    return {name for name, node in list(visitor.mirror.nodes.items()) if node.get("type") not in (None, "FrameMessage")}
+
+
+def place(guest: Guest, node: str) -> Array:
+    """Where a node is in its parent."""
+    return np.array(guest.visitor.mirror.nodes[node]["position"], float)
+
+
+def visible(guest: Guest, node: str) -> bool:
+    """Whether a node is there and to be seen."""
+    shown = guest.visitor.mirror.nodes.get(node)
+    return shown is not None and bool(shown.get("visible", True))
+
+
+def comes(guest: Guest, distance: Any, limit: float) -> None:
+    """Wait until something measured on the session's thread falls below a limit."""
+    for _ in range(200):
+        if guest.ask(distance) < limit:
+            return
+        guest.run_on(0.1)
+    pytest.fail(f"it is still {guest.ask(distance):.4f} away")
+
+
+def hand(s: Session) -> Array:
+    return s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy()
+
+
+def home(s: Session) -> Array:
+    assert s.simulation.home is not None
+    return s.simulation.home.copy()
+
+
+def ball(s: Session) -> Array:
+    assert s.simulation.room.ball is not None
+    return s.simulation.positions[s.simulation.room.ball].copy()
+
+
+def pull(guest: Guest, node: str, phase: str, taken: Array, to: Array) -> None:
+    """One step of pulling a node across the view."""
+    guest.visitor.wait_for(lambda visitor: node in visitor.mirror.nodes)
+    owner = guest.visitor.mirror.nodes[node].get("owner", "")
+    message = {
+        "type": "SceneNodeDragMessage",
+        "name": node,
+        "owner": owner,
+        "phase": phase,
+        "instance_index": None,
+        "start_position": taken.tolist(),
+        "start_screen_pos": [0.5, 0.5],
+        "end_position": to.tolist(),
+        "end_screen_pos": [0.5, 0.5],
+        "button": "left",
+        "modifier": None,
+    }
+    guest.visitor.send(message)

@@ -1,0 +1,94 @@
+"""The stage of the single arm: hand and elbow can be taken hold of, and the circle is drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.testing import assert_allclose
+
+from app.page.arm_handles import swivel_frame, wanted_pose
+from app.session import Session
+from controllers.kinematics import Array
+from scenes import solo
+from scenes.targets import HandTarget
+from tests.app.conftest import ELBOW, HAND, Guest
+from tests.app.page.helpers import press
+from tests.app.stage.conftest import TURN, change, comes, hand, place
+
+
+def test_the_hand_of_the_single_arm(one: Guest) -> None:
+    change(one, scene="solo")
+    visitor, start = one.visitor, one.ask(hand)
+    assert_allclose(place(one, HAND), start, atol=2e-3)
+    # Where only the position is asked for, there is nothing to turn.
+    assert visitor.mirror.nodes[HAND]["disable_rotations"]
+    goal = start + np.array([0.05, 0.08, 0.04])
+    visitor.move_gizmo(HAND, phase="start")
+    visitor.move_gizmo(HAND, tuple(goal.tolist()), TURN)
+    one.wait(lambda s: isinstance(s.held, HandTarget) and s.held.rotation is None)
+    comes(one, lambda s: float(np.linalg.norm(hand(s) - goal)), 5e-3)
+    visitor.move_gizmo(HAND, phase="end")
+    one.wait(lambda s: s.held is None)
+    # Released, the place stays there, and so do hand and handle.
+    one.run_on(1.0)
+    assert np.linalg.norm(one.ask(hand) - goal) < 5e-3
+    assert_allclose(place(one, "/place/ring"), one.ask(lambda s: wanted_pose(s.simulation)[0]), atol=1e-4)
+    assert np.linalg.norm(place(one, "/place/ring") - goal) < 1e-3
+    change(one, task="pose")
+    visitor.wait_for(lambda v: not v.mirror.nodes[HAND]["disable_rotations"])
+    wanted = one.ask(lambda s: wanted_pose(s.simulation)[1])
+    turned = pin.Quaternion(wanted @ pin.rpy.rpyToMatrix(0.0, 0.0, 0.3))
+    visitor.move_gizmo(HAND, phase="start")
+    visitor.move_gizmo(HAND, tuple(goal.tolist()), (turned.w, turned.x, turned.y, turned.z))
+
+    def off(s: Session) -> float:
+        present = s.simulation.kinematics.hand_pose(s.simulation.guided).rotation
+        return float(np.linalg.norm(pin.log3(turned.toRotationMatrix().T @ present)))
+
+    assert one.ask(off) > 0.2
+    comes(one, off, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("robot", "task", "left"), [("lwr", "position", 0.1), ("lwr", "pose", 0.1), ("panda", "pose", 0.1), ("ur5", "position", 0.75)]
+)
+def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest, robot: str, task: str, left: float) -> None:
+    """Six joints let the elbow go only a part of the way."""
+    change(one, scene="solo", robot=robot, task=task)
+
+    def state(s: Session) -> tuple[Array, Array, Array, Array]:
+        frame, foot = swivel_frame(s.simulation)
+        return s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy(), hand(s), frame, foot
+
+    elbow, start, frame, foot = one.ask(state)
+    q = pin.Quaternion(frame @ pin.rpy.rpyToMatrix(0.3, 0.0, 0.0))
+    one.visitor.move_gizmo(ELBOW, phase="start")
+    one.visitor.move_gizmo(ELBOW, tuple(elbow.tolist()), (q.w, q.x, q.y, q.z))
+    goal = foot + pin.exp3(frame[:, 0] * 0.3) @ (elbow - foot)
+    before = float(np.linalg.norm(goal - elbow))
+    comes(one, lambda s: float(np.linalg.norm(state(s)[0] - goal)), left * before)
+    assert np.linalg.norm(one.ask(hand) - start) < 2e-3
+    one.visitor.move_gizmo(ELBOW, phase="end")
+    one.wait(lambda s: s.held is None)
+
+
+def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
+    change(one, scene="solo", path="circle", speed=2.0)
+    nodes = one.visitor.mirror.nodes
+    one.visitor.wait_for(lambda v: "/path/line" in v.mirror.nodes and HAND not in v.mirror.nodes)
+    assert ELBOW not in nodes and "/path/A" not in nodes
+    points = np.array(nodes["/path/line"]["points"], float).reshape(-1, 3)
+    home = points[0]
+    centre = home + np.array([0.0, 0.0, solo.RADIUS])
+    assert_allclose(np.linalg.norm(points - centre, axis=1), solo.RADIUS, atol=1e-5)
+    press_left = one.ask(lambda s: s.settings.page.autopilot)
+    press(one, "left")
+    assert one.session.held is None and one.session.settings.page.autopilot == press_left
+    one.run_on(2.0)
+    one.visitor.wait_for(lambda v: v.mirror.nodes["/trace"].get("visible"))
+    # The trace is where the hand has been: near the circle.
+    trace = np.array(nodes["/trace"]["points"], float).reshape(-1, 3)
+    assert np.abs(np.linalg.norm(trace - centre, axis=1) - solo.RADIUS).max() < 0.01
+    change(one, path="stay")
+    one.visitor.wait_for(lambda v: "/path/line" not in v.mirror.nodes and HAND in v.mirror.nodes)

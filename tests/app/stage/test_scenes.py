@@ -1,0 +1,119 @@
+"""Every experiment shows its own things and nothing of the one before, to everybody, in every look."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from numpy.testing import assert_allclose
+
+from app.hosts import House
+from app.settings import Settings
+from app.visitor.sync_visitor import SyncVisitor
+from scenes.settings import RobotName, RunSettings, SceneName, specs, values
+from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse, live_sessions
+from tests.app.stage.conftest import BALL, GRIP, SCENES, change, drawn, settle
+
+EXPECTED: dict[str, set[str]] = {
+    "solo": {HAND, ELBOW, "/trace", "/place/ring"},
+    "ball": {BALL, GRIP, "/trace", "/place/ring", "/ball", "/path/line", "/path/A", "/path/B"},
+    "hold": {HAND, ELBOW, "/trace", "/place/ring"},
+    "master_slave": {HAND, ELBOW, "/trace"},
+    "imitation": {"/person/body", "/person/body/left_upper_arm", "/person/body/right_upper_arm/right_forearm"},
+}
+TELLING = set().union(*EXPECTED.values()) | {"/gizmo/left_wrist", "/gizmo/right_elbow"}
+
+
+def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHouse, one: Guest) -> None:
+    """After any way through the scenes the page has the nodes that a fresh page of that scene has."""
+    opened = house()
+    way: list[tuple[SceneName, RobotName, str]] = [
+        *((scene, "lwr", "torso") for scene in SCENES),
+        ("ball", "panda", "table"),
+        ("hold", "panda", "table"),
+        ("imitation", "panda", "table"),
+        ("solo", "ur5", "torso"),
+        ("master_slave", "ur5", "torso"),
+        ("hold", "lwr", "torso"),
+    ]
+    for scene, robot, rig in way:
+        change(one, scene=scene, robot=robot, rig=rig)
+        with SyncVisitor(opened.url, query=f"autopilot=0&scene={scene}&robot={robot}&rig={rig}") as fresh:
+            fresh.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/room" in v.mirror.nodes, 30.0)
+            # Handles are put where they belong in the first frames after they were made.
+            fresh.wait_for(lambda v: v.received.frames >= 4, 30.0)
+            shown = {name for name in drawn(fresh) if not name.startswith("/wish")}
+            assert {name for name in drawn(one.visitor) if not name.startswith("/wish")} == shown, (scene, robot)
+            # They also stand where they stand there: a browser may think that a node is the one whose name it has.
+            for name in shown:
+                if name.startswith(("/arms", "/gizmo", "/place", "/ball", "/person")) and name != "/person/lost":
+                    for key in ("position", "wxyz"):
+                        mine, theirs = (v.mirror.nodes[name][key] for v in (one.visitor, fresh))
+                        assert_allclose(mine, theirs, atol=0.02, err_msg=f"{scene} {robot}: {key} of {name}")
+        assert (shown & TELLING) >= EXPECTED[scene], scene
+        assert {name for name in shown & TELLING if name.startswith(("/gizmo", "/ball", "/path", "/person"))} <= EXPECTED[scene]
+        alone = scene in ("solo", "ball")
+        assert {name.split("/")[2] for name in shown if name.startswith("/arms/")} == ({"arm"} if alone else {"left", "right"})
+        joints = 6 if robot == "ur5" else 7
+        links = [name for name in shown if name.startswith("/arms/") and "control_point" not in name]
+        assert len(links) == (1 if alone else 2) * (1 + joints)
+        one.run_on(0.05)
+
+
+def test_the_panel_and_the_camera_follow_the_scene(one: Guest, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    take = one.visitor.mirror.take
+
+    def listen(message: dict[str, Any]) -> None:
+        if message["type"] == "SetGuiPanelLabelMessage":
+            said.append(message["label"])
+        take(message)
+
+    monkeypatch.setattr(one.visitor.mirror, "take", listen)
+    spec = specs(RunSettings)["scene"]
+    # An order in which every scene is seen from elsewhere than the one before.
+    for scene in ("solo", "master_slave", "ball", "imitation", "hold"):
+        before = one.visitor.received.messages["SetCameraPositionMessage"]
+        change(one, scene=scene)
+        one.visitor.wait_for(lambda v, before=before: v.received.messages["SetCameraPositionMessage"] > before)
+        assert said[-1] == spec.choice_labels[spec.choices.index(scene)]
+    # A setting that moves nobody leaves the visitor's own view alone.
+    before = one.visitor.received.messages["SetCameraPositionMessage"]
+    change(one, dm=0.1, theme="dark", ghost="frozen")
+    assert one.visitor.received.messages["SetCameraPositionMessage"] == before
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_another_look_reaches_every_part(one: Guest, scene: SceneName) -> None:
+    one.ask(lambda s: [s.change("scene", scene), s.change("profile", "projector")])
+    settle(one)
+    looks = {name: node for name, node in list(one.visitor.mirror.nodes.items()) if name in drawn(one.visitor)}
+    for name, node in looks.items():
+        if node["type"] == "LabelMessage":
+            assert node["font_screen_scale"] == pytest.approx(1.15 * 1.3), name
+    before = {name: node["glb_data"] for name, node in looks.items() if node["type"] == "GlbMessage"}
+    settle(one)
+    # Nothing that the theme does not change is sent again, though it changes twice.
+    after = {name: node["glb_data"] for name, node in list(one.visitor.mirror.nodes.items()) if node.get("type") == "GlbMessage"}
+    assert all(after[name] is data for name, data in before.items())
+
+
+def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Any) -> None:
+    opened: House = house(lecture=True)
+    first = join(opened)
+    first.wait_for(lambda v: HAND in v.mirror.nodes)
+    second = join(opened)
+    session = live_sessions(opened)[-1]
+    for scene in (*SCENES, "hold"):
+        session.post(lambda scene=scene: session.change("scene", scene))
+        telling = "/ball" if scene == "ball" else "/person/body" if scene == "imitation" else "/room"
+        for visitor in (first, second):
+            visitor.wait_for(lambda v, t=telling: t in v.mirror.nodes, 10.0)
+        if scene == "ball":
+            first.wait_for(lambda v: BALL in v.mirror.nodes)
+        assert not any(name.startswith("/gizmo") for name in drawn(second))
+    # Somebody who comes late sees the present scene and nothing of the others.
+    third = join(opened)
+    third.wait_for(lambda v: "/place/ring" in v.mirror.nodes)
+    second.wait_for(lambda v: drawn(third) == drawn(second))
+    assert values(session.settings) == values(Settings()) | {"scene": "hold"}
