@@ -16,15 +16,12 @@ from app.languages.lesson_book import in_language
 from app.languages.speaking import say, speak
 from app.languages.visitor import browser_language, language_of
 from app.lessons.lesson import LessonBook
-from app.lessons.walkthrough import Walkthrough
 from app.mishaps import Mishaps
-from app.page.lesson_panel import ORDER
 from app.page.lesson_resume import open_link, word_of
 from app.page.lesson_run import LessonRun
 from app.page.operation import Operation
-from app.page.teacher import Action, ClassState, TeacherPanel
+from app.page.teacher import ClassState, TeacherPanel
 from app.page.teacher_answers import Answers, Banner, is_narrow
-from app.page.teacher_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING, overlay_html, poll_html
 from app.page.view import View
 from app.people import NOBODY_ELSE, People
 from app.seat import Seat, origin_of
@@ -32,7 +29,9 @@ from app.server.request import request_query
 from app.server.server import DuetServer
 from app.session import Session
 from app.settings import Language, Settings
+from app.stage_overlays import Overlays
 from app.stand import Visitors
+from app.teacher_decisions import Decisions
 
 log = logging.getLogger("duet.lecture")
 
@@ -81,24 +80,18 @@ class LectureHost(Visitors):
         self._operation: Operation | None = None
         self._operator: int | None = None
         self._address: Address | None = None
-        self._ran = False
         self._mishaps = Mishaps(log)
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language))
+        self._decisions = Decisions(self.room, self.session, lambda: self.lessons, self._explorers.hurry)
         super().__init__(server)
         self._build()
         server.gate.may_share = lambda client_id: client_id == self._operator
 
     def _build(self) -> None:
         """Draw the stage, for everybody."""
-        gui = self._server.gui
         self._view = View(self._server, self.session, self._watchers, self.lessons)
-        self._overlays = [gui.add_html("")]
-        self._poll: viser.GuiHtmlHandle | None = None
-        with self._view.plots_tab:
-            # A folded panel is not on the page; one of several is.
-            self._overlays.append(gui.add_html(""))
-        self._texts: dict[str, str] = {}
+        self._overlays = Overlays(self._server.gui, self._view)
 
     def _watchers(self) -> list[viser.ClientHandle]:
         return [seat.client for seat in list(self._seats.values()) if seat.stand is None]
@@ -138,10 +131,10 @@ class LectureHost(Visitors):
         if self.room.paused and not self.room.free and not self.session.paused:
             # On the stage the teacher's Run is everybody's.
             self.room.paused = False
-        poll = self.room.poll(self._walk)
+        poll = self._decisions.poll
         with self._server.atomic():
             self._view.show(now, moved)
-            self._show_to_all(poll)
+            self._overlays.show(poll, self._address if self.room.inviting else None)
         self._show_operation()
         self._explorers.settle(self._seats.values(), now)
         self._show_to_each(poll)
@@ -160,67 +153,13 @@ class LectureHost(Visitors):
             if self._operator in self._server.get_clients():
                 self._mishaps.tell("a frame of the lecturer's controls failed", error, self._operator)
 
-    @property
-    def _walk(self) -> Walkthrough | None:
-        return self.lessons.walk if self.lessons.open else None
-
-    def _show_to_all(self, poll: Poll | None) -> None:
-        tab = self._view.lesson_panel.tab
-        if self._poll is None and tab is not None:
-            with tab:
-                self._poll = self._server.gui.add_html("", order=ORDER["verdict"] - 0.5)
-                self._overlays.append(self._server.gui.add_html(self._texts.get("overlay 0", ""), order=0.2))
-        if self._poll is not None:
-            self._write("poll", self._poll, poll_html(poll) if poll is not None and poll.revealed else "")
-        inviting = self._address if self.room.inviting else None
-        shown = "" if inviting is None else overlay_html(inviting)
-        for i, overlay in enumerate(self._overlays):
-            self._write(f"overlay {i}", overlay, shown)
-
-    def _write(self, name: str, handle: viser.GuiHtmlHandle, text: str) -> None:
-        if self._texts.get(name, "") != text:
-            self._texts[name] = handle.content = text
-
     def _show_to_each(self, poll: Poll | None) -> None:
         state = ClassState(
             self.room.heads, self.room.free, self.room.paused, self.room.inviting, len(self._explorers.waiting), poll
         )
         for seat in self._seats.values():
-            if seat.stand is not None and seat.view is not seat.stand.view:
-                seat.view, seat.banner, seat.shown = seat.stand.view, Banner(seat.client.gui), None
             mine = None if poll is None or seat.answers is None else self.room.ballots.answer_of(poll.place, seat.who)
-            line, place = self._line(seat), self._place(seat)
-            shown = line, place, None if seat.answers is None else (self.lessons.open, poll, mine, self._view.lesson_panel.tab)
-            if seat.panel is not None:
-                with contextlib.suppress(Exception), seat.client.atomic():
-                    seat.panel.show(state, self.lessons)
-            # Thirty pages that change once a minute must not cost thirty messages a frame.
-            if seat.banner is None or shown == seat.shown:
-                continue
-            seat.shown = shown
-            with contextlib.suppress(Exception), seat.client.atomic():
-                seat.banner.show(*line, place)
-                if seat.answers is not None:
-                    seat.answers.fold(self.lessons.open)
-                    seat.answers.show(poll, mine)
-
-    def _place(self, seat: Seat) -> viser.GuiTabHandle | None:
-        """Return where that line stands if the controls are folded up."""
-        stand = seat.stand
-        view, lessons = (self._view, self.lessons) if stand is None else (stand.view, stand.lessons)
-        return view.lesson_panel.tab if lessons.open and seat.narrow else None
-
-    def _line(self, seat: Seat) -> tuple[str, str]:
-        """Return what stands at the top of a student's page."""
-        if self.room.paused:
-            return "halt", say(HALTED)
-        if seat.stand is not None:
-            return "own", say(EXPLORING)
-        if self.room.free:
-            if not seat.lasting:
-                return "wait", say(NAMELESS)
-            return "wait", say(WATCHING, most=self.room.places.most)
-        return "follow", say(FOLLOWING)
+            seat.show(self.room, state, mine, self._view, self.lessons)
 
     # ---- who comes and goes ------------------------------------------------------------------------------------------------
 
@@ -263,12 +202,12 @@ class LectureHost(Visitors):
         number, client, who = seat.client.client_id, seat.client, seat.who
         self.room.enter(number, who)
         seat.banner, seat.shown = Banner(client.gui), None
-        seat.answers = Answers(client, self._view.lesson_panel, lambda choice: self._post_answer(who, choice))
+        seat.answers = Answers(client, self._view.lesson_panel, lambda choice: self._decisions.post_answer(who, choice))
 
     def _give_panel(self, seat: Seat) -> TeacherPanel:
         notes = self._notes if seat.teacher else None
         self._address = find_address(origin_of(seat.client), self._listening, self._server.get_port())
-        seat.panel = TeacherPanel(seat.client, self._post, self._address, notes)
+        seat.panel = TeacherPanel(seat.client, self._decisions.post, self._address, notes)
         return seat.panel
 
     def _take_back(self, seat: Seat) -> None:
@@ -329,55 +268,3 @@ class LectureHost(Visitors):
                 elif seat.banner is not None:
                     self._give_part(seat)
                 self._view.welcome(seat.client)
-
-    # ---- the teacher decides -----------------------------------------------------------------------------------------------
-
-    def _post(self, action: Action) -> None:
-        self.session.post(lambda: self._act(action))
-
-    def _act(self, action: Action) -> None:
-        room = self.room
-        match action:
-            case "follow":
-                room.follow()
-            case "free":
-                room.free = True
-            case "pause":
-                self._pause(not room.paused)
-            case "reveal":
-                self._reveal()
-            case "again":
-                self._ask_again()
-            case "invite":
-                room.inviting = not room.inviting
-        self._explorers.hurry()
-
-    def _pause(self, paused: bool) -> None:
-        room, session = self.room, self.session
-        if paused:
-            self._ran = not session.paused
-        room.paused = paused
-        if paused or self._ran:
-            session.paused = paused
-
-    def _reveal(self) -> None:
-        poll = self.room.poll(self._walk)
-        if poll is None or poll.revealed or not poll.tally.answered:
-            return
-        self.room.ballots.reveal(poll.place)
-        favourite = poll.tally.favourite
-        if self.lessons.locked and favourite is not None:
-            # The prediction that the run is compared with is the class's.
-            self.lessons.act("choose", favourite)
-
-    def _ask_again(self) -> None:
-        poll = self.room.poll(self._walk)
-        if poll is not None:
-            self.room.ballots.ask_again(poll.place)
-            self.lessons.act("reset")
-
-    def _post_answer(self, who: str, choice: int) -> None:
-        self.session.post(lambda: self._answer(who, choice))
-
-    def _answer(self, who: str, choice: int) -> None:
-        self.room.answer(self._walk, who, choice)

@@ -1,11 +1,16 @@
 """One browser in a lecture: whose it is, and what it has beside the stage."""
 
+import contextlib
 from dataclasses import dataclass
 
 import viser
 
-from app.page.teacher import TeacherPanel
+from app.classroom.classroom import Classroom
+from app.languages.speaking import say
+from app.page.lesson_run import LessonRun
+from app.page.teacher import ClassState, TeacherPanel
 from app.page.teacher_answers import Answers, Banner
+from app.page.teacher_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
 from app.page.view import View
 from app.stand import Stand
 
@@ -42,6 +47,51 @@ class Seat:
     view: View | None = None
     moved: bool = False
     shown: object = None
+
+    def show(self, room: Classroom, state: ClassState, mine: int | None, view: View, lessons: LessonRun) -> None:
+        """Bring up to date what it has beside the stage; only what has changed is sent.
+
+        Args:
+            room: the class.
+            state: of the class, for a teacher.
+            mine: the student's own answer to the question on the stage.
+            view, lessons: the stage's.
+        """
+        stand, poll = self.stand, state.poll
+        if stand is not None and self.view is not stand.view:
+            self.view, self.banner, self.shown = stand.view, Banner(self.client.gui), None
+        line, place = self._line(room), self._place(view, lessons)
+        shown = line, place, None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
+        if self.panel is not None:
+            with contextlib.suppress(Exception), self.client.atomic():
+                self.panel.show(state, lessons)
+        # Thirty pages that change once a minute must not cost thirty messages a frame.
+        if self.banner is None or shown == self.shown:
+            return
+        self.shown = shown
+        with contextlib.suppress(Exception), self.client.atomic():
+            self.banner.show(*line, place)
+            if self.answers is not None:
+                self.answers.fold(lessons.open)
+                self.answers.show(poll, mine)
+
+    def _place(self, view: View, lessons: LessonRun) -> viser.GuiTabHandle | None:
+        """Return where the banner's line stands if the controls are folded up."""
+        if self.stand is not None:
+            view, lessons = self.stand.view, self.stand.lessons
+        return view.lesson_panel.tab if lessons.open and self.narrow else None
+
+    def _line(self, room: Classroom) -> tuple[str, str]:
+        """Return what stands at the top of a student's page."""
+        if room.paused:
+            return "halt", say(HALTED)
+        if self.stand is not None:
+            return "own", say(EXPLORING)
+        if room.free:
+            if not self.lasting:
+                return "wait", say(NAMELESS)
+            return "wait", say(WATCHING, most=room.places.most)
+        return "follow", say(FOLLOWING)
 
 
 def origin_of(client: viser.ClientHandle) -> str:

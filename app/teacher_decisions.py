@@ -1,0 +1,86 @@
+"""What a teacher decides, and what the students answer, put into effect on the stage."""
+
+from collections.abc import Callable
+
+from app.classroom.classroom import Classroom, Poll
+from app.lessons.walkthrough import Walkthrough
+from app.page.lesson_run import LessonRun
+from app.page.teacher import Action
+from app.session import Session
+
+
+class Decisions:
+    """All methods but `post` and `post_answer` belong to the stage's thread.
+
+    Args:
+        room: the class.
+        session: the stage's.
+        lessons: returns the stage's; others in another language.
+        decided: called after every decision of the teacher's.
+    """
+
+    def __init__(self, room: Classroom, session: Session, lessons: Callable[[], LessonRun], decided: Callable[[], None]) -> None:
+        self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
+        self._ran = False
+
+    @property
+    def _walk(self) -> Walkthrough | None:
+        lessons = self._lessons()
+        return lessons.walk if lessons.open else None
+
+    @property
+    def poll(self) -> Poll | None:
+        """Return the question on the stage; None if there is none."""
+        return self._room.poll(self._walk)
+
+    def post(self, action: Action) -> None:
+        """Do what the teacher decides, in the next frame; from any thread."""
+        self._session.post(lambda: self._act(action))
+
+    def post_answer(self, who: str, choice: int) -> None:
+        """Take a student's answer, in the next frame; from any thread. `who`: the word that the student's tab keeps."""
+        self._session.post(lambda: self._answer(who, choice))
+
+    def _act(self, action: Action) -> None:
+        room = self._room
+        match action:
+            case "follow":
+                room.follow()
+            case "free":
+                room.free = True
+            case "pause":
+                self._pause(not room.paused)
+            case "reveal":
+                self._reveal()
+            case "again":
+                self._ask_again()
+            case "invite":
+                room.inviting = not room.inviting
+        self._decided()
+
+    def _pause(self, paused: bool) -> None:
+        room, session = self._room, self._session
+        if paused:
+            self._ran = not session.paused
+        room.paused = paused
+        if paused or self._ran:
+            session.paused = paused
+
+    def _reveal(self) -> None:
+        poll, lessons = self.poll, self._lessons()
+        if poll is None or poll.revealed or not poll.tally.answered:
+            return
+        self._room.ballots.reveal(poll.place)
+        favourite = poll.tally.favourite
+        if lessons.locked and favourite is not None:
+            # The prediction that the run is compared with is the class's.
+            lessons.act("choose", favourite)
+
+    def _ask_again(self) -> None:
+        poll = self.poll
+        if poll is not None:
+            self._room.ballots.ask_again(poll.place)
+            self._lessons().act("reset")
+
+    def _answer(self, who: str, choice: int) -> None:
+        self._room.answer(self._walk, who, choice)
