@@ -1,0 +1,161 @@
+"""What a person wanted, step by step: kept to the last bit, and forgotten in time."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenes.inputs import CHAPTER, InputsLog
+from scenes.packing import decoded, encoded
+from scenes.rerun import rerun
+from scenes.settings import RunSettings, changed
+from scenes.simulation import Simulation
+from scenes.targets import HandTarget, Target
+from tests.scenes.inputs.helpers import TARGETS, everything, logged_run, same, scene_settings
+
+
+@given(TARGETS)
+def test_a_target_comes_back_to_the_last_bit(target: Target | None) -> None:
+    code, numbers = encoded(target)
+    assert same(decoded(code, np.frombuffer(numbers)), target)
+
+
+def test_whole_numbers_and_slices_are_targets_too() -> None:
+    rows = np.arange(12.0).reshape(4, 3)
+    code, numbers = encoded(HandTarget(np.array([1, 2, 3]), rows[:3], rows[:3, 1]))
+    back = decoded(code, np.frombuffer(numbers))
+    assert isinstance(back, HandTarget) and back.rotation is not None and back.elbow is not None
+    assert back.position.tolist() == [1.0, 2.0, 3.0]
+    assert (back.rotation == rows[:3]).all() and (back.elbow == rows[:3, 1]).all()
+
+
+_still = Simulation(RunSettings(), 1)
+"""Of which only the clock is used."""
+
+
+@given(st.lists(st.tuples(TARGETS, st.integers(1, 300)), min_size=1, max_size=8))
+def test_every_step_comes_back(runs: list[tuple[Target | None, int]]) -> None:
+    log, simulation = InputsLog(), _still
+    simulation.reset()
+    wanted = [target for target, count in runs for _ in range(count)]
+    for target in wanted:
+        log.record(simulation, target)
+        # Only the clock goes on: an odd target need not be followed to be remembered.
+        simulation.steps += 1
+        simulation.time += simulation.settings.dt
+    recorded = everything(log)
+    assert recorded.steps == len(wanted)
+    assert recorded.seconds == pytest.approx(len(wanted) * recorded.dt) == pytest.approx(log.seconds)
+    assert all(same(a, b) for a, b in zip(recorded.targets(), wanted, strict=True))
+
+
+def test_what_was_recorded_does_not_change_with_the_callers_arrays() -> None:
+    log, simulation = InputsLog(), Simulation(RunSettings(), 1)
+    place = np.array([0.4, 0.0, 1.0])
+    log.record(simulation, HandTarget(place))
+    simulation.step(HandTarget(place))
+    place[0] = 0.5
+    log.record(simulation, HandTarget(place))
+    first, second = everything(log).targets()
+    assert isinstance(first, HandTarget) and isinstance(second, HandTarget)
+    assert first.position[0] == 0.4 and second.position[0] == 0.5
+    with pytest.raises(ValueError, match="read-only"):
+        first.position[0] = 1.0
+
+
+@pytest.mark.parametrize("seconds", [0.5, 2.0, 3.3, 5.0])
+def test_a_window_is_as_long_as_asked_for_or_a_little_longer(seconds: float) -> None:
+    simulation, log = logged_run(RunSettings(), 6.4)
+    recorded = log.window(seconds)
+    assert recorded is not None
+    assert seconds - 1e-9 <= recorded.seconds < seconds + CHAPTER
+    assert recorded.begin == pytest.approx(simulation.time - recorded.seconds)
+    assert recorded.snapshot.steps == simulation.steps - recorded.steps
+
+
+def test_there_is_no_window_before_the_first_step() -> None:
+    assert InputsLog().window(10.0) is None
+
+
+def test_a_recording_is_plain_data() -> None:
+    _, log = logged_run(scene_settings("imitation"), 1.5)
+    recorded = everything(log)
+    again = pickle.loads(pickle.dumps(recorded))
+    assert all(same(a, b) for a, b in zip(again.targets(), recorded.targets(), strict=True))
+    assert rerun(again).table.tobytes() == rerun(recorded).table.tobytes()
+
+
+def test_the_oldest_is_forgotten_but_never_too_soon() -> None:
+    log = InputsLog(keep=3.0)
+    logged_run(RunSettings(), 3.9, log)
+    assert log.seconds == pytest.approx(3.9)
+    log = InputsLog(keep=3.0)
+    simulation, _ = logged_run(RunSettings(), 20.0, log)
+    assert 3.0 <= log.seconds <= 3.0 + 2.0 * CHAPTER
+    recorded = everything(log)
+    assert recorded.seconds == pytest.approx(log.seconds)
+    assert rerun(recorded).table.tobytes() == simulation.history.table(recorded.steps).tobytes()
+
+
+def test_memory_is_bounded_and_told() -> None:
+    def wander(log: InputsLog, steps: int) -> int:
+        simulation, most = Simulation(RunSettings(), 1), 0
+        for i in range(steps):
+            log.record(simulation, HandTarget(np.array([i, 1.0, 2.0]), np.eye(3), np.array([0.0, i, 1.0])))
+            simulation.steps += 1
+            most = max(most, log.nbytes)
+        return most
+
+    full, bounded = InputsLog(), InputsLog(most_bytes=200_000)
+    # 15 numbers, a code and a count; what is not packed yet counts for more.
+    assert 5_000 * (15 * 8 + 5) < wander(full, 5_000) < 5_000 * (15 * 8 + 5) + 200_000
+    assert full.nbytes >= len(pickle.dumps(everything(full))) * 0.9
+    assert wander(bounded, 20_000) < 300_000
+    # Somebody who holds still costs next to nothing.
+    still, simulation = InputsLog(), Simulation(RunSettings(), 1)
+    for _ in range(20_000):
+        still.record(simulation, HandTarget(np.zeros(3)))
+        simulation.steps += 1
+    assert still.seconds == pytest.approx(100.0) and still.nbytes < 100 * 5_000
+
+
+def test_a_log_keeps_the_settings_as_they_changed() -> None:
+    settings = RunSettings()
+    simulation, log = Simulation(settings), InputsLog()
+    person = simulation.person()
+    history = []
+    for i in range(700):
+        if i in (120, 121, 500):
+            settings = changed(changed(settings, "dm", 0.10 + i / 10_000), "k", 1.0 + i / 1000)
+            simulation.apply(settings)
+        if i == 300:
+            simulation.apply(changed(settings, "n", 3.0))
+            simulation.apply(settings)  # there and back between two steps: nothing has happened
+        history.append(settings)
+        target = person.target(simulation.time)
+        log.record(simulation, target)
+        simulation.step(target)
+    recorded = everything(log)
+    kept = [stretch.settings for stretch in recorded.stretches for _ in range(stretch.targets.steps)]
+    assert kept == history
+    assert len(recorded.stretches) == 4
+
+
+@pytest.mark.parametrize("change", [{"guided": "left"}, {"scene": "master_slave"}, {"rig": "table"}, "reset"])
+def test_a_log_begins_anew_when_the_run_cannot_be_made_again(change: Any) -> None:
+    simulation, log = logged_run(RunSettings(), 1.3)
+    if change == "reset":
+        simulation.reset()
+    else:
+        ((key, value),) = change.items()
+        simulation.apply(changed(simulation.settings, key, value))
+    log.record(simulation, None)
+    simulation.step(None)
+    recorded = everything(log)
+    assert recorded.steps == 1 and log.seconds == pytest.approx(simulation.settings.dt)
+    assert rerun(recorded).table.tobytes() == simulation.history.table(1).tobytes()

@@ -1,0 +1,94 @@
+"""Any arm moves as its own file says, and a file that is missing or damaged is named with its remedy."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.testing import assert_allclose
+
+from controllers.errors import BadSetting
+from scenes.robots import RobotName, lwr, robot, start_posture
+from scenes.robots.example_data import EXAMPLES
+from scenes.robots.fitting import build_example
+from tests.scenes.robots.helpers import NAMES, OTHERS, link_poses, other_reader, postures
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_both_readers_agree_everywhere(name: RobotName) -> None:
+    """Every frame that has the name of a link, the hand among them, over the whole range of the joints."""
+    model = robot(name).model
+    data = model.createData()
+    for q in postures(model, 10):
+        pin.framesForwardKinematics(model, data, q)
+        poses = link_poses(name, q)
+        assert robot(name).hand in poses
+        for link, pose in poses.items():
+            assert_allclose(data.oMf[model.getFrameId(link)].homogeneous, pose, atol=1e-9, err_msg=link)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_limits_are_those_of_the_file(name: RobotName) -> None:
+    model, reader = robot(name).model, other_reader(name)
+    for i, joint in enumerate(list(model.names)[1:]):
+        limit = reader.joint_map[joint].limit
+        assert (model.lowerPositionLimit[i], model.upperPositionLimit[i]) == (limit.lower, limit.upper)
+        assert model.velocityLimit[i] == limit.velocity
+
+
+@pytest.mark.parametrize(("name", "joints"), [("lwr", 7), ("panda", 7), ("ur5", 6)])
+def test_a_robot_is_complete(name: RobotName, joints: int) -> None:
+    arm = robot(name)
+    assert robot(name) is arm
+    assert arm.model.nq == arm.model.nv == len(arm.labels) == len(set(arm.labels)) == joints
+    assert arm.model.existFrame(arm.hand)
+    assert 1 <= arm.shoulder < arm.elbow < arm.wrist <= joints
+    assert 1 <= len(arm.capsules) <= 6
+    assert len({capsule.name for capsule in arm.capsules}) == len(arm.capsules)
+    carriers = [capsule.joint for capsule in arm.capsules]
+    assert min(carriers) == 0 and carriers == sorted(set(carriers))
+
+
+def test_the_paper_s_robot_is_the_one_it_was() -> None:
+    assert lwr() is robot("lwr") and lwr().name == "KUKA LWR 4+"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_landmarks_make_an_arm(name: RobotName) -> None:
+    """Shoulder, elbow and wrist stand well apart and off one line, so that there is an elbow to swivel; the shoulder is at rest."""
+    arm = robot(name)
+    data = arm.model.createData()
+    pin.forwardKinematics(arm.model, data, start_posture(name, "table", "left"))
+    shoulder, elbow, wrist = (data.oMi[joint].translation.copy() for joint in (arm.shoulder, arm.elbow, arm.wrist))
+    upper, fore = elbow - shoulder, wrist - elbow
+    assert min(np.linalg.norm(upper), np.linalg.norm(fore)) > 0.3
+    bend = np.arccos(upper @ fore / np.linalg.norm(upper) / np.linalg.norm(fore))
+    assert np.radians(50) < bend < np.radians(140)
+
+
+def test_an_unknown_robot_names_the_known_ones() -> None:
+    with pytest.raises(BadSetting, match=r"'r2d2'.*lwr, panda, ur5"):
+        robot("r2d2")  # pyright: ignore[reportArgumentType]
+
+
+def test_a_missing_package_is_named_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> None:
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr("importlib.metadata.files", missing)
+    with pytest.raises(BadSetting, match="pip install example-robot-data"):
+        build_example(EXAMPLES["panda"])
+
+
+def test_an_empty_package_is_named_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.metadata.files", lambda _: [])
+    with pytest.raises(BadSetting, match=r"without its robots.*pip install"):
+        build_example(EXAMPLES["panda"])
+
+
+def test_a_damaged_package_is_named_with_its_remedy() -> None:
+    with pytest.raises(BadSetting, match=r"damaged.*pip install"):
+        build_example(replace(EXAMPLES["ur5"], urdf="ur_description/urdf/gone.urdf"))

@@ -1,0 +1,142 @@
+"""What robots look like: small, in two palettes, seen through as a ghost, taken from a cache, and inside the capsules."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import platformdirs
+import pytest
+from numpy.testing import assert_allclose
+
+from controllers.kinematics import Array
+from scenes.robots import RobotName, drawing, robot
+from scenes.robots.drawing import joint_frames, link_meshes, robot_glbs
+from scenes.robots.example_data import EXAMPLES
+from tests.scenes.robots.helpers import NAMES, OTHERS, away, collision_points, link_poses, postures
+
+
+@pytest.fixture(scope="module", autouse=True)
+def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A cache of our own, so that the shells really are built."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(platformdirs, "user_cache_dir", lambda *_: str(folder))
+        robot_glbs.cache_clear()
+        yield folder
+    robot_glbs.cache_clear()
+
+
+def head_of(data: bytes) -> dict:
+    size, kind = struct.unpack("<II", data[12:20])
+    assert data[:4] == b"glTF" and kind == 0x4E4F534A
+    return json.loads(data[20 : 20 + size])
+
+
+@pytest.mark.parametrize("palette", ["orange", "ghost"])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_robot_is_small(name: RobotName, palette: str) -> None:
+    fine, coarse = robot_glbs(name, palette), robot_glbs(name, palette, coarse=True)
+    assert len(fine) == len(coarse) == robot(name).model.njoints
+    assert sum(map(len, fine)) <= 1_000_000
+    assert sum(map(len, coarse)) <= 200_000
+    assert all(len(head_of(data)["meshes"]) == 1 for data in coarse)
+
+
+@pytest.mark.parametrize("coarse", [False, True])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_ghost_can_be_seen_through(name: RobotName, coarse: bool) -> None:
+    """And a solid arm cannot (positive control)."""
+    for palette, mode in (("ghost", "BLEND"), ("silver", "OPAQUE")):
+        materials = [material for data in robot_glbs(name, palette, coarse) for material in head_of(data)["materials"]]
+        assert materials and all(material["alphaMode"] == mode for material in materials)
+        opacities = {material["pbrMetallicRoughness"]["baseColorFactor"][3] for material in materials}
+        assert max(opacities) < 0.5 if palette == "ghost" else opacities == {1}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_two_palettes_differ(name: RobotName) -> None:
+    orange, silver = (robot_glbs(name, palette) for palette in ("orange", "silver"))
+    # Base and flange of the UR5 are bare metal.
+    assert sum(a != b for a, b in zip(orange, silver, strict=True)) >= len(orange) - 2
+
+
+@pytest.mark.parametrize("coarse", [False, True])
+@pytest.mark.parametrize("name", OTHERS)
+def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse: bool) -> None:
+    """Nothing was lost, and nothing stands in a wrong place: boxes around drawn links agree with those of the collision shapes."""
+    model, points = robot(name).model, collision_points(name)
+    poses = link_poses(name, np.zeros(model.nq))
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.zeros(model.nq))
+    clouds: dict[int, list[Array]] = {}
+    for link, cloud in points.items():
+        joint, pose = model.frames[model.getFrameId(link)].parentJoint, poses[link]
+        world = cloud @ pose[:3, :3].T + pose[:3, 3]
+        clouds.setdefault(joint, []).append((world - data.oMi[joint].translation) @ data.oMi[joint].rotation)
+    for joint, parts in enumerate(link_meshes(name, coarse)):
+        seen = np.vstack([part.vertices for part in parts.values()])
+        solid = np.vstack(clouds[joint])
+        if joint == 0 and EXAMPLES[name].column:
+            assert seen[:, 2].min() == pytest.approx(0.0, abs=1e-9)
+            seen = seen[seen[:, 2] > EXAMPLES[name].column - 0.005]
+        assert_allclose(seen.max(0), solid.max(0), atol=0.012 if coarse else 0.006)
+        assert_allclose(seen.min(0), solid.min(0), atol=0.012 if coarse else 0.006)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_normals_are_unit_and_agree_with_the_faces(name: RobotName) -> None:
+    for parts in link_meshes(name):
+        for part in parts.values():
+            assert_allclose(np.linalg.norm(part.vertex_normals, axis=1), 1, atol=1e-6)
+            agree = np.einsum("ij,ij->i", part.face_normals, part.vertex_normals[part.faces].mean(1))
+            assert np.percentile(agree[part.area_faces > 1e-8], 1) > 0.3
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_joint_frames_rebuild_the_chain(name: RobotName) -> None:
+    """Position, rotation and axis of every joint give Pinocchio's joint poses."""
+    model = robot(name).model
+    data = model.createData()
+    for q in postures(model, 5):
+        pin.forwardKinematics(model, data, q)
+        pose = pin.SE3.Identity()
+        for joint, (frame, angle) in enumerate(zip(joint_frames(name), q, strict=True), start=1):
+            turn = pin.Quaternion(*frame.rotation).toRotationMatrix() @ pin.exp3(np.array(frame.axis) * angle)
+            pose = pose * pin.SE3(turn, np.array(frame.position))
+            assert frame.name == model.names[joint]
+            assert_allclose(pose.homogeneous, data.oMi[joint].homogeneous, atol=1e-9)
+
+
+def test_an_unknown_palette_names_the_valid_ones() -> None:
+    with pytest.raises(ValueError, match="orange"):
+        robot_glbs("panda", "mauve")
+
+
+def test_shells_come_from_the_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = robot_glbs("ur5", "silver", coarse=True)
+    robot_glbs.cache_clear()
+    monkeypatch.setattr(drawing, "link_meshes", lambda *_: pytest.fail("built again"))
+    assert robot_glbs("ur5", "silver", coarse=True) == first
+
+
+@pytest.mark.parametrize(("coarse", "slack"), [(False, 0.001), (True, 0.003)])
+@pytest.mark.parametrize("name", OTHERS)
+def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slack: float) -> None:
+    """Drawn links lie inside the capsules but for a millimetre, so that what a person sees touch has touched."""
+    arm = robot(name)
+    data = arm.model.createData()
+    for q in postures(arm.model, 5):
+        pin.forwardKinematics(arm.model, data, q)
+        world = np.vstack(
+            [
+                part.vertices @ data.oMi[joint].rotation.T + data.oMi[joint].translation
+                for joint, parts in enumerate(link_meshes(name, coarse))
+                for part in parts.values()
+            ]
+        )
+        assert np.min([away(capsule, data, world, {}) for capsule in arm.capsules], axis=0).max() < slack
