@@ -1,0 +1,133 @@
+"""One visitor's clock: it runs with the wall, but never loses, repeats or reorders a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from app import session as session_module
+from app.clock import BUDGET, LONGEST_GAP, SPEEDS
+from app.session import Session
+from app.settings import Settings
+from scenes.targets import Target
+from tests.app.session.conftest import DT, bits
+
+
+def test_time_goes_with_the_wall_and_remainders_add_up(session: Session) -> None:
+    assert session.advance(0.1) == 20
+    assert session.advance(0.012) == 2
+    assert session.advance(0.003) == 1  # 2 ms were owed
+    assert session.advance(0.0049) == 0
+    assert session.advance(0.0001) == 1
+    assert session.simulation.steps == 24
+    assert session.simulation.time == pytest.approx(24 * DT)
+
+
+def test_how_frames_are_cut_does_not_reach_the_arms(session: Session) -> None:
+    other = Session(Settings())
+    for _ in range(20):
+        session.advance(0.05)
+    for elapsed in (0.007, 0.043, 0.0321, 0.0179) * 10:
+        other.advance(elapsed)
+    assert session.simulation.steps == other.simulation.steps == 200
+    assert bits(session) == bits(other)
+
+
+def test_nothing_moves_while_paused_and_no_time_is_owed_afterwards(session: Session) -> None:
+    session.advance(0.0349)  # 4.9 ms are owed
+    before, steps = session.simulation.positions.copy(), session.simulation.steps
+    session.toggle_pause()
+    assert session.pace.paused and session.pace.rate == 0.0
+    assert [session.advance(0.05) for _ in range(5)] == [0] * 5
+    assert session.simulation.positions.tobytes() == before.tobytes() and session.simulation.steps == steps
+    session.toggle_pause()
+    assert not session.pace.paused
+    assert session.advance(0.0001) == 0
+    assert session.advance(0.05) == 10
+
+
+def test_single_steps(session: Session) -> None:
+    session.advance(0.05)
+    session.single_step()
+    assert session.paused and session.advance(0.5) == 1 and session.advance(0.5) == 0
+    session.single_step()
+    session.single_step()
+    assert session.advance(0.0) == 2
+    assert session.simulation.steps == 13
+    # A step is a step, whoever asked for it.
+    straight = Session(Settings())
+    straight.advance(13 * DT)
+    assert bits(session) == bits(straight)
+
+
+def test_a_step_that_was_overtaken_by_going_on_is_not_made_later(session: Session) -> None:
+    session.single_step()
+    session.toggle_pause()  # both keys in one frame
+    assert session.advance(0.05) == 10
+    session.toggle_pause()
+    assert session.advance(0.05) == 0
+    session.single_step()
+    assert session.advance(0.05) == 1
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_speeds(session: Session, speed: float) -> None:
+    session.change("speed", speed)
+    assert session.advance(0.08) == round(0.08 * speed / DT)
+
+
+def test_slower_and_faster_stop_at_the_ends(session: Session) -> None:
+    seen = [session.settings.page.speed]
+    for by in (1, 1, -1, -1, -1, -1):
+        session.change_speed(by)
+        seen.append(session.settings.page.speed)
+    assert seen == [1.0, 2.0, 2.0, 1.0, 0.5, 0.25, 0.25]
+    session.change("speed", 1.75)
+    session.change_speed(-1)
+    assert session.settings.page.speed == 1.0
+
+
+def test_rate_tells_the_speed(session: Session) -> None:
+    session.change("speed", 0.5)
+    for _ in range(60):
+        session.advance(0.03)
+    assert session.pace.rate == pytest.approx(0.5, abs=0.05)
+    assert not session.pace.slowed
+
+
+def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, cost = [0.0], [BUDGET / 2]
+    monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
+    real: Callable[[Target | None], None] = session.simulation.step
+
+    def slow(target: Target | None) -> None:
+        clock[0] += cost[0]
+        real(target)
+
+    monkeypatch.setattr(session.simulation, "step", slow)
+    made = [session.advance(0.08) for _ in range(20)]
+    assert all(0 < count < 16 for count in made)
+    assert session.pace.slowed and session.pace.rate < 0.9
+    # Slow, but every step is there, at its time and with its size.
+    table = session.simulation.history.table()
+    assert len(table) == sum(made) == session.simulation.steps
+    assert np.allclose(np.diff(table[:, 0]), DT)
+    # What was missed is not owed, and a machine that recovers is no longer called slow.
+    cost[0] = 0.0
+    assert session.advance(0.08) == 16
+    for _ in range(20):
+        session.advance(0.08)
+    assert not session.pace.slowed and session.pace.rate == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("gap", [LONGEST_GAP * 1.01, 3.0, 86_400.0])
+def test_a_long_gap_is_not_caught_up(session: Session, gap: float) -> None:
+    assert session.advance(gap) == round(LONGEST_GAP / DT)
+    assert session.advance(0.01) == 2
+
+
+def test_a_step_longer_than_a_frame_is_saved_up_for(session: Session) -> None:
+    session.change("dt", 0.02)
+    assert [session.advance(0.008) for _ in range(5)] == [0, 0, 1, 0, 1]

@@ -1,0 +1,110 @@
+"""A change of settings moves nothing by itself and acts in the next step; an impossible one leaves everything."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app import session as session_module
+from app.session import Session
+from app.settings import Settings
+from controllers.errors import BadSetting
+from scenes.room import Room
+from scenes.settings import RunSettings, values
+from scenes.targets import HandTarget
+from tests.app.session.conftest import DT, SPECS, bits
+
+
+def another(key: str, present: Any) -> Any:
+    """A possible value that differs from the present one."""
+    spec = SPECS[key]
+    if spec.choices:
+        return spec.choices[spec.choices.index(present) - 1]
+    if isinstance(present, bool):
+        return not present
+    value = spec.low + (spec.high - spec.low) / (3 if present != spec.low + (spec.high - spec.low) / 3 else 2)
+    return int(value) if isinstance(present, int) else value
+
+
+@pytest.mark.parametrize("key", [key for key in SPECS if key not in ("scene", "rig", "robot")])
+def test_a_change_moves_nothing_by_itself(session: Session, key: str) -> None:
+    for _ in range(30):
+        session.advance(0.1)
+    simulation, before = session.simulation, session.simulation.positions.copy()
+    present, steps = values(session.settings), simulation.steps
+    session.change(key, another(key, present[key]))
+    after = values(session.settings)
+    assert [k for k in present if present[k] != after[k]] == [key]
+    assert simulation.positions.tobytes() == before.tobytes() and simulation.steps == steps
+    assert simulation.settings == session.settings.run
+    # And no jump afterwards either.
+    session.advance(0.05)
+    assert simulation.steps > steps
+    moves = np.abs(np.diff(simulation.history.positions(simulation.history.table()), axis=0))
+    assert (moves <= simulation.room.model.velocityLimit * 0.02 + 1e-12).all()
+
+
+def test_a_change_acts_in_the_next_step(session: Session) -> None:
+    session.advance(0.05)
+    assert session.simulation.sample().activation < 0.9
+    session.change("dm", 0.30)
+    session.advance(DT)
+    law, sample = session.simulation.law, session.simulation.sample()
+    assert sample.activation == law.activation(sample.law_distance)
+    assert law.activation(0.29) == 1.0
+
+
+def test_another_rig_is_a_fresh_start_there(session: Session) -> None:
+    session.advance(0.1)
+    session.hold(HandTarget(np.zeros(3)))
+    session.change("rig", "table")
+    fresh = Session(session.settings)
+    assert session.held is None
+    assert session.simulation.positions.tobytes() == fresh.simulation.positions.tobytes()
+    for s in (session, fresh):
+        s.change("autopilot", False)
+        s.change("autopilot", True)
+        s.reset()
+        s.advance(0.1)
+    assert bits(session) == bits(fresh)
+
+
+def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(settings: RunSettings) -> Room:
+        raise BadSetting(f"{settings.robot} needs a package that is not installed.")
+
+    session.advance(0.1)
+    session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
+    before, room = session.settings, session.simulation.room
+    monkeypatch.setattr(session_module, "room_of", missing)
+    with pytest.raises(BadSetting, match="panda needs"):
+        session.change("robot", "panda")
+    assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room
+    assert session.held is not None
+    assert session.advance(0.1) == 20
+
+
+BAD: list[tuple[str, Any]] = [
+    *((key, bad) for key in SPECS for bad in (math.nan, None, [], "nonsense")),
+    *(
+        (key, bad)
+        for key, spec in SPECS.items()
+        if math.isfinite(spec.low)
+        for bad in (math.inf, -math.inf, 1e9, -1e9, True, spec.high + 0.5, spec.low - 0.5)
+    ),
+    ("seed", 1.5),
+    ("nothing", 1),
+]
+_shared = Session(Settings())
+
+
+@pytest.mark.parametrize(("key", "value"), BAD)
+def test_an_impossible_value_leaves_everything(key: str, value: Any) -> None:
+    session = _shared
+    before = session.settings
+    with pytest.raises(BadSetting, match=key):
+        session.change(key, value)
+    assert session.settings is before and session.simulation.settings is before.run

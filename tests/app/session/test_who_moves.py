@@ -1,0 +1,194 @@
+"""Who moves the arm: the autopilot, whoever takes hold, somebody invited, or a recorded run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.session import Session
+from scenes.headless import run
+from scenes.inputs import RecordedPerson
+from scenes.rerun import rerun
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from tests.app.session.conftest import DT, bits
+
+
+def test_taking_hold_switches_the_autopilot_off_at_once(session: Session) -> None:
+    session.advance(0.5)
+    assert session.settings.page.autopilot and session.target() is not None
+    place = HandTarget(np.array([0.4, 0.1, 1.0]))
+    session.hold(place)
+    assert not session.settings.page.autopilot and session.target() is place
+    session.hold(None)
+    assert not session.settings.page.autopilot and session.target() is None
+
+
+def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
+    session.change("autopilot", False)
+    hand = session.simulation.kinematics.hand_pose(session.simulation.guided).translation.copy()
+    session.hold(HandTarget(hand + np.array([0.0, 0.0, 0.1])))
+    for _ in range(10):
+        session.advance(0.1)
+    session.hold(None)
+    simulation = session.simulation
+    now = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
+    assert np.linalg.norm(now - hand) > 0.05
+    session.change("autopilot", True)
+    target = session.target()
+    assert isinstance(target, HandTarget) and np.linalg.norm(target.position - now) < 2e-3
+
+
+PEOPLE: dict[str, type] = {
+    "solo": HandTarget,
+    "ball": BallTarget,
+    "hold": HandTarget,
+    "master_slave": HandTarget,
+    "imitation": AnglesTarget,
+}
+
+
+@pytest.mark.parametrize("scene", PEOPLE)
+def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) -> None:
+    session.advance(0.1)
+    session.change("scene", scene)
+    session.change("ball", "cross")
+    assert isinstance(session.target(), PEOPLE[scene])
+    q = session.simulation.positions.copy()
+    for _ in range(10):
+        session.advance(0.1)
+    assert np.abs(session.simulation.positions - q).max() > 0.002
+    # The same person as that of a run without a page, from the first step on.
+    session.reset()
+    for _ in range(5):
+        session.advance(0.1)
+    again = run(session.settings.run, 0.5)
+    assert bits(session) == again.table.tobytes()
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        HandTarget(np.array([0.4, 0.1, 1.0])),
+        JointTarget(np.zeros(7)),
+        BallTarget(np.array([0.4, 0.1, 1.0])),
+        AnglesTarget(np.zeros((2, 4))),
+    ],
+    ids=lambda target: type(target).__name__,
+)
+def test_whatever_is_taken_hold_of_takes_over_at_once(session: Session, target: Target) -> None:
+    session.advance(0.1)
+    session.hold(target)
+    assert not session.settings.page.autopilot and session.target() is target
+    session.advance(0.1)
+    recorded = session.recorded()
+    assert recorded is not None
+    assert [type(t) for t in recorded.targets()][-20:] == [type(target)] * 20
+
+
+CHANGES: list[tuple[str, Any]] = [
+    *(("scene", "solo"), ("rig", "table"), ("guided", "left"), ("path", "circle"), ("point", "arm"), ("ball", "cross")),
+    *(("clip", "wave"), ("seed", 7), ("source", "figure")),
+]
+
+
+@pytest.mark.parametrize(("key", "value"), CHANGES)
+def test_another_person_or_place_begins_anew(session: Session, key: str, value: Any) -> None:
+    session.advance(0.1)
+    first = session.target()
+    session.change("dm", 0.12)
+    session.change("law", "barrier_qp")
+    kept = session.target()
+    assert isinstance(first, HandTarget) and isinstance(kept, HandTarget)
+    assert kept.position.tolist() == first.position.tolist()
+    session.hold(HandTarget(np.zeros(3)))
+    session.change("k", 3.0)
+    assert session.held is not None
+    session.change(key, value)
+    assert session.held is None and session.target() is None
+    session.change("autopilot", True)
+    person = session.simulation.person().target(0.0)
+    mine = session.target()
+    assert type(mine) is type(person)
+    if mine is not None and person is not None:
+        assert all(x is y is None or (x == y).all() for x, y in zip(mine, person, strict=True))
+
+
+class Pointer:
+    """A person who points at one place after the other, and notes when they were asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[float] = []
+
+    def target(self, time: float) -> HandTarget:
+        """Return a place that tells the time."""
+        self.asked.append(time)
+        return HandTarget(np.array([0.4, 0.1, 1.0 + time]))
+
+
+def test_somebody_else_may_be_invited(session: Session) -> None:
+    session.advance(0.1)
+    session.hold(HandTarget(np.zeros(3)))
+    session.advance(0.1)
+    guest = Pointer()
+    session.invite(guest)
+    assert session.held is None and session.settings.page.autopilot
+    session.advance(0.1)
+    assert np.allclose(guest.asked, np.arange(20) * DT)
+    # Whoever takes hold goes first; the guest then begins again from the beginning, like the autopilot.
+    session.hold(HandTarget(np.zeros(3)))
+    session.advance(0.1)
+    assert len(guest.asked) == 20
+    session.hold(None)
+    session.change("autopilot", True)
+    session.advance(2.0 * DT)
+    assert np.allclose(guest.asked[20:], [0.0, DT])
+    session.reset()
+    session.advance(DT)
+    assert guest.asked[-1] == 0.0
+    session.invite(None)
+    assert isinstance(session.simulation.person().target(0.0), HandTarget)
+    session.advance(DT)
+    assert len(guest.asked) == 23
+    session.invite(guest)
+    session.change("source", "camera")
+    session.advance(DT)
+    assert len(guest.asked) == 23
+
+
+def test_a_recorded_run_can_be_played_again(session: Session) -> None:
+    for _ in range(12):
+        session.advance(0.1)
+    recorded = session.recorded()
+    assert recorded is not None and recorded.steps == 240
+    before = bits(session)
+    session.reset()
+    session.change("seed", 9)
+    session.invite(RecordedPerson(recorded))
+    for _ in range(12):
+        session.advance(0.1)
+    assert bits(session) == before
+
+
+def test_what_is_recorded_can_be_made_again_to_the_last_bit(session: Session) -> None:
+    for i in range(40):
+        session.advance(0.08)
+        if i == 10:
+            session.change("dm", 0.2)
+        if i == 20:
+            session.hold(HandTarget(np.array([0.4, 0.1, 1.0]), np.eye(3).T, np.array([0.2, -0.4, 1.0])))
+        if i == 30:
+            session.toggle_pause()
+            session.single_step()
+        if i == 35:
+            session.toggle_pause()
+    for seconds in (1.0, 2.0, 99.0):
+        recorded = session.recorded(seconds)
+        assert recorded is not None
+        table = session.simulation.history.table(recorded.steps)
+        assert rerun(recorded).table.tobytes() == table.tobytes()
+    session.reset()
+    assert session.recorded() is None or session.advance(DT) == 1
+    again = session.recorded()
+    assert again is None or again.steps == 1
