@@ -7,10 +7,11 @@ from app.classroom.ballots import Ballots, Place, Tally
 from app.classroom.places import Places
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import Outcome, Verdict
+from app.lessons.phases import Phase
 from app.lessons.progress import Progress, StepProgress, to_json
 from app.lessons.view import Place as LessonPlace
 from app.lessons.view import fill, verdict
-from app.lessons.walkthrough import Phase, Walkthrough
+from app.lessons.walkthrough import Walkthrough
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ from app.lessons.lesson import Lesson, LessonBook, Step, Trial
 from app.lessons.loading import load_lessons
 from app.lessons.options import Lessons
 from app.lessons.own_law import examine, stand_in
+from app.lessons.phases import Phase
 from app.lessons.trials import measured, simulated, wanted
-from app.lessons.walkthrough import Phase, Walkthrough
+from app.lessons.walkthrough import Walkthrough
 from controllers.errors import BadSetting
 
 WRONG_PATHS: Final = 3

@@ -3,9 +3,9 @@
 from dataclasses import replace
 from enum import StrEnum
 
-from app.lessons.lesson import Step
+from app.lessons.lesson import LessonBook, Step
 from app.lessons.outcomes import Outcome
-from app.lessons.progress import StepProgress
+from app.lessons.progress import Progress, StepProgress
 
 
 class Phase(StrEnum):
@@ -62,3 +62,22 @@ def fitting(step: Step, done: StepProgress) -> StepProgress:
         fitting.outcome = fitting.why = None
     fitting.hints = min(done.hints, len(step.hints))
     return fitting
+
+
+def fitting_steps(book: LessonBook, progress: Progress) -> dict[tuple[str, str], StepProgress]:
+    """Return what of a student's progress fits a book that may have changed since, by lesson and step."""
+    places = ((lesson.id, step) for lesson in book.lessons for step in lesson.steps)
+    return {
+        (lesson, step.id): fitting(step, progress.steps[lesson, step.id])
+        for lesson, step in places
+        if (lesson, step.id) in progress.steps
+    }
+
+
+def place_in(book: LessonBook, progress: Progress) -> tuple[int, int]:
+    """Return the places, from 0, of the lesson and the step where a student was; of the first ones if they are not there any more."""
+    for i, lesson in enumerate(book.lessons):
+        for j, step in enumerate(lesson.steps):
+            if (lesson.id, step.id) == (progress.lesson, progress.step):
+                return i, j
+    return 0, 0

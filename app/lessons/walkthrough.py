@@ -5,29 +5,25 @@ The page shows `view`, calls what the student does (`choose`, `next`, `back`, `r
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from math import inf
 from typing import Final
 
+from app.lessons.attempts import RunWatch, attempted
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures import measure
-from app.lessons.outcomes import Attempt, Judgement, Outcome, Verdict, judge, observed, reference
-from app.lessons.phases import Phase, first_phase, fitting, furthest_phase, phases_of
+from app.lessons.outcomes import Attempt, Judgement, Outcome, Verdict, observed, reference
+from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of, place_in
 from app.lessons.places import mark_places, start_positions
 from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
 from app.lessons.runs import Setup
 from app.lessons.trials import person_of
 from app.lessons.view import Place, View, has_why, make_view, verdict
-from app.lessons.words import say
 from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.cast import Person
-from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-
-__all__ = ["Phase", "View", "Walkthrough"]
 
 LIVE_ROWS: Final = 2
 """Newest rows that a live number looks at."""
@@ -58,9 +54,8 @@ class Walkthrough:
         self._phase = Phase.DO
         self._showing = False
         self._kept: dict[str, Person] = dict(kept or {})
-        self._seen: tuple[int, RunSettings] | None = None
+        self._watch = RunWatch()
         self._running: tuple[int, int, Setup] | None = None
-        self._mixed = False
         self._resume()
 
     # ---- where -------------------------------------------------------------------------------------------------------------
@@ -260,12 +255,7 @@ class Walkthrough:
 
     def watch(self, simulation: Simulation) -> None:
         """Take note of the run, once a frame: settings that change in the middle of it spoil it for a challenge."""
-        steps, settings = simulation.steps, simulation.settings
-        if self._seen is None or steps < self._seen[0] or self._seen[0] == 0:
-            self._mixed = False
-        elif settings != self._seen[1]:
-            self._mixed = True
-        self._seen = (steps, settings)
+        self._watch.see(simulation)
 
     def finished(self, simulation: Simulation) -> bool:
         """Return whether the run is as long as the step asks for."""
@@ -294,13 +284,15 @@ class Walkthrough:
         challenge = self.step.challenge
         if challenge is None or self._phase is not Phase.CHALLENGE or challenge.own_law:
             return None
-        until = inf if self.yours else challenge.setup.seconds
-        attempt = judge(challenge, Evidence(simulation, until), said, self.lesson.language)
-        if challenge.criteria and self._mixed:
-            attempt = replace(attempt, passed=False, note=say(self.lesson.language, "mixed"))
-        elif challenge.criteria and not self.yours and not self.finished(simulation):
-            seconds = f"{challenge.setup.seconds:g} s"
-            attempt = replace(attempt, passed=False, note=say(self.lesson.language, "unfinished", seconds=seconds))
+        attempt = attempted(
+            challenge,
+            simulation,
+            said,
+            self.lesson.language,
+            yours=self.yours,
+            finished=self.finished(simulation),
+            mixed=self._watch.mixed,
+        )
         if attempt.passed and challenge.keep and person is not None:
             self._kept[challenge.keep] = person
         self._note(attempt)
@@ -350,14 +342,9 @@ class Walkthrough:
 
     def _resume(self) -> None:
         """Take up the progress where it fits the book, and begin."""
-        progress, kept = self._progress, dict[tuple[str, str], StepProgress]()
-        for i, lesson in enumerate(self.book.lessons):
-            for j, step in enumerate(lesson.steps):
-                if (lesson.id, step.id) in progress.steps:
-                    kept[lesson.id, step.id] = fitting(step, progress.steps[lesson.id, step.id])
-                if (lesson.id, step.id) == (progress.lesson, progress.step):
-                    self._lesson, self._step = i, j
-        progress.steps = kept
+        progress = self._progress
+        progress.steps = fitting_steps(self.book, progress)
+        self._lesson, self._step = place_in(self.book, progress)
         allowed = self.phases[: self.phases.index(furthest_phase(self.step, self.done)) + 1]
         self._enter(next((phase for phase in allowed if phase.value == progress.phase), first_phase(self.step, self.done)))
 
@@ -371,7 +358,7 @@ class Walkthrough:
     def _begin(self) -> None:
         self.turn += 1
         self._running = self._lesson, self._step, self.setup
-        self._seen, self._mixed = None, False
+        self._watch.begin()
 
     def _end_why(self) -> None:
         self._showing = False

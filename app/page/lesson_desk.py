@@ -6,7 +6,8 @@ from typing import Any, Final
 import viser
 
 from app.languages.speaking import say, text
-from app.lessons.walkthrough import Phase, View
+from app.lessons.phases import Phase
+from app.lessons.view import View
 from app.page.buttons import ChoiceButtons
 from app.page.keys import LESSON_KEYS, Hotkey
 from app.page.lesson_forecasts import Forecasts

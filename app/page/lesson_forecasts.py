@@ -6,7 +6,7 @@ import viser
 
 from app.languages.speaking import say
 from app.lessons.lesson import Challenge
-from app.lessons.walkthrough import View
+from app.lessons.view import View
 from app.page.lesson_panel import ORDER
 from app.page.lesson_run import LessonRun
 from app.session import Session

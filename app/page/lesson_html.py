@@ -5,7 +5,8 @@ from typing import Final
 
 from app.languages.speaking import say
 from app.lessons.outcomes import Attempt
-from app.lessons.walkthrough import Phase, View
+from app.lessons.phases import Phase
+from app.lessons.view import View
 from app.page.lesson_text import inline_html, lesson_html, plain
 
 PHASES: Final[dict[str, str]] = {

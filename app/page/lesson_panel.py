@@ -6,7 +6,8 @@ from typing import Final
 import viser
 
 from app.languages.speaking import say
-from app.lessons.walkthrough import Phase, View
+from app.lessons.phases import Phase
+from app.lessons.view import View
 from app.page.lesson_html import BLOCKS, blocks_html
 from app.page.lesson_run import LessonRun
 from app.page.own_law import law_html

@@ -10,8 +10,10 @@ from collections.abc import Callable, Mapping
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
 from app.lessons.own_law import attempt_of
+from app.lessons.phases import Phase
 from app.lessons.runs import LONGEST
-from app.lessons.walkthrough import Phase, View, Walkthrough
+from app.lessons.view import View
+from app.lessons.walkthrough import Walkthrough
 from app.mishaps import Mishaps
 from app.own_law.examination import NO_FILE, Progress
 from app.page.lesson_runs import FurtherRuns

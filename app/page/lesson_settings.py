@@ -4,7 +4,8 @@ from dataclasses import replace
 from typing import Final
 
 from app.languages.speaking import text
-from app.lessons.walkthrough import Phase, Walkthrough
+from app.lessons.phases import Phase
+from app.lessons.walkthrough import Walkthrough
 from app.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting

@@ -8,8 +8,8 @@ import pytest
 
 from app.hosts import House, LectureHost, PrivateHost
 from app.lessons.loading import load_lessons
+from app.lessons.phases import Phase
 from app.lessons.trials import person_of
-from app.lessons.walkthrough import Phase
 from app.page.keys import HOTKEYS, LESSON_KEYS
 from app.page.lesson_forecasts import read_number
 from app.page.lesson_marks import reaches

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.lessons.loading import load_lessons
-from app.lessons.walkthrough import Phase
+from app.lessons.phases import Phase
 from app.page.lesson_run import LessonRun
 from app.session import Session
 from app.settings import Settings

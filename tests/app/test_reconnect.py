@@ -17,7 +17,7 @@ import pytest
 
 from app.cloakroom import MOST, Cloakroom, same_tab
 from app.hosts import House, LectureHost, PrivateHost
-from app.lessons.walkthrough import Phase
+from app.lessons.phases import Phase
 from app.page.lesson_resume import KEEP
 from app.page.lesson_run import LessonRun
 from app.session import Session

@@ -14,7 +14,8 @@ from app.classroom.key import is_mistaken, is_teacher
 from app.classroom.places import HOLD, MOST, Kept, Places
 from app.lessons.loading import load_lessons
 from app.lessons.outcomes import reference
-from app.lessons.walkthrough import Phase, Walkthrough
+from app.lessons.phases import Phase
+from app.lessons.walkthrough import Walkthrough
 from app.settings import Settings
 from scenes.settings import changed
 

@@ -11,7 +11,7 @@ import pytest
 
 from app.background import Background, Job
 from app.lessons.loading import load_lessons
-from app.lessons.walkthrough import Phase
+from app.lessons.phases import Phase
 from app.own_law import examination as examination_module
 from app.own_law.examination import NO_FILE, Examination, Progress
 from app.own_law.trials import TRIALS, WHY

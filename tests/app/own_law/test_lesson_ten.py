@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from app.hosts import PrivateHost
-from app.lessons.walkthrough import Phase
+from app.lessons.phases import Phase
 from app.own_law.commands import NewLaw, new_law
 from app.own_law.trials import TRIALS
 from app.page.own_law import COMMANDS

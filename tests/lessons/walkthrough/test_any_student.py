@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.lessons.lesson import LessonBook
-from app.lessons.walkthrough import Phase, Walkthrough
+from app.lessons.phases import Phase
+from app.lessons.walkthrough import Walkthrough
 from scenes.settings import changed
 from scenes.simulation import Simulation
 from tests.lessons.walkthrough.conftest import two_lessons

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from app.lessons.phases import Phase
 from app.lessons.trials import begin, simulated
-from app.lessons.walkthrough import Phase, Walkthrough
+from app.lessons.walkthrough import Walkthrough
 from scenes.settings import changed
 from scenes.simulation import Simulation
 from tests.lessons.helpers import run_out, to_challenge

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from app.lessons.lesson import LessonBook
-from app.lessons.walkthrough import Phase, Walkthrough
+from app.lessons.phases import Phase
+from app.lessons.walkthrough import Walkthrough
 from app.settings import PageSettings, Settings
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings
