@@ -380,24 +380,28 @@ def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> 
     ann = come(opened, "ann")
     sees(teacher, "students here: 1")
     names = {action: name for name, _, action in COMMANDS}
-    command(teacher, names["invite"])
-    sees(ann, "Join the class")
-    command(teacher, names["pause"])
-    sees(ann, "The teacher has paused everybody.")
-    command(teacher, names["pause"])
-    sees(ann, "You follow the teacher")
+
+    def press(action: str) -> None:
+        command(teacher, names[action])
+
+    for action, text in (
+        ("invite", "Join the class"),
+        ("pause", "The teacher has paused everybody."),
+        ("pause", "You follow the teacher"),
+    ):
+        press(action)
+        sees(ann, text)
     # There is nothing to reveal yet.
-    command(teacher, names["reveal"])
+    press("reveal")
     command(ann, "Answer 1")
     sees(teacher, "1 answered · 0 not yet")
-    command(teacher, names["reveal"])
-    sees(ann, "The class said")
-    command(teacher, names["again"])
-    sees(ann, "Your prediction? Answer here")
-    command(teacher, names["free"])
+    for action, text in (("reveal", "The class said"), ("again", "Your prediction? Answer here")):
+        press(action)
+        sees(ann, text)
+    press("free")
     is_sent_away(ann)
     sees(teacher, "exploring: ")
-    command(teacher, names["free"])
+    press("free")
     teacher.wait_for(lambda _: not host.room.free, WAIT)
 
 
