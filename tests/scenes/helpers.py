@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,8 @@ from controllers.kinematics import Array
 from controllers.proximity import Treatment
 from scenes.headless import Run, run
 from scenes.history import COLUMN
-from scenes.settings import LawName, LawSettings, RigName, RunSettings
+from scenes.inputs import InputsLog, Recorded
+from scenes.settings import LawName, LawSettings, RigName, RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 
@@ -101,3 +103,29 @@ def overlapping_start(rig: RigName, depth: float = 0.05) -> tuple[float, ...]:
 def with_law(settings: RunSettings, **changes: object) -> RunSettings:
     """The same settings with fields of the law changed."""
     return replace(settings, law=replace(settings.law, **changes))  # pyright: ignore[reportArgumentType]
+
+
+def given_settings(**changes: object) -> RunSettings:
+    """The default settings with a few changes, by key."""
+    settings = RunSettings()
+    for key, value in changes.items():
+        settings = changed(settings, key, value)
+    return settings
+
+
+def recorded_run(
+    settings: RunSettings, seconds: float, window: float, changes: dict[float, dict[str, Any]] | None = None
+) -> tuple[Simulation, Recorded]:
+    """A run with the experiment's own person, and its last seconds; the settings change at shares of its time."""
+    simulation, log = Simulation(settings), InputsLog()
+    person, due = simulation.person(), dict(changes or {})
+    while simulation.time < seconds - 1e-9:
+        for share in [share for share in due if simulation.time >= share * seconds]:
+            for key, value in due.pop(share).items():
+                simulation.apply(changed(simulation.settings, key, value))
+        target = person.target(simulation.time)
+        log.record(simulation, target)
+        simulation.step(target)
+    recorded = log.window(window)
+    assert recorded is not None
+    return simulation, recorded

@@ -7,7 +7,7 @@ import pickle
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 import pinocchio as pin
@@ -19,21 +19,13 @@ from controllers.errors import BadSetting
 from scenes.headless import summarise
 from scenes.inputs import InputsLog, Recorded
 from scenes.rerun import COARSEST, LOOK, WHAT_IF_KEYS, Stopped, between, rerun, warm, what_if
-from scenes.settings import LawName, RunSettings, SceneName, changed, specs, values
+from scenes.settings import LawName, RunSettings, SceneName, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, Measured, Verdict, largest_step, unmeasured
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
-from tests.scenes.helpers import column
+from tests.scenes.helpers import column, given_settings, recorded_run
 
 SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
-
-
-def given_settings(**changes: object) -> RunSettings:
-    """The default settings with a few changes, by key."""
-    settings = RunSettings()
-    for key, value in changes.items():
-        settings = changed(settings, key, value)
-    return settings
 
 
 @cache
@@ -41,24 +33,6 @@ def session(scene: SceneName, law: LawName, seconds: float, window: float) -> tu
     """A run with the experiment's own person whose settings change twice, and its last seconds."""
     settings = given_settings(scene=scene, law=law, ball="cross" if scene == "ball" else "still")
     return recorded_run(settings, seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}})
-
-
-def recorded_run(
-    settings: RunSettings, seconds: float, window: float, changes: dict[float, dict[str, Any]] | None = None
-) -> tuple[Simulation, Recorded]:
-    """A run with the experiment's own person, and its last seconds; the settings change at shares of its time."""
-    simulation, log = Simulation(settings), InputsLog()
-    person, due = simulation.person(), dict(changes or {})
-    while simulation.time < seconds - 1e-9:
-        for share in [share for share in due if simulation.time >= share * seconds]:
-            for key, value in due.pop(share).items():
-                simulation.apply(changed(simulation.settings, key, value))
-        target = person.target(simulation.time)
-        log.record(simulation, target)
-        simulation.step(target)
-    recorded = log.window(window)
-    assert recorded is not None
-    return simulation, recorded
 
 
 # --- again, exactly ------------------------------------------------------------------------------------------------------------

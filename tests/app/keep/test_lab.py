@@ -12,15 +12,15 @@ from app.keep.lab import Done, done_in, lab_bytes, recorded_of, report_title, ri
 from app.keep.report import LOCKED
 from app.keep.shelf import Shelf
 from app.lessons.loading import load_lessons
+from app.lessons.phases import Phase
 from app.lessons.progress import MOST_WORDS
 from app.lessons.trials import simulated
-from app.lessons.walkthrough import Phase
 from app.page.lesson_resume import Keeper, open_link
 from app.page.lesson_run import LessonRun
 from app.session import Session
 from app.settings import Settings
 from scenes.rerun import Stopped, rerun
-from tests.app.keep.inline import Inline
+from tests.app.inline import Inline
 
 BOOK = load_lessons()
 NASTY = "<script>alert(1)</script>"
@@ -108,10 +108,10 @@ def test_the_shelf_makes_it_as_a_file(run: LessonRun) -> None:
     background = Inline()
     shelf = Shelf(run._session, background)
     shelf.ask_report(())
-    assert [news.title for news in shelf.take_news()] == ["There is nothing to report yet"] and not background.jobs
+    assert [news.title for news in shelf.take_news()] == ["There is nothing to report yet"] and not background.waiting()
     shelf.ask_report(steps_of(run))
     assert shelf.busy == "the lab report"
-    (job,) = background.jobs
+    (job,) = background.waiting()
     # It goes to another process, with what was written until now.
     pickle.loads(pickle.dumps(job.arguments))
     before = run.walk.done.words

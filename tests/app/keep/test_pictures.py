@@ -25,7 +25,8 @@ from scenes.history import COLUMN
 from scenes.rerun import Stopped
 from scenes.settings import values
 from scenes.simulation import Simulation
-from tests.app.keep.runs import given, piece
+from tests.app.keep.runs import piece
+from tests.scenes.helpers import given_settings
 
 SCENES = ("solo", "ball", "hold", "master_slave", "imitation")
 
@@ -164,7 +165,7 @@ def test_section_three_is_looked_at_along_the_way_or_says_why_not() -> None:
 
 
 def test_the_legend_names_lines_as_the_page_does() -> None:
-    slave = course_of("follow", Simulation(given(scene="master_slave", following="identical"), 1))
+    slave = course_of("follow", Simulation(given_settings(scene="master_slave", following="identical"), 1))
     names = legend_names(slave)
     assert [names[i] for i in range(4)] == ["1", "2", "3", "4"]
     assert "master" in names.values() and slave.lines[next(i for i, n in names.items() if n == "master")].dash
@@ -214,7 +215,7 @@ def test_an_svg_for_a_page_keeps_to_itself() -> None:
 
 
 def test_a_caption_says_what_was_run() -> None:
-    line = caption(given(law="strict_switched", dm=0.2, v=0.4, k=3.0))
+    line = caption(given_settings(law="strict_switched", dm=0.2, v=0.4, k=3.0))
     assert "Hold (Fig. 5)" in line and "switched at $d_m$" in line and "$d_m$ = 200 mm" in line and "K = 3/s" in line
 
 

@@ -23,8 +23,9 @@ from controllers.kinematics import Array
 from scenes.inputs import Recorded
 from scenes.rerun import Stopped
 from scenes.simulation import Simulation
-from tests.app.keep.runs import given, piece
+from tests.app.keep.runs import piece
 from tests.browser import PageAt, screenshot, wait_frames, world_position
+from tests.scenes.helpers import given_settings
 
 FAST = PageSettings(picture="fast")
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
@@ -148,7 +149,7 @@ def test_the_page_loads_nothing_and_is_small() -> None:
 
 
 def test_what_a_person_named_is_text() -> None:
-    page = assembled(filmed("hold"), (), given(), dark=True)
+    page = assembled(filmed("hold"), (), given_settings(), dark=True)
     assert "classList.toggle('dark',true)" in page and 'src="http' not in page and "@import" not in page
 
 

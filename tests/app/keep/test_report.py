@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from app.keep.pictures import inline_svg
 from app.keep.report import LOCKED, Entry, Labels, Plot, report_html
 from app.settings import Settings
-from tests.app.keep.runs import given as settings_with
 from tests.app.keep.runs import piece
 from tests.browser import PageAt, screenshot
+from tests.scenes.helpers import given_settings
 
 NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0h1"/></svg>'
@@ -64,7 +64,7 @@ def test_everything_that_was_done_is_in_it() -> None:
     entry = Entry(
         "1.2 Rest", "How near?", "Nearer than d_m", True, "Right.", ("d = 167.2 mm",), judgements, 3, True, "I thought so."
     )
-    page = report_html("My report", [entry], Settings(run=settings_with(dm=0.2)), [Plot(SVG, "at the end")], "All in all.")
+    page = report_html("My report", [entry], Settings(run=given_settings(dm=0.2)), [Plot(SVG, "at the end")], "All in all.")
     text = Reader(page).text
     for part in (
         entry.title,
@@ -90,7 +90,7 @@ def test_what_is_empty_is_left_out() -> None:
 
 
 def test_settings_that_have_no_effect_are_left_out() -> None:
-    text = report_html("r", [], Settings(run=settings_with(law="potential_field")))
+    text = report_html("r", [], Settings(run=given_settings(law="potential_field")))
     assert "<td>η</td>" in text and "<td>d<sub>m</sub></td>" not in text
     assert "<td>d<sub>m</sub></td><td>150 mm</td>" in report_html("r", [], Settings())
 

@@ -12,8 +12,9 @@ from app.people import People
 from app.session import Session
 from app.settings import Settings
 from scenes.inputs import KEEP
-from tests.app.keep.inline import Inline
-from tests.app.keep.runs import given, piece
+from tests.app.inline import Inline
+from tests.app.keep.runs import piece
+from tests.scenes.helpers import given_settings
 
 
 class Desk:
@@ -21,7 +22,7 @@ class Desk:
 
     def __init__(self, people: People | None = None, **settings: object) -> None:
         self.background = Inline()
-        self.session = Session(Settings(run=given(**settings)), people=people or People())
+        self.session = Session(Settings(run=given_settings(**settings)), people=people or People())
         self.shelf = Shelf(self.session, self.background)
 
     def run(self, seconds: float) -> None:
@@ -69,10 +70,10 @@ def test_a_file_is_made_in_the_background_and_handed_over_once(desk: Desk, kind:
 def test_the_page_that_plays_gets_what_the_page_shows(desk: Desk) -> None:
     desk.session.change("plot", "lambda")
     desk.shelf.ask("html", 1.0)
-    (job,) = desk.background.jobs
-    recorded, seconds, page = job.arguments
+    (job,) = desk.background.waiting()
+    language, recorded, seconds, page = job.arguments
     assert (recorded.steps, seconds, page.details) == (200, 1.0, "lambda") or recorded.seconds >= 1.0
-    assert page is desk.session.settings.page
+    assert page is desk.session.settings.page and language == "en"
 
 
 def test_a_saved_run_is_the_run(desk: Desk) -> None:
@@ -117,7 +118,7 @@ def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
         for kind in KINDS:
             empty.shelf.ask(kind, 10.0)
         empty.shelf.watch(10.0)
-        assert not empty.background.jobs and len(empty.shelf.take_news()) == len(KINDS) + 1
+        assert not empty.background.waiting() and len(empty.shelf.take_news()) == len(KINDS) + 1
         assert empty.shelf.replay is None
 
 
@@ -128,9 +129,9 @@ def test_a_law_of_ones_own_gives_numbers_but_no_second_run(desk: Desk, monkeypat
     desk.shelf.watch(1.0)
     news = desk.shelf.take_news()
     assert len(news) == 4 and all("my_law.py runs in a process of its own" in entry.text for entry in news)
-    assert not desk.background.jobs and not desk.session.paused
+    assert not desk.background.waiting() and not desk.session.paused
     desk.shelf.ask("csv", 1.0)
-    (job,) = desk.background.jobs
+    (job,) = desk.background.waiting()
     table = job.arguments[-1]
     assert table.tobytes() == desk.session.simulation.history.table(job.arguments[0].steps).tobytes()
 
@@ -223,13 +224,13 @@ def test_colours_may_be_changed_while_looking_back(desk: Desk) -> None:
 def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shelf_module, "DRAFT", 0.5)
     desk.shelf.watch(KEEP)
-    (job,) = desk.background.jobs
+    (job,) = desk.background.waiting()
     assert job.urgent and job.arguments[0].steps < 400
     desk.work()
     assert desk.shelf.replay is not None and desk.shelf.replay.steps < 400
     desk.shelf.seek(1.75)
     desk.frame(0.0)
-    (job,) = desk.background.jobs
+    (job,) = desk.background.waiting()
     assert job.arguments[0].steps == 400
     desk.work()
     # It grows at its beginning; the moment stays.
@@ -240,10 +241,10 @@ def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: p
 def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
     desk.shelf.watch(1.0)
     desk.shelf.leave()
-    assert not desk.background.jobs and not desk.shelf.busy and not desk.session.paused
+    assert not desk.background.waiting() and not desk.shelf.busy and not desk.session.paused
     desk.shelf.ask("csv", 1.0)
     desk.shelf.close()
-    assert not desk.background.jobs and not desk.shelf.busy
+    assert not desk.background.waiting() and not desk.shelf.busy
 
 
 # --- a file brought along ------------------------------------------------------------------------------------------------------

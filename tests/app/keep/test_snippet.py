@@ -18,7 +18,8 @@ from scenes.inputs import InputsLog, Recorded
 from scenes.rerun import Stopped, rerun
 from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
-from tests.app.keep.runs import given, piece
+from tests.app.keep.runs import piece
+from tests.scenes.helpers import given_settings
 
 ROOT = Path(__file__).parents[3]
 
@@ -54,7 +55,7 @@ def test_settings_alone_make_the_run_again(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_nothing_recorded_is_a_fresh_run_of_the_settings() -> None:
-    text = as_python(given(n=8.0, k=3.0))
+    text = as_python(given_settings(n=8.0, k=3.0))
     assert "settings = RunSettings(gain=3.0, law=LawSettings(order=8.0))" in text
     assert "from scenes.settings import LawSettings, RunSettings" in text and "seconds=20.0" in text
     compile(text, "snippet", "exec")
@@ -103,7 +104,7 @@ def touched(at: int, start: object) -> Recorded:
 
 
 def test_settings_as_python_are_the_settings() -> None:
-    settings = given(scene="imitation", dm=0.2, ff="1", seed=7, law="strict_switched", robot="panda")
+    settings = given_settings(scene="imitation", dm=0.2, ff="1", seed=7, law="strict_switched", robot="panda")
     names = {"RunSettings": RunSettings, "LawSettings": LawSettings}
     assert eval(settings_python(settings), names) == settings
     assert settings_python(RunSettings()) == "RunSettings()"

@@ -11,7 +11,11 @@ from controllers.errors import DuetError
 
 
 class Inline(Background):
-    """Jobs wait for `work`."""
+    """Jobs wait for `work`.
+
+    Attributes:
+        jobs: all that were ever submitted, in order.
+    """
 
     def __init__(self) -> None:
         super().__init__(1)
@@ -35,14 +39,18 @@ class Inline(Background):
         return job
 
     def cancel(self, owner: object, kind: str | None = None) -> None:
-        """Drop jobs."""
-        for job in [j for j in self.jobs if j.owner is owner and kind in (None, j.kind)]:
-            job.state = "dropped"
-            self.jobs.remove(job)
+        """Drop what waits."""
+        for job in self.waiting():
+            if job.owner is owner and kind in (None, job.kind):
+                job.state = "dropped"
 
-    def work(self) -> list[str]:
-        """Do everything that waits; the kinds of what was done."""
-        jobs, self.jobs = self.jobs, []
+    def waiting(self, kind: str = "") -> list[Job]:
+        """What is to be done, of a kind that begins so."""
+        return [job for job in self.jobs if job.state == "waiting" and job.kind.startswith(kind)]
+
+    def work(self, kind: str = "") -> list[str]:
+        """Do everything that waits, of a kind that begins so; the kinds of what was done."""
+        jobs = self.waiting(kind)
         for job in jobs:
             try:
                 job.result, job.state = job.function(*job.arguments, lambda: False), "done"
