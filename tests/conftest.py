@@ -44,7 +44,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneBrowse
 
 @cache
 def _draws(path: Path) -> bool:
-    return "PageAt" in path.read_text(encoding="utf-8")
+    text = path.read_text(encoding="utf-8")
+    return "PageAt" in text or "browser: Browser" in text
 
 
 @pytest.hookimpl(hookwrapper=True)

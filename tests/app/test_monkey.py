@@ -10,7 +10,8 @@ from playwright.sync_api import Browser
 
 from app.session import Session
 from app.settings import Settings
-from tests.monkey import Trouble, assert_sound, let_loose, watching
+from tests.monkey.visitor import let_loose
+from tests.monkey.watch import Trouble, assert_sound, watching
 
 
 def test_five_seconds_of_anything(browser: Browser) -> None:

@@ -1,0 +1,46 @@
+"""A visitor who does anything at all, again and again, in a real browser: `python -m tests.monkey --seeds 1 2 3 --seconds 60`.
+
+The same seed does the same things, as far as the page is the same then; a failure prints the seed and all that was done.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+
+from playwright.sync_api import sync_playwright
+
+from tests.browser import launch
+from tests.monkey.visitor import let_loose
+from tests.monkey.watch import Trouble
+
+
+def main() -> int:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1])
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--least", type=int, default=0, help="so many actions at least")
+    parser.add_argument("--lecture", action="store_true", help="on the stage of a lecture")
+    arguments = parser.parse_args()
+    failed = 0
+    with sync_playwright() as playwright:
+        browser = launch(playwright)
+        for seed in arguments.seeds:
+            try:
+                monkey = let_loose(browser, seed, arguments.seconds, arguments.least, arguments.lecture)
+                did = ", ".join(f"{count} {name}" for name, count in monkey.counts.most_common())
+                print(f"seed {seed}: {len(monkey.done)} actions without trouble ({did})", flush=True)
+            except Trouble as trouble:
+                failed += 1
+                print(f"TROUBLE\n{trouble}\n", flush=True)
+        browser.close()
+    return failed
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    # Workers of the background may still hold on to something.
+    os._exit(1 if status else 0)

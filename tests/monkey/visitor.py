@@ -1,0 +1,254 @@
+"""One visitor who does anything at all, again and again, and looks after every action whether all is well."""
+
+from __future__ import annotations
+
+import random
+import re
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import TimeoutError as NoAnswer
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote
+
+from playwright.sync_api import Browser, BrowserContext, Error, FileChooser
+
+from app.hosts import House, PrivateHost, open_house
+from app.session import Session
+from app.settings import Settings
+from scenes.settings import specs
+from tests.app.conftest import ask, live_sessions
+from tests.browser import _HARMLESS, artefacts
+from tests.monkey.hands import Hands
+from tests.monkey.material import LINKS, RUBBISH, TEXTS
+from tests.monkey.watch import Trouble, Watch, assert_sound, watching
+
+PATIENCE: Final = 60.0
+"""How long the page or the server may take to answer on a busy machine [s]."""
+
+SHORT: Final = 1500.0
+"""How long one action looks for what it wants [ms]."""
+
+# Said by viser's page about an element that was taken away while something was still on its way to it, and by a browser whose
+# dialogs for files are answered by a program.
+_LATE = (r"Tried to update non-existent component", r"Intercepted by Page\.setInterceptFileChooserDialog")
+
+_NOW: Final = "document.timeline.currentTime"
+_DRAWN: Final = "begin => document.timeline.currentTime !== begin"
+"""The time of the newest frame, and whether there is another one."""
+
+
+class Monkey:
+    """One visitor.
+
+    Args:
+        opened: a house with nobody else in it.
+        context: of a browser, empty.
+        seed: of all choices.
+        watch: hears of everything that goes wrong.
+
+    Attributes:
+        done: what was done, in words.
+    """
+
+    def __init__(self, opened: House, context: BrowserContext, seed: int, watch: Watch) -> None:
+        self.opened, self.context, self.seed, self.watch = opened, context, seed, watch
+        self.done: list[str] = []
+        self.counts: Counter[str] = Counter()
+        self._random = random.Random(seed)
+        self._frames = 0
+        self._rubbish = Path(tempfile.mkdtemp(prefix="monkey"))
+        context.set_default_timeout(SHORT)
+        self.page = context.new_page()
+        self._listen()
+        hands = Hands(self.page, self._random)
+        self.actions: dict[str, tuple[int, Callable[[], str]]] = {
+            "button": (26, lambda: hands.click("button, [role=button]")),
+            "tab": (5, lambda: hands.click("[role=tab]")),
+            "switch": (5, lambda: hands.click("input[type=checkbox], [role=switch], label")),
+            "choice": (9, hands.choose),
+            "slider": (12, hands.slide),
+            "text": (6, hands.write),
+            "key": (14, hands.press),
+            "handle": (12, hands.drag_handle),
+            "view": (5, hands.turn_view),
+            "anywhere": (3, hands.click_anywhere),
+            "file": (3, hands.give_file),
+            "link": (2, self._follow_link),
+            "reload": (1, self._reload),
+            "back": (1, self._go_back),
+            "size": (1, hands.resize),
+        }
+
+    # ---- what is heard -----------------------------------------------------------------------------------------------------
+
+    def _listen(self) -> None:
+        page, complaints, forgiven = self.page, self.watch.complaints, re.compile("|".join((*_HARMLESS, *_LATE)))
+
+        def on_console(message: object) -> None:
+            kind, text = getattr(message, "type", ""), getattr(message, "text", "")
+            where = getattr(message, "location", {}).get("url", "")
+            if kind == "error" and not forgiven.search(f"{text} {where}"):
+                complaints.append(f"console: {text} ({where})")
+
+        def on_error(error: Error) -> None:
+            if not forgiven.search(str(error)):
+                complaints.append(f"uncaught: {error}")
+
+        def on_socket(socket: object) -> None:
+            socket.on("framereceived", lambda _: setattr(self, "_frames", self._frames + 1))  # pyright: ignore[reportAttributeAccessIssue]
+
+        page.on("console", on_console)
+        page.on("pageerror", on_error)
+        page.on("crash", lambda _: complaints.append("the page crashed"))
+        page.on("dialog", self._on_dialog)
+        page.on("websocket", on_socket)
+        page.on("filechooser", self._on_chooser)
+        self.context.on("page", lambda other: other.close() if other is not page else None)
+
+    def _on_dialog(self, dialog: object) -> None:
+        message = getattr(dialog, "message", "")
+        if message == "1":
+            self.watch.complaints.append("a text from outside ran as a script")
+        dialog.dismiss()  # pyright: ignore[reportAttributeAccessIssue]
+
+    def _on_chooser(self, chooser: FileChooser) -> None:
+        name, content = self._random.choice(RUBBISH)
+        path = self._rubbish / name
+        path.write_bytes(content)
+        chooser.set_files(path)
+        self.done.append(f"    gives the file {name} ({len(content)} B)")
+
+    # ---- where it goes -----------------------------------------------------------------------------------------------------
+
+    def _follow_link(self) -> str:
+        link = self._random.choice(LINKS)
+        if self._random.random() < 0.4:
+            key, value = self._random.choice(sorted(specs(Settings))), self._random.choice((*TEXTS, "0.3", "solo", "1"))
+            link = f"{link}&{key}={quote(value)}"
+        self.arrive(link)
+        return f"follows the link ?{link[:120]}"
+
+    def _reload(self) -> str:
+        self.page.reload(timeout=1000 * PATIENCE)
+        self._settle()
+        return "reloads"
+
+    def _go_back(self) -> str:
+        self.page.go_back(timeout=1000 * PATIENCE)
+        if not self.page.url.startswith(self.opened.url):
+            self.arrive("")
+        self._settle()
+        return "goes back"
+
+    # ---- what must be true -------------------------------------------------------------------------------------------------
+
+    def arrive(self, link: str) -> None:
+        """Open the house's page by a link."""
+        self.page.goto(f"{self.opened.url}/?{link}", timeout=1000 * PATIENCE)
+        self._settle()
+
+    def _until(self, true: Callable[[], object], what: str) -> None:
+        deadline = time.monotonic() + PATIENCE
+        while not true():
+            self.watch.check()
+            if time.monotonic() > deadline:
+                raise Trouble(f"{what}: not within {PATIENCE:g} s")
+            self._draw()
+
+    def _draw(self) -> None:
+        """Wait until the page has drawn a frame, or is about to be another one."""
+        try:
+            self.page.wait_for_function(_DRAWN, arg=self.page.evaluate(_NOW), timeout=SHORT)
+        except Error as error:
+            if self.page.is_closed():
+                raise Trouble(f"the page is gone: {error.message}") from None
+
+    def _settle(self) -> None:
+        """Wait until the page is there, with one session of its own."""
+        self.page.wait_for_function(
+            "() => window.__viserMutable?.canvas && __viserMutable.nodeRefFromName", timeout=1000 * PATIENCE
+        )
+        self._until(lambda: len(live_sessions(self.opened)) == 1 and self.opened.server.count_clients() == 1, "one session")
+
+    def _session(self) -> Session:
+        self._until(lambda: len(live_sessions(self.opened)) == 1, "one session")
+        (session,) = live_sessions(self.opened).values()
+        return session
+
+    def check(self) -> None:
+        """Look at page and server.
+
+        Raises:
+            Trouble: something is not as it must be.
+        """
+        self.watch.check()
+        try:
+            ask(self._session(), assert_sound, PATIENCE)
+        except NoAnswer:
+            raise Trouble("the session does not answer") from None
+        seen = self._frames
+        self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        session = self._session()
+        if not session.paused:
+            self._until(
+                lambda: self._frames > seen or session.paused or session not in live_sessions(self.opened).values(), "a frame"
+            )
+        self.watch.check()
+
+    def leave(self) -> None:
+        """Go, after which nobody must be left."""
+        self.page.goto("about:blank", timeout=1000 * PATIENCE)
+        self._until(lambda: self.opened.server.count_clients() == 0, "no visitor")
+        if isinstance(self.opened.host, PrivateHost):
+            self._until(lambda: not live_sessions(self.opened), "no session")
+        self.watch.check()
+
+    def act(self) -> None:
+        """Do one thing, and look whether all is well."""
+        names = list(self.actions)
+        (name,) = self._random.choices(names, [self.actions[one][0] for one in names])
+        self.counts[name] += 1
+        self.done.append(f"{name} …")
+        number = len(self.done) - 1
+        try:
+            self.done[number] = self.actions[name][1]()
+        except Error as error:
+            # What it reached for has gone meanwhile; a page that hangs is found by the check.
+            self.done[number] = f"{name}: {error.message.splitlines()[0]}"
+            if "crash" in error.message.lower() or self.page.is_closed():
+                raise Trouble(f"the page is gone: {error.message}") from None
+        self.check()
+
+
+def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lecture: bool = False) -> Monkey:
+    """Let a visitor (a lecturer, in a lecture) do anything for so long, and for so many actions at least; return them.
+
+    Raises:
+        Trouble: the message says what was done.
+    """
+    opened = open_house("127.0.0.1", 0, Settings(), lecture=lecture)
+    context = browser.new_context(viewport={"width": 1024, "height": 768}, accept_downloads=True)
+    try:
+        with watching() as watch:
+            monkey = Monkey(opened, context, seed, watch)
+            try:
+                monkey.arrive("")
+                end = time.monotonic() + seconds
+                while time.monotonic() < end or len(monkey.done) < least:
+                    monkey.act()
+                monkey.leave()
+            except (Trouble, Error) as trouble:
+                picture = artefacts() / f"monkey-{seed}.png"
+                try:
+                    monkey.page.screenshot(path=picture, timeout=5000)
+                except Error:
+                    picture = Path("no picture could be taken")
+                did = "\n".join(f"{number:4d} {what}" for number, what in enumerate(monkey.done, 1))
+                raise Trouble(f"seed {seed}, after {len(monkey.done)} actions ({picture}):\n{did}\n\n{trouble}") from None
+            return monkey
+    finally:
+        context.close()
+        opened.close()
