@@ -9,14 +9,17 @@ from typing import Final
 
 from markdown_it import MarkdownIt
 
+from app.languages.speaking import text
+from app.languages.words import words_of
 from app.page.lesson_text import formula
+from app.settings import Language
 
 FOLDER: Final = Path(__file__).parent / "lessons"
 
 DOCUMENTS: Final = {
-    "model": ("model.md", "The model"),
-    "lecture-plan": ("lecture-plan.md", "A lecture plan"),
-    "lessons": ("README.md", "How to write a lesson"),
+    "model": ("model.md", text("The model")),
+    "lecture-plan": ("lecture-plan.md", text("A lecture plan")),
+    "lessons": ("README.md", text("How to write a lesson")),
 }
 """Last part of the address → file in `FOLDER`, and what it is called."""
 
@@ -42,29 +45,42 @@ table{border-collapse:collapse;width:100%;font-size:.95em}
 th,td{border-bottom:1px solid var(--line);padding:.35rem .6rem;text-align:left;vertical-align:top}
 pre{overflow-x:auto;background:light-dark(#f4f6f8,#20242a);padding:.8rem 1rem;border-radius:6px;font-size:.88em}code{font-size:.92em}
 img{max-width:100%}
+.note{max-width:46rem;margin:1rem auto 0;padding:0 1.25rem;color:var(--faint);font-style:italic}
 .lam{color:light-dark(#6f42c1,#bd9bff)}.dm{color:light-dark(#c2540a,#ff8f45)}.v{color:light-dark(#00795a,#3fd0a0)}
 .u{color:light-dark(#946200,#f0bd4a)}.w{color:light-dark(#c62828,#ff7a6b)}
-@media print{nav{display:none}
+@media print{nav,.note{display:none}
 main{max-width:none;padding:0}body{font-size:10.5pt}h2{break-after:avoid}
 table,pre,.formula{break-inside:avoid}@page{margin:18mm}}
 """
 
 
-@cache
-def document_page(name: str) -> bytes:
-    """Return a document as an HTML page; `name` is a key of `DOCUMENTS`."""
-    file, title = DOCUMENTS[name]
-    body = document_html((FOLDER / file).read_text(encoding="utf-8"))
+def document_page(name: str, language: Language = "en") -> bytes:
+    """Return a document as an HTML page. The documents are English; what stands around them is in the reader's language.
+
+    Args:
+        name: a key of `DOCUMENTS`.
+        language: of the reader.
+    """
+    words = words_of(language)
+    asked = "" if words.language == "en" else f"?lang={words.language}"
+    lang = "en" if words.language == "pseudo" else words.language
     links = "".join(
-        f'<a href="{key}"{" aria-current=page" if key == name else ""}>{html.escape(called)}</a>'
+        f'<a href="{key}{asked}"{" aria-current=page" if key == name else ""}>{html.escape(words(called))}</a>'
         for key, (_, called) in DOCUMENTS.items()
     )
+    note = f'<p class="note">{html.escape(words(text("This document is in English.")))}</p>' if asked else ""
+    begin = '<main lang="en">' if asked else "<main>"
     return (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)} · Duet</title>'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<style>{_STYLE}</style></head><body><nav aria-label="Documents"><a href="../">Duet</a>{links}</nav>'
-        f"<main>{body}</main></body></html>"
+        f'<!doctype html><html lang="{lang}"><head><meta charset="utf-8"><title>{html.escape(words(DOCUMENTS[name][1]))} · Duet'
+        '</title><meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<style>{_STYLE}</style></head><body><nav aria-label="{html.escape(words(text("Documents")))}">'
+        f'<a href="../{asked}">Duet</a>{links}</nav>{note}{begin}{_body(name)}</main></body></html>'
     ).encode()
+
+
+@cache
+def _body(name: str) -> str:
+    return document_html((FOLDER / DOCUMENTS[name][0]).read_text(encoding="utf-8"))
 
 
 def document_html(text: str) -> str:

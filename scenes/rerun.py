@@ -103,7 +103,9 @@ def rerun(
     """
     if substeps < 1 or stride < 1 or min(substeps, stride) > 1:
         raise BadSetting(
-            f"substeps = {substeps} and stride = {stride} do not go together; give whole numbers from 1, one of them 1."
+            "substeps = {substeps} and stride = {stride} do not go together; give whole numbers from 1, one of them 1.",
+            substeps=substeps,
+            stride=stride,
         )
     stretches = _stretches(recorded, overrides or {})
     rows = sum(-(-stretch.targets.steps // stride) * substeps for stretch in stretches)

@@ -1,4 +1,7 @@
-"""A recorded run as the lines that the page plots, but over all of its time: for pictures, the report, and the page without a server."""
+"""A recorded run as the lines that the page plots, but over all of its time: for pictures, the report, and the page without a server.
+
+What is written there is in the language that is spoken here.
+"""
 
 import math
 import re
@@ -9,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from app.keep.replay import Replay
+from app.languages.speaking import say
 from app.page.bins import DRIVEN, FARTHEST, JOINTS, RESTING, resting
 from app.page.contact import contact
 from app.page.courses import Course, colour_of, course_of
@@ -129,12 +133,16 @@ class Curves:
         names = legend_names(course)
         strokes = tuple(
             Stroke(
-                names.get(i, ""), colour_of(line, self._palette), line.width, line.dash, self.column(line.column) * course.scale
+                say(names[i]) if i in names else "",
+                colour_of(line, self._palette),
+                line.width,
+                line.dash,
+                self.column(line.column) * course.scale,
             )
             for i, line in enumerate(course.lines)
             if line.run == "own"
         )
-        return Panel(plain(course.title), course.unit, self.times, strokes, course.span, course.positive)
+        return Panel(plain(say(course.title)), course.unit, self.times, strokes, course.span, course.positive)
 
     def column(self, name: str) -> Array:
         """Return what the page's buffer calls so (k,), see `app.page.bins.NAMES`."""
@@ -196,15 +204,20 @@ class Curves:
         names = tuple(pair_name(self._simulation, pair) for pair in shown.tolist())
         span = (-0.6, max(len(shown), 1) - 0.4)
         return Panel(
-            "the closest pair", "", self.times, (Stroke("", self._palette.distance, 7.0, (), values, True),), span, rows=names
+            say("the closest pair"),
+            "",
+            self.times,
+            (Stroke("", self._palette.distance, 7.0, (), values, True),),
+            span,
+            rows=names,
         )
 
     def _section(self) -> Panel:
-        run, title = self.settings, "smallest eigenvalue of sym(M) over K, and 1 − λρ²"
+        run, title = self.settings, say("smallest eigenvalue of sym(M) over K, and 1 − λρ²")
         laws = {stretch.settings.law.law for stretch in self._recorded.stretches}
         one_row_for_two = run.law.coupled and len(self._simulation.cast.avoiders(run.avoid)) > 1
         if not laws <= {"smooth_priority", "unprotected"} or one_row_for_two or run.gain <= 0.0:
-            note = "Section III is about eq. (12), one arm and a gain K > 0; of this run it says nothing."
+            note = say("Section III is about eq. (12), one arm and a gain K > 0; of this run it says nothing.")
             return Panel(title, "", self.times, (), (0.0, 1.0), note=note)
         replay = Replay(self._recorded)
         picked = np.unique(np.linspace(0, len(self._steps) - 1, MOMENTS).astype(int))
@@ -220,7 +233,7 @@ class Curves:
             least.append(analysis.smallest_eigenvalue / gain)
             survival.append(analysis.survival)
         strokes = (
-            Stroke("eigenvalue / K", self._palette.distance, 2.0, (), np.array(least)),
+            Stroke(say("eigenvalue / K"), self._palette.distance, 2.0, (), np.array(least)),
             Stroke("1 − λρ²", self._palette.activation, 1.8, (7.0, 4.0), np.array(survival)),
         )
         return Panel(title, "", self.times[picked], strokes, None, positive=False)

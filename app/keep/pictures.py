@@ -1,4 +1,6 @@
-"""The plots of a recorded run as a picture: PNG, or SVG for a file or for a page. The same run gives the same bytes."""
+"""The plots of a recorded run as a picture: PNG, or SVG for a file or for a page. The same run gives the same bytes,
+in the language that is spoken here.
+"""
 
 import io
 import re
@@ -15,6 +17,7 @@ from app.keep.curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
 from app.keep.made import made_here
 from app.keep.replay import Replay
 from app.keep.table import changes, newest
+from app.languages.speaking import say
 from app.page.contact import contact
 from app.page.curve import FAR, ORDERS, distances
 from app.page.laws import LAW_NAMES, all_laws
@@ -139,7 +142,7 @@ def _figure(
         _course(axes, panel, marks if len(marks) <= MOST_MARKS else [])
         axes.label_outer()
     courses[-1].tick_params(labelbottom=True)
-    courses[-1].set(xlabel="time [s]", xlim=(float(curves.times[0]), float(curves.times[-1]) + 1e-6))
+    courses[-1].set(xlabel=say("time [s]"), xlim=(float(curves.times[0]), float(curves.times[-1]) + 1e-6))
     if other:
         replay = Replay(recorded)
         replay.seek(replay.end)
@@ -208,7 +211,7 @@ def _largest(panel: Panel) -> float:
 def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:
     law = replay.simulation.settings.law
     xs = distances(law.critical_distance, law.influence_distance)
-    axes.set(xlim=(0.0, FAR), xlabel="distance d [m]")
+    axes.set(xlim=(0.0, FAR), xlabel=say("distance d [m]"))
     if name == "curve":
         _activation(axes, replay, curves, xs, law)
     else:
@@ -216,7 +219,7 @@ def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:
 
 
 def _activation(axes: Axes, replay: Replay, curves: Curves, xs: np.ndarray, law: LawSettings) -> None:
-    axes.set_title("activation λ over the distance the law acts on, and where this run was", pad=5.0)
+    axes.set_title(say("activation λ over the distance the law acts on, and where this run was"), pad=5.0)
     for order in ORDERS:
         ys = [activation(d, law.critical_distance, order) for d in xs.tolist()]
         axes.plot(xs, ys, color="#8b949e", linewidth=0.9, label="_")
@@ -229,24 +232,25 @@ def _activation(axes: Axes, replay: Replay, curves: Curves, xs: np.ndarray, law:
 
 def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
     now = contact(replay.simulation, replay.simulation.sample())
-    axes.set_title(f"what each law makes of the pull at t = {replay.time:.2f} s: J$_d$q̇ [m/s] over the distance", pad=5.0)
+    title = say("what each law makes of the pull at t = {time} s: J$_d$q̇ [m/s] over the distance", time=f"{replay.time:.2f}")
+    axes.set_title(title, pad=5.0)
     axes.axhline(0.0, color=INK, linewidth=0.8)
     colours = PALETTES["light"].laws
     for i, (name, each) in enumerate(all_laws(law).items()):
         own = name == law.law
         ys = [each.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()]
-        axes.plot(xs, ys, color=colours[i], linewidth=2.4 if own else 1.1, label=LAW_NAMES[name], zorder=3.0 if own else 2.0)
+        axes.plot(xs, ys, color=colours[i], linewidth=2.4 if own else 1.1, label=say(LAW_NAMES[name]), zorder=3.0 if own else 2.0)
     largest = min(max(abs(now.pull), law.nominal_velocity, abs(now.approach), 0.08) * 1.3, LONGEST)
     axes.set_ylim(-largest, largest)
-    axes.plot([now.distance], [now.rate], marker="o", markersize=6.0, color=INK, linestyle="none", label="now", zorder=4.0)
+    axes.plot([now.distance], [now.rate], marker="o", markersize=6.0, color=INK, linestyle="none", label=say("now"), zorder=4.0)
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, borderaxespad=0.0)
 
 
 def caption(run: RunSettings) -> str:
     """Return one line that says what was run."""
     law, known = run.law, specs(RunSettings)
-    scene = known["scene"].choice_labels[known["scene"].choices.index(run.scene)]
-    name = known["law"].choice_labels[known["law"].choices.index(law.law)]
+    scene = say(known["scene"].choice_labels[known["scene"].choices.index(run.scene)])
+    name = say(known["law"].choice_labels[known["law"].choices.index(law.law)])
     if run.scene not in OBSTACLE:
         return f"Duet {made_here()['duet']} · {scene} · K = {run.gain:g}/s, dt = {1000.0 * run.dt:g} ms"
     return (

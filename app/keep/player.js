@@ -217,7 +217,7 @@
     for (const plot of plots) point(plot, timeOf(now));
     slider.value = String(frame);
     slider.setAttribute("aria-valuetext", `${timeOf(frame).toFixed(2)} s`);
-    clock.textContent = `${timeOf(frame).toFixed(2)} of ${timeOf(last).toFixed(2)} s`;
+    clock.textContent = film.words.of.replace("{time}", timeOf(frame).toFixed(2)).replace("{end}", timeOf(last).toFixed(2));
   }
 
   function go(to) {
@@ -230,7 +230,7 @@
   function play(on) {
     playing = on;
     button.textContent = on ? "\u275A\u275A" : "\u25B6";
-    button.setAttribute("aria-label", on ? "Pause" : "Play");
+    button.setAttribute("aria-label", on ? film.words.pause : film.words.play);
     if (on && now >= last) go(0);
     before = performance.now();
   }

@@ -1,7 +1,7 @@
 """One HTML file that plays the scene and the plots of a recorded run, without a server and without a network.
 
 viser's own page (Apache 2.0) is in it and draws the scene; a script of ours moves the nodes, draws the curves, and has the scrubber.
-The file forbids itself to load anything.
+The file forbids itself to load anything. It is in the language that is spoken where it is made.
 """
 
 import base64
@@ -21,6 +21,8 @@ from app.keep.curves import Curves, Panel
 from app.keep.made import made_here
 from app.keep.scene import PLACE, RATE, TURN, Filmed, film_scene
 from app.keep.table import newest
+from app.languages.client import client_script
+from app.languages.speaking import say, spoken
 from app.settings import PageSettings
 from scenes.inputs import Recorded
 from scenes.rerun import never, rerun
@@ -68,8 +70,8 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
     scene = base64.b64encode(filmed.scene).decode()
     film = base64.b64encode(packed_film(filmed, panels)).decode()
     known = specs(RunSettings)
-    title = known["scene"].choice_labels[known["scene"].choices.index(run.scene)]
-    law = known["law"].choice_labels[known["law"].choices.index(run.law.law)].replace("d_m", "dₘ")
+    title = say(known["scene"].choice_labels[known["scene"].choices.index(run.scene)])
+    law = say(known["law"].choice_labels[known["law"].choices.index(run.law.law)]).replace("d_m", "dₘ")
     numbers = (
         f"{law}; dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {run.law.order:g}, v = {run.law.nominal_velocity:g} m/s, "
         f"K = {run.gain:g}/s; Duet {made_here()['duet']}"
@@ -78,22 +80,30 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
         f"<!-- The 3-D view is viser {viser.__version__}, Apache License 2.0, github.com/viser-project/viser -->"
         f'<script>window.__VISER_EMBED_DATA__="{scene}";window.__VISER_EMBED_CONFIG__={{darkMode:{str(dark).lower()}}};'
-        f"document.documentElement.classList.toggle('dark',{str(dark).lower()});</script>"
+        f"document.documentElement.classList.toggle('dark',{str(dark).lower()});{client_script()}</script>"
     )
     options = "".join(f'<option value="{s}"{" selected" if s == "1" else ""}>{s}×</option>' for s in SPEEDS)
     body = (
-        f'<section id="duet-plots" aria-label="Plots"><h1>{html.escape(title)}<small>{html.escape(numbers)}</small></h1></section>'
-        '<footer id="duet-bar"><button id="duet-play" aria-label="Play">▶</button>'
-        '<input id="duet-time" type="range" min="0" max="1" step="1" value="0" aria-label="Time">'
-        f'<select id="duet-speed" aria-label="Speed">{options}</select><output id="duet-clock"></output></footer>'
+        f'<section id="duet-plots" aria-label="{_said("Plots")}">'
+        f"<h1>{html.escape(title)}<small>{html.escape(numbers)}</small></h1></section>"
+        f'<footer id="duet-bar"><button id="duet-play" aria-label="{_said("Play")}">▶</button>'
+        f'<input id="duet-time" type="range" min="0" max="1" step="1" value="0" aria-label="{_said("Time")}">'
+        f'<select id="duet-speed" aria-label="{_said("Speed")}">{options}</select><output id="duet-clock"></output></footer>'
         f'<script type="text/plain" id="duet-film">{film}</script>'
         f"<style>{(_HERE / 'player.css').read_text(encoding='utf-8')}</style>"
         f"<script>{(_HERE / 'player.js').read_text(encoding='utf-8')}</script>"
     )
     client = re.sub(r"<title>.*?</title>", lambda _: f"<title>Duet: {html.escape(title)}</title>", client, count=1)
+    spoken_here = spoken().language
+    lang = "en" if spoken_here == "pseudo" else spoken_here
+    client = client.replace('<html lang="en">', f'<html lang="{lang}" data-words="{spoken_here}">', 1)
     client = client.replace('<meta charset="utf-8" />', f'<meta charset="utf-8" />{head}', 1)
     place = client.rindex("</body>")
     return client[:place] + body + client[place:]
+
+
+def _said(english: str) -> str:
+    return html.escape(say(english))
 
 
 def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:
@@ -148,6 +158,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:
         "frames": len(filmed.times),
         "bodies": filmed.bodies,
         "play": False,
+        "words": {"play": say("Play"), "pause": say("Pause"), "of": say("{time} of {end} s")},
         "tracks": tracks,
         "panels": drawn,
     }

@@ -17,8 +17,9 @@ from app.keep.replay import Film, Replay, film
 from app.keep.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
 from app.keep.snippet import as_python
 from app.keep.table import csv_bytes, csv_suffix
-from app.languages.speaking import spoken, text
+from app.languages.speaking import speak, spoken, text
 from app.session import Session
+from app.settings import Language
 from controllers.errors import Message
 from controllers.kinematics import Array
 from scenes.inputs import KEEP, Recorded
@@ -93,6 +94,7 @@ class Shelf:
         if recorded is None:
             self._news.append(News(text("There is nothing to keep yet"), text("Let it run for a moment.")))
             return
+        language = spoken().language
         page, name = self._session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
         table: Array | None = None
         if self._own_law is not None:
@@ -108,14 +110,14 @@ class Shelf:
             case "csv":
                 self._submit(kind, lambda data: self._keep(name + csv_suffix(data), data), csv_bytes, recorded, seconds, table)
             case "html":
-                self._submit(kind, lambda data: self._keep(name + ".html", data), player_html, recorded, seconds, page)
+                self._submit(kind, lambda data: self._keep(name + ".html", data), player, language, recorded, seconds, page)
             case "python":
                 whole = self._shown(KEEP)
                 fresh = whole is not None and whole.snapshot.steps == 0 and len(whole.stretches) == 1
                 chosen = whole if fresh and whole is not None else recorded
                 self._submit(kind, self._tell, as_python, chosen.settings, chosen, name + SUFFIX)
             case _:
-                arguments = recorded, seconds, page.details, kind, table
+                arguments = language, recorded, seconds, page.details, kind, table
                 self._submit(kind, lambda data: self._keep(f"{name}.{kind}", data), picture, *arguments)
 
     @property
@@ -314,11 +316,18 @@ def _nothing() -> None:
     """A post that only wakes the session."""
 
 
-def picture(*arguments: Any) -> bytes:
+def picture(language: Language, *arguments: Any) -> bytes:
     """Return `app.keep.pictures.picture_bytes` of the arguments; what draws takes longer to import than a page may wait."""
     from app.keep.pictures import picture_bytes
 
+    speak(language)
     return picture_bytes(*arguments)
+
+
+def player(language: Language, *arguments: Any) -> bytes:
+    """Return `app.keep.player.player_html` of the arguments."""
+    speak(language)
+    return player_html(*arguments)
 
 
 def file_name(recorded: Recorded, seconds: float) -> str:

@@ -21,6 +21,13 @@ OURS: Final = (
     text("back to the controls"),
     text("more"),
     text("From the teacher"),
+    # The page of a full room.
+    text("Duet – every place is taken"),
+    text("Every place is taken"),
+    text("This Duet has one place, and somebody is in it."),
+    text("This Duet has {name} places, and all of them are in use."),
+    text("You needn’t do anything: this page lets you in as soon as somebody leaves."),
+    text("Waiting for a place…"),
     # Keys in viser's list of commands, which writes them as they are in its code.
     "space",
     "pageup",
@@ -58,7 +65,7 @@ VISERS: Final = (
     *("Could not detect browser version", "Your browser version could not be detected. It may not be supported."),
     "Unsupported browser",
 )
-"""Said by viser's client; where {name} stands at the end, anything may follow."""
+"""Said by viser's client; for {name} anything may stand."""
 
 _SPOKEN: Final[tuple[Language, ...]] = ("de", "sl", "pseudo")
 
@@ -66,7 +73,8 @@ _SPOKEN: Final[tuple[Language, ...]] = ("de", "sl", "pseudo")
 def client_script() -> str:
     """Return the script. It defines `duetWord(text)`, an English text of the list in the page's language, and `duetSpeak(language)`.
 
-    Before the server has said which language the page has, it is the one of the link, or the browser's first one that is known.
+    Before the server has said which language the page has, it is the one of `<html data-words>`, the one of the link, or the
+    browser's first one that is known.
     """
     tables = {name: {english: words_of(name)(english) for english in (*OURS, *VISERS)} for name in _SPOKEN}
     told = json.dumps(tables, ensure_ascii=False).replace("<", "\\u003c")
@@ -78,14 +86,19 @@ _SCRIPT: Final = r"""
   const tables = __TABLES__, known = tables.pseudo;
   const asked = new URLSearchParams(location.search).get("lang");
   const liked = () => (navigator.languages || []).map((l) => l.slice(0, 2).toLowerCase()).find((l) => l === "en" || tables[l]);
-  let now = asked === "en" || tables[asked] ? asked : liked() || "en";
-  const open = Object.keys(known).filter((k) => k.endsWith("{name}")).map((k) => k.slice(0, -6));
+  const given = document.documentElement.dataset.words || asked;
+  let now = given === "en" || tables[given] ? given : liked() || "en";
+  if (now !== "pseudo") document.documentElement.lang = now;
+  const open = Object.keys(known).filter((k) => k.includes("{name}")).map((k) => [k, ...k.split("{name}")]);
   window.duetWord = (english) => {
     const table = tables[now];
     if (!table) return english;
     if (known[english]) return table[english];
-    const begin = open.find((k) => english.startsWith(k) && english.length > k.length);
-    return begin ? table[begin + "{name}"].replace("{name}", () => english.slice(begin.length)) : english;
+    const fits = ([, a, b]) => english.startsWith(a) && english.endsWith(b) && english.length > a.length + b.length;
+    const found = open.find(fits);
+    if (!found) return english;
+    const [key, begin, end] = found;
+    return table[key].replace("{name}", () => english.slice(begin.length, english.length - end.length));
   };
   // What was English before, of everything that was said anew: another language begins with that, not with ours.
   const before = new WeakMap();

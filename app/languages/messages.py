@@ -32,7 +32,7 @@ from scenes.settings import specs
 _APP: Final = FOLDER.parent
 _LETTERS: Final = re.compile(r"[^\W\d_]{2}")
 _NO_TEXT: Final = re.compile(r"<[^>]*>|&\w+;|\{[^{}]*\}")
-_SAID: Final = ("notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
+_SAID: Final = ("_said", "notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
 """Functions and classes whose arguments are said; beside `say` and `text` themselves."""
 
 _TELLING: Final = ("Message", "BadSetting", "BadInputFile", "MissingPackage", "_fault", "_check", "Wrong")

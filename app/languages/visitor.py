@@ -1,5 +1,7 @@
 """Which language a visitor reads, by what their browser says."""
 
+from urllib.parse import parse_qsl
+
 import viser
 
 from app.languages.client import client_script
@@ -41,6 +43,18 @@ def _quality(text: str) -> float:
 def language_of(settings: Settings, browser: Language) -> Language:
     """Return what a page speaks: the language that was chosen, by link or on the page, or the one that the browser likes best."""
     return browser if settings.page.language == "auto" else settings.page.language
+
+
+def language_asked(query: str, accept: str) -> Language:
+    """Return the language of a page that belongs to no session: what its link asks for, or what the browser likes best.
+
+    Args:
+        query: of the link, without its question mark.
+        accept: header of the request.
+    """
+    asked = next((value for key, value in parse_qsl(query[:1000]) if key == "lang"), "")
+    known: dict[str, Language] = {"pseudo": "pseudo", **{one: one for one in KNOWN}}
+    return known.get(asked) or preferred(accept)
 
 
 def mark_html(words: Words) -> str:

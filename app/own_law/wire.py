@@ -223,13 +223,18 @@ def _told(text: object) -> object:
     return str(text)
 
 
+def _clean(text: str) -> str:
+    """Return a text without halves of characters, which no page can be sent."""
+    return text.encode(errors="replace").decode()
+
+
 def _message(told: Any) -> str:
     """Return the text of plain data: whatever a law may write to the line, nothing but text is filled in."""
     if isinstance(told, str):
-        return told.encode(errors="replace").decode()
+        return _clean(told)
     if not (isinstance(told, list) and len(told) == 2 and isinstance(told[0], str) and isinstance(told[1], dict)):
         raise ValueError("is no message")
-    template, parts = told
+    template, parts = _clean(told[0]), told[1]
     try:
         if parts and not all(f is None or (f in parts and not form and not how) for _, f, form, how in _FIELDS(template)):
             raise ValueError("is no template")

@@ -7,7 +7,7 @@ import viser
 from viser._messages import HotkeyKey, KeyModifier
 
 from app.documents import DOCUMENTS, PREFIX
-from app.languages.speaking import say, text
+from app.languages.speaking import say, spoken, text
 
 
 @dataclass(frozen=True)
@@ -105,5 +105,8 @@ def help_html() -> str:
     )
     rows += f"<tr><td><kbd>1</kbd> … <kbd>5</kbd></td><td>{say('lesson: your answer')}</td></tr>"
     rows += f"<tr><td><kbd>Ctrl K</kbd></td><td>{say('every command by name')}</td></tr>"
-    links = " · ".join(f'<a href=".{PREFIX}{name}" target="_blank">{say(title)}</a>' for name, (_, title) in DOCUMENTS.items())
+    links = " · ".join(
+        f'<a href=".{PREFIX}{name}?lang={spoken().language}" target="_blank">{say(title)}</a>'
+        for name, (_, title) in DOCUMENTS.items()
+    )
     return f"<table>{rows}</table><p>{say('To read')}: {links}</p>"

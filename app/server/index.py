@@ -14,6 +14,8 @@ import json
 import re
 from urllib.parse import parse_qsl, quote, urlsplit
 
+from app.languages.client import LOST, client_script
+
 ROOM_IS_FULL = "duet: every place is taken"
 ELSEWHERE = "duet: this tab belongs somewhere else"
 _LONGEST_QUERY = 4000
@@ -124,7 +126,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
     if not mark:
         raise ValueError("viser's page has no title to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "longest": _LONGEST_QUERY}
-    settings["lost"] = "Connection lost – trying again…"
+    settings["lost"] = LOST
     what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
     script = what_we_see + script + _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
@@ -175,9 +177,11 @@ p{margin:0 0 1em;color:var(--soft)}
 <g fill="var(--card)" stroke-width="5"><g stroke="#f26a0a"><circle cx="24" cy="62" r="6"/><circle cx="56" cy="30" r="6"/></g>
 <g stroke="var(--arm)"><circle cx="144" cy="58" r="6"/><circle cx="118" cy="26" r="6"/></g></g></svg>
 <h1>Every place is taken</h1>
-<p>__PLACES__ You needn’t do anything: this page lets you in as soon as somebody leaves.</p>
+<p><span>__PLACES__</span> <span>You needn’t do anything: this page lets you in as soon as somebody leaves.</span></p>
 <div id="state" role="status"><i></i><span>Waiting for a place…</span></div>
 </main><script>
+__WORDS__
+document.title = duetWord(document.title);
 (() => {
   const ask = () => fetch("healthz", { cache: "no-store" }).then((answer) => answer.json())
     .then((state) => { if (state.room) location.reload(); else setTimeout(ask, 2500 + 1500 * Math.random()); })
@@ -190,7 +194,10 @@ p{margin:0 0 1em;color:var(--soft)}
 
 
 def full_page(limit: int) -> str:
-    """The page for whoever comes when all `limit` places are taken; it asks again by itself and needs nothing from elsewhere."""
+    """The page for whoever comes when all `limit` places are taken; it asks again by itself and needs nothing from elsewhere.
+
+    It speaks the language of the link, or of the browser.
+    """
     one = "This Duet has one place, and somebody is in it."
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
-    return _FULL_PAGE.replace("__ICON__", _ICON).replace("__PLACES__", places)
+    return _FULL_PAGE.replace("__ICON__", _ICON).replace("__PLACES__", places).replace("__WORDS__", client_script())

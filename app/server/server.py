@@ -21,6 +21,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from app.documents import DOCUMENTS, PREFIX, document_page
+from app.languages.visitor import language_asked
 from app.server.connection import served_by
 from app.server.doorway import LOOPBACK_NAMES, Doorway
 from app.server.elements import ViserElements
@@ -32,6 +33,7 @@ from app.server.own_pages import HTML, OWN_HEADERS, own_pages, respond
 from app.server.refusal import UPLOAD_TOO_LARGE, Refused
 from app.server.reporter import Reporter
 from app.server.sending import produce
+from app.settings import Language
 from app.version import duet_version
 from controllers.errors import BadSetting
 
@@ -107,9 +109,9 @@ class DuetServer(viser.ViserServer):
     def _has_room(self) -> bool:
         return self.max_clients is None or len(self._taken) < self.max_clients
 
-    async def _document(self, name: str) -> Response:
+    async def _document(self, name: str, language: Language) -> Response:
         # Its formulas take a second to draw; meanwhile everybody else is served.
-        return respond(200, HTML, await asyncio.to_thread(document_page, name), {})
+        return respond(200, HTML, await asyncio.to_thread(document_page, name, language), {"Vary": "Accept-Language"})
 
     def _answer(
         self, connection: ServerConnection, request: Request, static: Callable[..., Response | None]
@@ -134,7 +136,7 @@ class DuetServer(viser.ViserServer):
             return respond(200, HTML, self._pages["packed" if packed else "plain"], extra)
         document = path.removeprefix(PREFIX)
         if path != document and document in DOCUMENTS:
-            return self._document(document)
+            return self._document(document, language_asked(query, ",".join(request.headers.get_all("Accept-Language"))))
         if path == "/index.html":
             # Under this name viser's client would take the websocket's address for a foreign one.
             return respond(308, "text/plain", b"", {"Location": "./" + ("?" + query if query else "")})

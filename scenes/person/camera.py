@@ -125,7 +125,7 @@ def read_film(film: Film, detector: Detector, least_visibility: float = LEAST_VI
     try:
         while (picture := film.next()) is not None:
             if picture.time > LONGEST_VIDEO:
-                raise BadInputFile(f"The video is longer than {LONGEST_VIDEO / 60.0:g} minutes; cut it.")
+                raise BadInputFile("The video is longer than {minutes:g} minutes; cut it.", minutes=LONGEST_VIDEO / 60.0)
             angles = _angles_in(picture, detector, previous, least_visibility)
             previous = angles if angles is not None else previous
             times.append(picture.time)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 import pytest
@@ -14,15 +13,9 @@ from app.settings import Settings
 from app.visitor.sync_visitor import SyncVisitor
 from scenes.settings import changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
+from tests.app.languages.conftest import untranslated
 
 TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
-NO_TEXT = re.compile(
-    # Style, drawings and code; then what is left of tags; what is a name or a symbol; what a lesson's own file says.
-    r"<style>.*?</style>|<svg.*?</svg>|<pre.*?</pre>|<kbd>.*?</kbd>|<code>.*?</code>|<[^>]*>|&\w+;",
-    re.DOTALL,
-)
-WORD = re.compile(r"[^\W\d_]{3,}")
-NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max", "sym"})
 
 
 def texts(visitor: SyncVisitor) -> Iterator[str]:
@@ -34,18 +27,6 @@ def texts(visitor: SyncVisitor) -> Iterator[str]:
             for text in [found] if isinstance(found, str) else found or ():
                 if isinstance(text, str):
                     yield text
-
-
-def untranslated(text: str) -> list[str]:
-    """The words of a text that stand outside the brackets of the pseudo-language."""
-    plain_text = NO_TEXT.sub("\n", text)
-    while "⟦" in plain_text:
-        # The innermost first: a sentence may have translated parts.
-        shorter = re.sub(r"⟦[^⟦⟧]*⟧", "", plain_text)
-        if shorter == plain_text:
-            break
-        plain_text = shorter
-    return [word for word in WORD.findall(plain_text) if word not in NAMES]
 
 
 def assert_all_said(visitor: SyncVisitor) -> None:

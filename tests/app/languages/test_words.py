@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import threading
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -34,14 +33,6 @@ LABEL = 14
 def parts(text: str) -> Counter[str]:
     """The {names}, tags and entities of a text."""
     return Counter(re.findall(r"\{[^{}]*\}|<[^>]*>|&\w+;", text))
-
-
-@pytest.fixture(autouse=True)
-def english() -> Iterator[None]:
-    """Every test begins in English, and leaves English behind."""
-    speak("en")
-    yield
-    speak("en")
 
 
 @pytest.mark.parametrize("language", FILES)

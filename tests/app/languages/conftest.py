@@ -1,0 +1,38 @@
+"""English before and after every test, and a look for what was never translated."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from app.languages.speaking import speak
+
+NO_TEXT = re.compile(
+    # Style, drawings and code; then what is left of tags; what is a name or a symbol; what a lesson's own file says.
+    r"<style>.*?</style>|<svg.*?</svg>|<pre.*?</pre>|<kbd>.*?</kbd>|<code>.*?</code>|<[^>]*>|&\w+;",
+    re.DOTALL,
+)
+WORD = re.compile(r"[^\W\d_]{3,}")
+NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max", "sym", "Duet"})
+
+
+@pytest.fixture(autouse=True)
+def english() -> Iterator[None]:
+    """Every test begins in English, and leaves English behind."""
+    speak("en")
+    yield
+    speak("en")
+
+
+def untranslated(text: str) -> list[str]:
+    """The words of a text that stand outside the brackets of the pseudo-language."""
+    plain_text = NO_TEXT.sub("\n", text)
+    while "⟦" in plain_text:
+        # The innermost first: a sentence may have translated parts.
+        shorter = re.sub(r"⟦[^⟦⟧]*⟧", "", plain_text)
+        if shorter == plain_text:
+            break
+        plain_text = shorter
+    return [word for word in WORD.findall(plain_text) if word not in NAMES]
