@@ -1,4 +1,4 @@
-"""One session on its way through the lessons: sets up every run, measures it at its end, and gives the visitor's own settings back.
+"""One session on its way through the lessons: in and out, what the visitor does there, and when a run has come to its end.
 
 Everything here belongs to the session's thread, but for the further runs that a step compares with, which another thread makes.
 """
@@ -9,20 +9,17 @@ from collections.abc import Callable, Mapping
 
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
-from app.lessons.own_law import attempt_of
 from app.lessons.phases import Phase
-from app.lessons.runs import LONGEST
 from app.lessons.view import View
 from app.lessons.walkthrough import Walkthrough
 from app.mishaps import Mishaps
 from app.own_law.examination import NO_FILE, Progress
 from app.page.lesson_runs import FurtherRuns
-from app.page.lesson_saved import Again, Saved
-from app.page.lesson_settings import adopt, asks_for_own_law, astray, begin, with_look
+from app.page.lesson_saved import Saved
+from app.page.lesson_settings import asks_for_own_law, astray, with_look
+from app.page.step_run import StepRun
 from app.session import Session
-from app.settings import Settings
 from controllers.errors import BadSetting, DuetError
-from scenes.cast import Person
 from scenes.inputs import Recorded
 from scenes.settings import RunSettings, specs
 
@@ -40,20 +37,19 @@ class LessonRun:
         open: whether a lesson is open; otherwise the page is the visitor's own.
         version: goes up whenever something has to be shown anew.
         notes: (title, text) of what the visitor is to be told; whoever shows them takes them out.
-        seen: (lesson, step) → the run in which the visitor saw what came of it.
     """
 
     def __init__(self, session: Session, book: LessonBook) -> None:
         self.book, self.open, self.version = book, False, 0
         self.notes: deque[tuple[str, str]] = deque(maxlen=8)
         self._said: dict[tuple[str, str], list[float | None]] = {}
-        self.seen: dict[tuple[str, str], Recorded] = {}
         self._session = session
         self._walk: Walkthrough | None = None
         self._own = session.settings
         self._turn = self._measured = self._troubled = -1
         self._mishaps = Mishaps(log)
         self._runs = FurtherRuns()
+        self._step_run = StepRun(session, self._runs, self.notes)
         self._waiting: tuple[str, tuple[object, ...]] | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
@@ -97,7 +93,7 @@ class LessonRun:
         try:
             self._session.let_own_law_run(True)
             self._session.invite(None)
-            self._adopt(with_look(self._own, self._session))
+            self._step_run.adopt(with_look(self._own, self._session))
             self._session.reset()
         finally:
             self._session.paused, self.open = False, False
@@ -124,13 +120,13 @@ class LessonRun:
         if not self.book.lessons:
             return
         self._walk = Walkthrough.from_json(self.book, saved.progress, saved.kept)
-        self.seen = dict(saved.seen)
+        self._step_run.seen = dict(saved.seen)
         self._said = {step: list(numbers) for step, numbers in saved.said.items()}
         if saved.open and reopen:
             self.enter()
             self._own = saved.own
             if saved.now is not None:
-                self._adopt(with_look(saved.now, self._session))
+                self._step_run.adopt(with_look(saved.now, self._session))
 
     # ---- what the visitor does ---------------------------------------------------------------------------------------------
 
@@ -148,6 +144,11 @@ class LessonRun:
     def _showing(self) -> bool:
         """Return whether the run that shows why is on."""
         return self.walk.view().showing
+
+    @property
+    def seen(self) -> Mapping[tuple[str, str], Recorded]:
+        """Return the runs in which the visitor saw what came of a step, by lesson and step."""
+        return self._step_run.seen
 
     @property
     def hands_off(self) -> bool:
@@ -188,7 +189,7 @@ class LessonRun:
                 walk.go(int(str(given[0])), int(str(given[1])))
             case "next":
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
-                    self._observe()
+                    self._step_run.observe(walk)
                 walk.next()
             case "back":
                 walk.back()
@@ -227,22 +228,8 @@ class LessonRun:
         self._begin(self.walk.phase is Phase.CHALLENGE)
 
     def _check(self) -> None:
-        walk, session = self.walk, self._session
-        challenge = walk.step.challenge
-        if challenge is None or walk.phase is not Phase.CHALLENGE:
-            return
-        if challenge.own_law:
-            if session.examination is not None:
-                session.examination.begin()
-            return
-        count = len(challenge.forecasts)
-        said = (*self.said, *(None,) * count)[:count]
-        person: Person | None = None
-        if challenge.keep:
-            recorded = session.recorded()
-            if recorded is not None and recorded.begin == 0.0:
-                person = Again(tuple(recorded.targets()), recorded.dt)
-        walk.attempt(session.simulation, said, person)
+        if self.walk.phase is Phase.CHALLENGE:
+            self._step_run.check(self.walk, self.said)
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
@@ -279,7 +266,8 @@ class LessonRun:
             session.paused = True
         simulation = session.simulation
         walk.watch(simulation)
-        self._advance_own_tests()
+        if self._step_run.advance_own_tests(walk):
+            self.version += 1
         if self._waiting is not None and self._runs.ready:
             action, given = self._waiting
             self.act(action, *given)
@@ -296,28 +284,12 @@ class LessonRun:
         self._measured = walk.turn
         if walk.phase is not Phase.CHALLENGE or self._showing:
             if walk.step.measurements:
-                self._observe()
+                self._step_run.observe(walk)
             elif not walk.yours:
                 walk.next()
         elif not walk.yours and walk.step.challenge is not None and walk.step.challenge.criteria:
             self._check()
         self._follow()
-
-    def _advance_own_tests(self) -> None:
-        examination = self._session.examination
-        if examination is None or not examination.advance():
-            return
-        self.version += 1
-        if examination.progress.finished:
-            self.walk.attempt_own_law(attempt_of(examination.progress.verdicts).judgements)
-
-    def _observe(self) -> None:
-        """Measure the run, and keep it where it is the one that answers the step's question."""
-        walk, showing, step = self.walk, self._showing, (self.walk.lesson.id, self.walk.step.id)
-        if walk.observe(self._session.simulation).complete and not showing and self._session.own_law is None:
-            recorded = self._session.recorded(LONGEST)
-            if recorded is not None:
-                self.seen[step] = recorded
 
     def vary(self, query: Mapping[str, str]) -> None:
         """Change settings of the present run as a link asks for."""
@@ -332,18 +304,10 @@ class LessonRun:
             self._begin()
 
     def _begin(self, own_settings: bool = False) -> None:
-        walk, session = self.walk, self._session
+        walk = self.walk
         self._turn, self._measured = walk.turn, -1
-        self._runs.prepare(walk.lesson.id, walk.step, walk.setup if self._showing else None)
-        if not own_settings:
-            self._adopt(walk.settings(with_look(Settings(), session)))
-        begin(session, walk)
+        self._step_run.begin(walk, own_settings)
         self.version += 1
-
-    def _adopt(self, settings: Settings) -> None:
-        problem = adopt(self._session, settings)
-        if problem:
-            self.notes.append(("A setting of the lesson is not possible here", problem))
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 
