@@ -29,7 +29,7 @@ Parts: TypeAlias = "dict[str, trimesh.Trimesh]"
 TRIANGLES: Final = 30_000
 """Of a whole fine robot."""
 
-COARSE_TRIANGLES: Final = 2_800
+COARSE_TRIANGLES: Final = 4_200
 """Of one for a browser without a graphics card."""
 
 CREASE: Final = float(np.radians(35))
@@ -47,7 +47,7 @@ WELD: Final = 0.0003
 
 COARSE_WELD: Final = 0.001
 
-PROUD: Final = 0.0015
+PROUD: Final = 0.003
 """How far coarse pieces stand off the coarse body [m]."""
 
 # Colour in the package's files, as written there → name of a material in our palettes; the nearest counts.
