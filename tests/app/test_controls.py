@@ -161,7 +161,7 @@ def test_the_picker_and_what_is_in_view(house: OpenHouse, arrive: Arrive) -> Non
         chosen = SPECS[key].choices[SPECS[key].choice_labels.index(value)]
         one.wait(lambda s, key=key, chosen=chosen: values(s.settings)[key] == chosen)
         expected = {key for key in on_page if matters(key, one.session.settings)}
-        one.visitor.wait_for(lambda _, expected=expected: visible(one) == expected, 10.0)
+        one.visitor.wait_for(lambda _, expected=expected: visible(one) == expected)
         one.run_on(0.05)
     # Nothing was made anew: a hidden control keeps its place and its value.
     assert one.visitor.mirror.labelled("η [m² rad²/s]" if SPECS["eta"].page_unit else "η")["visible"] is False

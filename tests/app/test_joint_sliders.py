@@ -11,13 +11,13 @@ def test_a_slider_leads_the_master_and_the_slave_follows(house: OpenHouse, arriv
     """In master and slave only; one joint goes where it is pulled, inside its limits, the others stay; nonsense is left out."""
     guest = arrive(house(Settings()), "scene=master_slave&autopilot=0")
     session, visitor = guest.session, guest.visitor
-    visitor.wait_for(lambda v: any(p.get("label") == "elbow" for p in v.mirror.gui.values()), 10.0)
+    visitor.wait_for(lambda v: any(p.get("label") == "elbow" for p in v.mirror.gui.values()))
     master, slave = session.simulation.guided.joints, session.simulation.avoiding.joints
     before = session.simulation.positions.copy()
     wanted = float(np.degrees(before[master][3])) + 8.0
     for value in (float("nan"), 1e9, wanted):
         visitor.set_value("elbow", value)
-    visitor.wait_for(lambda _: isinstance(session.held, JointTarget), 10.0)
+    visitor.wait_for(lambda _: isinstance(session.held, JointTarget))
     visitor.wait_for(lambda _: abs(np.degrees(session.simulation.positions[master][3]) - wanted) < 0.5, 15.0)
     after = session.simulation.positions
     assert np.abs(np.delete(after[master] - before[master], 3)).max() < 0.02

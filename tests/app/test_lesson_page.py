@@ -314,7 +314,7 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
     opened = house()
     visitor = SyncVisitor(opened.url, query=f"lesson=3&step=2&resume={WORD}")
     with visitor:
-        visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS), 20.0)
+        visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS))
         (number,) = live_sessions(opened)
         assert isinstance(opened.host, PrivateHost)
         run, session = opened.host._stands[number].lessons, live_sessions(opened)[number]
@@ -332,7 +332,7 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
     # The connection is lost; the same tab comes back by the same link.
     visitor = SyncVisitor(opened.url, query=f"lesson=3&step=2&resume={WORD}")
     request.addfinalizer(visitor.close)
-    visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS), 20.0)
+    visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS))
     number = max(live_sessions(opened))
     again = opened.host._stands[number].lessons
     assert again.open and again.walk.to_json() == kept

@@ -71,15 +71,15 @@ def test_a_visitor_chooses_who_is_imitated(house: OpenHouse, arrive: Arrive, wav
     session, motion = guest.session, read_bvh(wave)
     for key, value in (("source", "file"), ("scene", "imitation")):
         session.post(lambda key=key, value=value: session.change(key, value))
-    guest.visitor.wait_for(lambda _: session.settings.run.scene == "imitation", 10.0)
+    guest.visitor.wait_for(lambda _: session.settings.run.scene == "imitation")
 
     def follows(wanted: object) -> bool:
         target = session.target()
         return isinstance(target, AnglesTarget) and target.angles is not None and wanted is not None
 
-    guest.visitor.wait_for(lambda _: session.simulation.time > 0.3, 10.0)
+    guest.visitor.wait_for(lambda _: session.simulation.time > 0.3)
     session.post(session.toggle_pause)
-    guest.visitor.wait_for(lambda _: session.paused, 10.0)
+    guest.visitor.wait_for(lambda _: session.paused)
     assert follows(motion.angles(0.0))
     target = session.target()
     assert isinstance(target, AnglesTarget) and target.angles is not None
@@ -87,9 +87,9 @@ def test_a_visitor_chooses_who_is_imitated(house: OpenHouse, arrive: Arrive, wav
     assert min(np.abs(target.angles - angles).max() for angles in seen if angles is not None) < 0.02
     for source in ("camera", "clips"):
         session.post(lambda source=source: session.change("source", source))
-        guest.visitor.wait_for(lambda _, source=source: session.settings.page.source == source, 10.0)
+        guest.visitor.wait_for(lambda _, source=source: session.settings.page.source == source)
     clip = Clip(session.settings.run.clip, session.settings.run.seed)
-    guest.visitor.wait_for(lambda _: session.target() is not None, 10.0)
+    guest.visitor.wait_for(lambda _: session.target() is not None)
     target = session.target()
     assert isinstance(target, AnglesTarget) and target.angles is not None
     assert min(np.abs(target.angles - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
@@ -104,13 +104,13 @@ def test_a_law_of_ones_own_runs_for_every_visitor_and_is_loaded_anew(house: Open
         find_people(None, None, None, None, tmp_path / "none.py")
     guest = arrive(house(Settings(), people=find_people(None, None, None, None, path)))
     session = guest.session
-    guest.visitor.wait_for(lambda _: session.own_law_problem == "" and session.simulation.time > 0.5, 20.0)
+    guest.visitor.wait_for(lambda _: session.own_law_problem == "" and session.simulation.time > 0.5)
     path.write_text(
         text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0  # a mistake\n"), encoding="utf-8"
     )
-    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.own_law_problem, 20.0)
+    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.own_law_problem)
     path.write_text(text, encoding="utf-8")
-    guest.visitor.wait_for(lambda _: session.own_law_problem == "", 20.0)
+    guest.visitor.wait_for(lambda _: session.own_law_problem == "")
     session.post(lambda: session.change("law", "unprotected"))
-    guest.visitor.wait_for(lambda _: session.settings.run.law.law == "unprotected", 10.0)
+    guest.visitor.wait_for(lambda _: session.settings.run.law.law == "unprotected")
     assert session.own_law == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0

@@ -49,7 +49,7 @@ def situation(n: int = 7, pairs: int = 5) -> Situation:
     )
 
 
-def until(true: Callable[[], object], seconds: float = 30.0) -> None:
+def until(true: Callable[[], object], seconds: float = 60.0) -> None:
     """Return as soon as something is true."""
     end, pause = time.monotonic() + seconds, threading.Event()
     while not true():

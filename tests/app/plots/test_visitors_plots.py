@@ -72,7 +72,7 @@ def test_what_the_ghost_does_and_what_would_have_been_are_on_the_plots(house: Op
     # A line whose first value is missing would leave the page without a range for its axis.
     assert all(np.isfinite(row[0]) for plot in plots(one.visitor) for row in plot if len(row))
     one.visitor.set_value(page_label("dm"), 250.0)
-    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 2, 20.0)
+    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 2)
 
 
 def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -46,7 +46,7 @@ def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Callable[..
                 picture.content = next(texts)
                 return server.count_clients() == 1
 
-            witness.wait_for(gone, timeout=20)
+            witness.wait_for(gone)
             assert sleeper.visitor._socket is not None
         assert witness.closed is None
 

@@ -108,7 +108,7 @@ def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Any) -> None
         session.post(lambda scene=scene: session.change("scene", scene))
         telling = "/ball" if scene == "ball" else "/person/body" if scene == "imitation" else "/room"
         for visitor in (first, second):
-            visitor.wait_for(lambda v, t=telling: t in v.mirror.nodes, 10.0)
+            visitor.wait_for(lambda v, t=telling: t in v.mirror.nodes)
         if scene == "ball":
             first.wait_for(lambda v: BALL in v.mirror.nodes)
         assert not any(name.startswith("/gizmo") for name in drawn(second))

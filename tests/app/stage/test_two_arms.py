@@ -23,7 +23,7 @@ def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) 
     one.visitor.move_gizmo(HAND, tuple(goal.tolist()), turn)
     comes(one, lambda s: float(np.linalg.norm(hand(s) - goal)), 0.05)
     # The slave would mirror it into the master; it gives way, and how it ought to stand is drawn beside it.
-    one.visitor.wait_for(lambda _: visible(one, "/wish/left/base"), 10.0)
+    one.visitor.wait_for(lambda _: visible(one, "/wish/left/base"))
     assert "/wish/right/base" not in drawn(one.visitor)
     press(one, "pause")
     settle(one)
@@ -45,7 +45,7 @@ def test_a_ghost_is_seen_where_it_differs_and_costs_nothing_when_off(one: Guest)
     # The same settings, the same posture: nothing to be seen.
     assert not any(name.startswith("/ghost") for name in drawn(one.visitor))
     change(one, law="unprotected", speed=2.0, autopilot=True)
-    one.visitor.wait_for(lambda _: visible(one, "/ghost/left/base"), 20.0)
+    one.visitor.wait_for(lambda _: visible(one, "/ghost/left/base"))
     assert "/ghost/right/base" not in drawn(one.visitor)
     press(one, "ghost")
     assert one.session.settings.page.ghost == "off"
