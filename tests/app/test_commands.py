@@ -250,7 +250,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     opened: list[str] = []
 
     def wait(house: House) -> None:
-        with urllib.request.urlopen(house.url, timeout=5) as answer:
+        with urllib.request.urlopen(house.url, timeout=60) as answer:
             opened.append(str(answer.status))
         raise KeyboardInterrupt
 

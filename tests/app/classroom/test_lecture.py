@@ -168,7 +168,7 @@ def test_nobody_without_the_key_is_sent_a_byte_of_the_notes(house: OpenHouse, co
         words = secrets_of(lesson.id)
         assert len(words) > 3 and any(word in told for word in words)
         assert not [word for word in words if any(word in one for one in heard)], lesson.id
-    with urllib.request.urlopen(opened.url, timeout=5) as page:
+    with urllib.request.urlopen(opened.url, timeout=60) as page:
         assert "Usually believed" not in page.read().decode()
 
 
