@@ -18,7 +18,7 @@ class Hotkey:
         action: its name in the code.
         shown: the key as a person knows it.
         text: what it does.
-        key, modifier: what viser is told to listen to.
+        key: what viser is told to listen to, with `modifier`.
         relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its camera; the page
             turns it into `key` with `modifier`.
         icon: in the palette.
@@ -28,9 +28,13 @@ class Hotkey:
     shown: str
     text: str
     key: HotkeyKey
-    modifier: KeyModifier | None = None
     relayed: str = ""
     icon: viser.IconName | None = None
+
+    @property
+    def modifier(self) -> KeyModifier | None:
+        """What has to be held down with `key`: something that nobody presses by chance, where the page presses it for another key."""
+        return "alt+shift" if self.relayed else None
 
     @property
     def title(self) -> str:
@@ -41,16 +45,16 @@ class Hotkey:
 
 HOTKEYS: Final = (
     Hotkey("pause", "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
-    Hotkey("step", ".", "one single step", "1", "alt+shift", ".", viser.Icon.PLAYER_SKIP_FORWARD),
-    Hotkey("slower", "[", "slower", "2", "alt+shift", "[", viser.Icon.PLAYER_TRACK_PREV),
-    Hotkey("faster", "]", "faster", "3", "alt+shift", "]", viser.Icon.PLAYER_TRACK_NEXT),
+    Hotkey("step", ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD),
+    Hotkey("slower", "[", "slower", "2", relayed="[", icon=viser.Icon.PLAYER_TRACK_PREV),
+    Hotkey("faster", "]", "faster", "3", relayed="]", icon=viser.Icon.PLAYER_TRACK_NEXT),
     Hotkey("reset", "R", "start anew", "R", icon=viser.Icon.REFRESH),
     # viser moves its camera by W, A, S and D.
-    Hotkey("autopilot", "A", "autopilot on or off", "8", "alt+shift", "a", viser.Icon.ROBOT),
-    Hotkey("left", "←", "hand or ball 2 cm to the left", "4", "alt+shift", "ArrowLeft", viser.Icon.ARROW_LEFT),
-    Hotkey("right", "→", "hand or ball 2 cm to the right", "5", "alt+shift", "ArrowRight", viser.Icon.ARROW_RIGHT),
-    Hotkey("up", "↑", "hand or ball 2 cm up", "6", "alt+shift", "ArrowUp", viser.Icon.ARROW_UP),
-    Hotkey("down", "↓", "hand or ball 2 cm down", "7", "alt+shift", "ArrowDown", viser.Icon.ARROW_DOWN),
+    Hotkey("autopilot", "A", "autopilot on or off", "8", relayed="a", icon=viser.Icon.ROBOT),
+    Hotkey("left", "←", "hand or ball 2 cm to the left", "4", relayed="ArrowLeft", icon=viser.Icon.ARROW_LEFT),
+    Hotkey("right", "→", "hand or ball 2 cm to the right", "5", relayed="ArrowRight", icon=viser.Icon.ARROW_RIGHT),
+    Hotkey("up", "↑", "hand or ball 2 cm up", "6", relayed="ArrowUp", icon=viser.Icon.ARROW_UP),
+    Hotkey("down", "↓", "hand or ball 2 cm down", "7", relayed="ArrowDown", icon=viser.Icon.ARROW_DOWN),
     Hotkey("away", "Page ↑", "hand or ball 2 cm away from you", "pageup", icon=viser.Icon.ARROW_BAR_TO_UP),
     Hotkey("near", "Page ↓", "hand or ball 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
     Hotkey("elbow_up", "J", "elbow 4° to one side", "J", icon=viser.Icon.ROTATE),
@@ -80,6 +84,14 @@ KEY_NAMES: Final = (text("Space"), text("Page ↑"), text("Page ↓"))
 """What stands on keys, and is another word on other keyboards."""
 
 
+def pressing(digit: str) -> str:
+    """Return JavaScript that presses a digit with Alt and Shift, as nobody does by chance. `digit`: a JavaScript expression."""
+    return (
+        "document.documentElement.dispatchEvent(new KeyboardEvent('keydown',"
+        f"{{key:{digit},code:'Digit'+{digit},altKey:true,shiftKey:true,bubbles:true}}));"
+    )
+
+
 def relay_script() -> str:
     """Return JavaScript that turns the relayed keys into the ones that viser listens to, unless they are meant for a widget."""
     table = {h.relayed: h.key for h in HOTKEYS if h.relayed}
@@ -90,10 +102,7 @@ def relay_script() -> str:
         "if(!k||(e.ctrlKey||e.metaKey||e.altKey)&&!e.getModifierState('AltGraph'))return;"
         "if(t instanceof Element&&t.closest('input,textarea,select,[contenteditable=true],[role=slider],[role=tab],"
         "[role=listbox],[role=combobox],[role=dialog]'))return;"
-        "e.preventDefault();e.stopImmediatePropagation();"
-        "document.documentElement.dispatchEvent(new KeyboardEvent('keydown',"
-        "{key:k,code:'Digit'+k,altKey:true,shiftKey:true,bubbles:true}));"
-        "},true);})();"
+        "e.preventDefault();e.stopImmediatePropagation();" + pressing("k") + "},true);})();"
     )
 
 

@@ -9,6 +9,8 @@ import html
 
 from viser._messages import HotkeyKey, KeyModifier
 
+from app.page.keys import pressing
+
 KEY: HotkeyKey = "9"
 MODIFIER: KeyModifier = "alt+shift"
 """What the script presses."""
@@ -25,8 +27,6 @@ def box_script() -> str:
         "(()=>{const rest=e=>{const box=e.target,mark=document.querySelector('[data-duet-moment]');"
         "if(!mark||!(box instanceof HTMLInputElement))return;"
         "const track=document.getElementById(mark.dataset.duetMoment);"
-        "if(track&&!track.contains(box)&&track.parentElement.contains(box))"
-        "document.documentElement.dispatchEvent(new KeyboardEvent('keydown',"
-        f"{{key:'{KEY}',code:'Digit{KEY}',altKey:true,shiftKey:true,bubbles:true}}));}};"
+        "if(track&&!track.contains(box)&&track.parentElement.contains(box))" + pressing(repr(KEY)) + "};"
         "for(const kind of ['focusin','beforeinput'])addEventListener(kind,rest,true);})();"
     )
