@@ -75,7 +75,7 @@ class Kinematics:
         return self.data.oMi[joint].rotation.copy()
 
     def point_jacobian(self, arm: Arm, joint: int, point: Array) -> Array:
-        """Return the (3, n) Jacobian of a world point that moves with a joint of the arm, [m/rad]."""
+        """Return the Jacobian (3, n) of a point (3,) [m], world, that moves with a joint of the arm [m/rad]."""
         J = self.jacobian[:, arm.joints]
         moving = np.arange(arm.joints.start, arm.joints.stop) <= self.model.joints[joint].idx_v
         return (J[:3] + np.cross(J[3:].T, point).T) * moving

@@ -112,7 +112,7 @@ class VelocityBox:
         return part
 
     def clip(self, velocities: Array) -> Array:
-        """Return the velocity in the box nearest to (n,); for a *task's* velocity, never for a law's."""
+        """Return the velocity (n,) in the box nearest to a given one (n,) [rad/s]; for a *task's* velocity, never for a law's."""
         return np.minimum(np.maximum(velocities, self.lower), self.upper)
 
     def contains(self, velocities: Array) -> bool:
@@ -126,7 +126,7 @@ class VelocityBox:
         return not (np.count_nonzero(velocities < self.lower) or np.count_nonzero(velocities > self.upper))
 
     def lost_speed(self, direction: Array) -> Array:
-        """Return (n,) how much of its top speed each joint has lost to a stop, in the direction of the signs given [rad/s]."""
+        """Return how much of its top speed each joint has lost to a stop (n,) [rad/s], in the direction of the signs given (n,)."""
         return np.where(direction > 0.0, self._top_speed - self.upper, self._top_speed + self.lower)
 
 

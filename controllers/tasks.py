@@ -14,12 +14,12 @@ TASK_DIMENSION: Final[dict[HoldTask, int]] = {"position": 3, "pose": 6}
 
 
 def position_error(pose: pin.SE3, target_position: Array) -> Array:
-    """Return e = p_d − p (3,) [m], eq. (8)."""
+    """Return e = p_d − p (3,) [m], eq. (8), for a wanted position p_d (3,) [m]."""
     return target_position - pose.translation
 
 
 def pose_error(pose: pin.SE3, target_position: Array, target_rotation: Array) -> Array:
-    """Return e = (p_d − p, log₃(R_d Rᵀ)) (6,) [m, rad], eq. (8), world axes.
+    """Return e = (p_d − p, log₃(R_d Rᵀ)) (6,) [m, rad], eq. (8), world axes, for p_d (3,) [m] and R_d (3, 3).
 
     Position and orientation are decoupled: the logarithm on SE(3) would let a wrong orientation bend the path of the hand.
     """

@@ -88,7 +88,12 @@ class Avoider:
         return J
 
     def bounded(self, row: Array, wanted: Array) -> Bounded:
-        """Return the velocity inside the bounds that keeps the distance rate which the law wanted, see `controllers.limits`."""
+        """Return the velocity inside the bounds that keeps the distance rate which the law wanted, see `controllers.limits`.
+
+        Args:
+            row: J_d (n,) [m/rad].
+            wanted: q̇ (n,) [rad/s] by the law.
+        """
         # Nothing is lost by beginning at the clipped velocity: along the row, both ways meet the same bounds in the same order.
         return bounded_row(self.box.clip(wanted), row, float(row.dot(wanted)), self.box)
 

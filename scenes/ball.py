@@ -28,7 +28,7 @@ SWING: Final = 0.25
 
 
 def path(time: float, home: Array) -> tuple[Array, Array]:
-    """Return where the hand should be (3,) [m] and its velocity (3,) [m/s]: a quintic from A to B, a rest, and back."""
+    """Return where the hand should be (3,) [m] and its velocity (3,) [m/s]: a quintic from A, its home (3,), to B, a rest, and back."""
     period = TRAVEL + REST
     leg, t = divmod(max(time - REST, 0.0), period)
     share, rate = quintic(min(t / TRAVEL, 1.0))

@@ -131,7 +131,7 @@ class Guide:
 
 
 def shortened(vector: Array, longest: float) -> Array:
-    """Return the vector, shortened to a length if it is longer."""
+    """Return a vector (k,), shortened to a length if it is longer."""
     length = float(vector.dot(vector)) ** 0.5
     return vector * (longest / length) if length > longest else vector
 

@@ -54,7 +54,13 @@ class Summary:
 
 @dataclass(frozen=True)
 class Run:
-    """A finished run: the simulation at its end, every step of it (rows, columns of `scenes.history`), and its summary."""
+    """A finished run.
+
+    Attributes:
+        simulation: at its end.
+        table: every step of it (steps, columns of `scenes.history`).
+        summary: of it.
+    """
 
     simulation: Simulation
     table: Array

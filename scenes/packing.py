@@ -47,7 +47,7 @@ class PackedTargets(NamedTuple):
     Attributes:
         codes: (k,) kind of each different target.
         counts: (k,) for how many steps it was wanted.
-        numbers: those of all targets, one after the other.
+        numbers: those of all targets, one after the other (n,) [m, rad], as many for each as `WIDTHS` says.
     """
 
     codes: np.ndarray
@@ -105,7 +105,7 @@ def encoded(target: Target | None) -> tuple[int, bytes]:
 
 
 def decoded(code: int, numbers: Array) -> Target | None:
-    """Return the target of a kind with these numbers; its arrays are views of them."""
+    """Return the target of a kind (a key of `WIDTHS`) with these numbers (its width,); its arrays are views of them."""
     if code == NOTHING:
         return None
     if code == UNSEEN:

@@ -117,7 +117,7 @@ def pair_label(names: tuple[str, str]) -> str:
 
 
 def csv_header(simulation: Simulation, table: Array) -> tuple[str, ...]:
-    """Return the names of the columns that `write_table` writes."""
+    """Return the names of the columns that `write_table` writes of a table (rows, columns of `scenes.history`)."""
     columns = simulation.room.columns
     second = CSV_SECOND if _has_second(table) else ()
     followed = np.flatnonzero(~np.isnan(simulation.history.desired(table)[-1]))

@@ -48,7 +48,7 @@ class Rerun:
     """A piece of a run, made again.
 
     Attributes:
-        table: one row a step, columns of `scenes.history`.
+        table: one row a step (steps, columns of `scenes.history`).
         summary: of it.
         seams: rows from which on other settings, or another kind of target, were in force.
     """

@@ -20,7 +20,7 @@ LAP: Final = 8.0
 
 
 def circle(time: float, home: Array) -> tuple[Array, Array]:
-    """Return where the hand should be (3,) [m] and its velocity (3,) [m/s] on an upright circle that begins at home."""
+    """Return where the hand should be (3,) [m] and its velocity (3,) [m/s] on an upright circle that begins at home (3,)."""
     phase, rate = 2.0 * np.pi * time / LAP, 2.0 * np.pi / LAP
     s, c = np.sin(phase), np.cos(phase)
     return home + RADIUS * np.array([0.0, s, 1.0 - c]), RADIUS * rate * np.array([0.0, c, s])

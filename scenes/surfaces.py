@@ -48,6 +48,11 @@ def welded(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh
 
     viser 1.1.1 throws the normals of a GLB away and computes its own from the faces that share a vertex: two copies of a vertex
     show as a crease, one vertex as a smooth surface.
+
+    Args:
+        vertices: (k, 3) [m].
+        faces: (l, 3), places in `vertices`.
+        normals: (k, 3), unit.
     """
     same = np.round(np.hstack([vertices * 1e6, normals * 1e3])).astype(np.int64)
     _, first, inverse = np.unique(same, axis=0, return_index=True, return_inverse=True)
@@ -223,12 +228,12 @@ def moved(
 
 
 def smooth_max(a: Array, b: Array, width: float) -> Array:
-    """max(a, b) with a rounded edge: what is inside both forms, never more than that."""
+    """max(a, b) with an edge rounded over a width [m]: what is inside both forms, never more. a, b: of one shape [m]."""
     return np.maximum(a, b) + np.maximum(width - np.abs(a - b), 0) ** 2 / (4 * width)
 
 
 def smooth_min(a: Array, b: Array, width: float) -> Array:
-    """min(a, b) with a filled corner: what is inside either form, and a fillet between them."""
+    """min(a, b) with a corner filled over a width [m]: what is inside either form, and a fillet. a, b: of one shape [m]."""
     return -smooth_max(-a, -b, width)
 
 

@@ -82,7 +82,7 @@ class Law(Protocol):
 
 
 def along_row(nominal: Array, row: Array, correction: float) -> Array:
-    """Return q̇_n + J_d^# c, where c [m/s] is the change wanted of the distance rate J_d q̇.
+    """Return q̇_n + J_d^# c (n,) [rad/s], where c [m/s] is the change wanted of the distance rate J_d q̇, J_d a row (n,) [m/rad].
 
     J_d^# = J_dᵀ / (J_d J_dᵀ + μ²) with μ = 0 while |J_d| ≥ 0.12 m/rad, growing smoothly to 0.06 m/rad at J_d = 0: the exact
     pseudo-inverse, eq. (5), wherever the arm can do something, and bounded speeds where it cannot.
@@ -100,7 +100,7 @@ def row_damping(square: float) -> float:
 
 
 def row_dampings(squares: Array) -> Array:
-    """Return `row_damping` of many rows at once: (pairs,) → (pairs,) [m²/rad²]."""
+    """Return `row_damping` of many rows at once: |J_d|² (pairs,) → (pairs,) [m²/rad²]."""
     dampings = squares * (-ROW_DAMPING / (AUTHORITY * AUTHORITY))
     dampings += ROW_DAMPING
     np.maximum(dampings, 0.0, out=dampings)
@@ -109,5 +109,5 @@ def row_dampings(squares: Array) -> Array:
 
 
 def textbook_projector(row: Array, lam: float) -> Array:
-    """Return N' = I − λ J_d^# J_d (n, n), eqs (13), (33), with the undamped pseudo-inverse; for analysis and tests."""
+    """Return N' = I − λ J_d^# J_d (n, n), eqs (13), (33), of a row (n,), with the undamped pseudo-inverse; for analysis."""
     return np.eye(len(row)) - lam * np.outer(row, row) / row.dot(row)

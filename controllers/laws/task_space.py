@@ -20,7 +20,7 @@ def free_part(row: Array, task_jacobian: Array) -> Array:
 
 
 def mostly_free_part(row: Array, task_jacobian: Array, damping_square: float) -> Array:
-    """Return μ² (JᵀJ + μ² I)⁻¹ J_dᵀ (n,) for μ² = `damping_square`, the direction that moves the hand least.
+    """Return μ² (JᵀJ + μ² I)⁻¹ J_dᵀ (n,) for μ² = `damping_square`, J_d (n,) and J (m, n): the direction that moves the hand least.
 
     Scaled to J_d Δ = c it is the Δ with the least |J Δ|² + μ² |Δ|² of all that change the distance rate by c. μ → 0 gives J_d N.
     """

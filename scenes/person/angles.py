@@ -187,7 +187,7 @@ def arm_angles(
     Args:
         shoulder, elbow, wrist: (3,), in any one frame and unit; no two of them that follow each other may coincide.
         torso_rotation: R (3, 3) of the torso in that frame, columns forward, left, up.
-        previous: see `direction_angles`.
+        previous: (4,) [rad], of the sample before, see `direction_angles`.
 
     Raises:
         ValueError: a bone without length, or a number that is not finite.
@@ -202,6 +202,10 @@ def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> 
     """Return R (3, 3) of the torso, columns forward, left, up; None if the three points lie on one line or are not finite.
 
     Up is from the hips to between the shoulders, left is across the shoulders and made square to it.
+
+    Args:
+        left_shoulder, right_shoulder: (3,), in any one frame and unit.
+        hips: (3,), the point between them.
     """
     up = _unit((left_shoulder + right_shoulder) / 2.0 - hips)
     across = _unit(left_shoulder - right_shoulder)

@@ -50,6 +50,11 @@ _DECORATION: Final = frozenset({"bip", "biped", "bone", "b", "def", "j", "jnt", 
 class BvhMotion(SampledAngles):
     """A person's arms through a BVH file; a `PersonSource` that starts at time 0 and stays as it is after `duration`.
 
+    Args:
+        name: of the file.
+        times: of its samples (k,), growing [s].
+        table: angles of both arms at each of them (k, 2, 4) [rad], left first.
+
     Attributes:
         name: of the file.
     """

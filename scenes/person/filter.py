@@ -58,7 +58,7 @@ class AngleFilter:
         self._top_rate = _inside("top rate", top_rate, RATE_RANGE, "rad/s")
 
     def reset(self, start: Array) -> None:
-        """Be at rest at these values."""
+        """Be at rest at these values, any shape [rad]."""
         self.values = np.array(start, float)
         self.rates = np.zeros_like(self.values)
         self.lost, self.lost_for = False, 0.0
@@ -84,11 +84,11 @@ class AngleFilter:
         return self.values.copy()
 
     def memory(self) -> tuple[Array, ...]:
-        """Return everything that goes on to the next step, as copies."""
+        """Return everything that goes on to the next step, as copies: three arrays shaped like `start`, and a number ()."""
         return self.values.copy(), self.rates.copy(), self._goal.copy(), np.array(self.lost_for)
 
     def remember(self, memory: tuple[Array, ...]) -> None:
-        """Go on from there."""
+        """Go on from what `memory` returned."""
         self.values, self.rates, self._goal = (array.copy() for array in memory[:3])
         self.lost_for = float(memory[3])
         self.lost = self.lost_for > 0.0

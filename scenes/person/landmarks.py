@@ -35,7 +35,7 @@ def landmarks_to_angles(
     Args:
         landmarks: "world landmarks" (33, 3): x right in the picture, y down, z away from the camera [m].
         visibility: of each (33,), 0 … 1.
-        previous: the angles of the sample before.
+        previous: the angles of the sample before (2, 4) [rad]; None for the first one.
         least_visibility: the threshold.
     """
     arms = landmarks[list(ARMS)]

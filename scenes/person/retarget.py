@@ -162,9 +162,9 @@ class Retargeter:
         return wanted.copy()
 
     def memory(self) -> tuple[Array, ...]:
-        """Return the joints of the sample before, nothing if there was none."""
+        """Return q1 … q4 of the sample before (2, 4) [rad], nothing if there was none."""
         return () if self._previous is None else (self._previous.copy(),)
 
     def remember(self, memory: tuple[Array, ...]) -> None:
-        """Go on from there."""
+        """Go on from what `memory` returned."""
         self.reset(memory[0] if memory else None)
