@@ -48,6 +48,13 @@ def running(desk: Inline, seconds: float = 5.0, **page: Any) -> Session:
     return session
 
 
+def rest_at(session: Session, key: str, value: Any) -> None:
+    """Move a slider and let it rest, until the question about it is put."""
+    session.change(key, value)
+    session.advance(REST)
+    session.advance(0.0)
+
+
 # --- what if -------------------------------------------------------------------------------------------------------------------
 
 
@@ -87,9 +94,7 @@ def test_a_slow_answer_is_a_draft_first(desk: Inline, monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(rerun_module, "perf_counter", tick)
     session = running(desk, 3.0)
-    session.change("v", 0.6)
-    session.advance(REST)
-    session.advance(0.0)
+    rest_at(session, "v", 0.6)
     desk.work("what if")
     session.advance(0.0)
     draft = session.what_if
@@ -106,13 +111,9 @@ def test_a_slow_answer_is_a_draft_first(desk: Inline, monkeypatch: pytest.Monkey
 
 def test_moving_on_replaces_the_question(desk: Inline) -> None:
     session = running(desk, 2.0)
-    session.change("k", 3.0)
-    session.advance(REST)
-    session.advance(0.0)
+    rest_at(session, "k", 3.0)
     (old,) = desk.waiting("what if")
-    session.change("k", 4.0)
-    session.advance(REST)
-    session.advance(0.0)
+    rest_at(session, "k", 4.0)
     (new,) = desk.waiting("what if")
     assert old.state == "dropped" and new is not old
     desk.work("what if")
@@ -193,16 +194,12 @@ def test_an_answer_about_another_run_is_dropped(desk: Inline, end: str) -> None:
 
 def test_what_fails_is_told_and_can_be_asked_again(desk: Inline) -> None:
     session = running(desk, 1.5)
-    session.change("dm", 0.12)
-    session.advance(REST)
-    session.advance(0.0)
+    rest_at(session, "dm", 0.12)
     (job,) = desk.waiting("what if")
     job.state, job.message = "failed", "The computation was ended from outside; ask for it again."
     session.advance(0.0)
     assert session.study_message == job.message and session.what_if is None and not session.computing
-    session.change("dm", 0.13)
-    session.advance(REST)
-    session.advance(0.0)
+    rest_at(session, "dm", 0.13)
     desk.work("what if")
     session.advance(0.0)
     assert session.study_message == "" and session.what_if is not None
@@ -296,9 +293,7 @@ def test_many_visitors_are_all_answered_by_one_process(background: Background) -
     for i, session in enumerate(sessions):
         for _ in range(12):
             session.advance(0.1)
-        session.change("dm", 0.1 + 0.01 * i)
-        session.advance(REST)
-        session.advance(0.0)
+        rest_at(session, "dm", 0.1 + 0.01 * i)
     leaving = sessions.pop(5)
     leaving.close()
 
