@@ -72,12 +72,3 @@ def fitting_steps(book: LessonBook, progress: Progress) -> dict[tuple[str, str],
         for lesson, step in places
         if (lesson, step.id) in progress.steps
     }
-
-
-def place_in(book: LessonBook, progress: Progress) -> tuple[int, int]:
-    """Return the places, from 0, of the lesson and the step where a student was; of the first ones if they are not there any more."""
-    for i, lesson in enumerate(book.lessons):
-        for j, step in enumerate(lesson.steps):
-            if (lesson.id, step.id) == (progress.lesson, progress.step):
-                return i, j
-    return 0, 0

@@ -9,11 +9,12 @@ from math import inf
 from typing import Final
 
 from app.lessons.attempts import RunWatch, attempted
+from app.lessons.bookmark import Bookmark
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures import measure
 from app.lessons.outcomes import Attempt, Judgement, Outcome, Verdict, observed, reference
-from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of, place_in
+from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
 from app.lessons.places import mark_places, start_positions
 from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
 from app.lessons.runs import Setup
@@ -50,12 +51,12 @@ class Walkthrough:
         self.book = book
         self.turn = 0
         self._progress = progress or Progress()
-        self._lesson = self._step = 0
+        self._at = Bookmark(book)
         self._phase = Phase.DO
         self._showing = False
         self._kept: dict[str, Person] = dict(kept or {})
         self._watch = RunWatch()
-        self._running: tuple[int, int, Setup] | None = None
+        self._running: tuple[Bookmark, Setup] | None = None
         self._resume()
 
     # ---- where -------------------------------------------------------------------------------------------------------------
@@ -63,12 +64,12 @@ class Walkthrough:
     @property
     def lesson(self) -> Lesson:
         """Return the present lesson."""
-        return self.book.lessons[self._lesson]
+        return self._at.lesson
 
     @property
     def step(self) -> Step:
         """Return the present step."""
-        return self.lesson.steps[self._step]
+        return self._at.step
 
     @property
     def phase(self) -> Phase:
@@ -100,15 +101,7 @@ class Walkthrough:
         Raises:
             BadSetting: there is no such lesson or step.
         """
-        index = self.book.index(lesson) if isinstance(lesson, str) else lesson
-        if not 0 <= index < len(self.book.lessons):
-            most = len(self.book.lessons)
-            raise BadSetting("There is no lesson {number}; give a number from 1 to {most}.", number=index + 1, most=most)
-        steps = self.book.lessons[index].steps
-        if not 0 <= step < len(steps):
-            name = self.book.lessons[index].id
-            raise BadSetting("There is no step {step} in {name}; give 1 to {most}.", step=step + 1, name=name, most=len(steps))
-        self._lesson, self._step = index, step
+        self._at = self._at.at(lesson, step)
         self._enter(furthest_phase(self.step, self.done))
 
     # ---- what the student does ---------------------------------------------------------------------------------------------
@@ -139,12 +132,10 @@ class Walkthrough:
         if place + 1 < len(phases):
             self._enter(phases[place + 1])
             return True
-        if self._step + 1 < len(self.lesson.steps):
-            self._step += 1
-        elif self._lesson + 1 < len(self.book.lessons):
-            self._lesson, self._step = self._lesson + 1, 0
-        else:
+        after = self._at.after()
+        if after is None:
             return False
+        self._at = after
         self._enter(first_phase(self.step, self.done))
         return True
 
@@ -157,13 +148,10 @@ class Walkthrough:
         if before is not None:
             self._enter(before)
             return True
-        if self._step > 0:
-            self._step -= 1
-        elif self._lesson > 0:
-            self._lesson -= 1
-            self._step = len(self.lesson.steps) - 1
-        else:
+        step_before = self._at.before()
+        if step_before is None:
             return False
+        self._at = step_before
         self._enter(furthest_phase(self.step, self.done))
         return True
 
@@ -179,7 +167,7 @@ class Walkthrough:
         """Begin everything anew."""
         self._progress = Progress()
         self._kept.clear()
-        self._lesson = self._step = 0
+        self._at = Bookmark(self.book)
         self._enter(self.phases[0])
 
     def run_again(self) -> None:
@@ -316,10 +304,10 @@ class Walkthrough:
 
     def view(self) -> View:
         """Return everything that a page shows now."""
-        last = self._step + 1 == len(self.lesson.steps) and self._lesson + 1 == len(self.book.lessons)
+        last = self._at.after() is None
         waits = self.locked and self.done.choice is None
         can_next = not waits and (self._showing or self._phase is not self.phases[-1] or not last)
-        can_back = self._showing or self._before() is not None or self._step > 0 or self._lesson > 0
+        can_back = self._showing or self._before() is not None or self._at.before() is not None
         return make_view(self._place(), self.yours, can_next, can_back)
 
     @property
@@ -344,7 +332,7 @@ class Walkthrough:
         """Take up the progress where it fits the book, and begin."""
         progress = self._progress
         progress.steps = fitting_steps(self.book, progress)
-        self._lesson, self._step = place_in(self.book, progress)
+        self._at = self._at.of(progress.lesson, progress.step)
         allowed = self.phases[: self.phases.index(furthest_phase(self.step, self.done)) + 1]
         self._enter(next((phase for phase in allowed if phase.value == progress.phase), first_phase(self.step, self.done)))
 
@@ -352,12 +340,12 @@ class Walkthrough:
         """Be in a phase of the present step; a run begins where it is another than before."""
         self._phase, self._showing = phase, False
         # Looking back from EXPLAIN to OBSERVE leaves the run alone; where something is to be done, it begins anew.
-        if phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (self._lesson, self._step, self.setup):
+        if phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (self._at, self.setup):
             self._begin()
 
     def _begin(self) -> None:
         self.turn += 1
-        self._running = self._lesson, self._step, self.setup
+        self._running = self._at, self.setup
         self._watch.begin()
 
     def _end_why(self) -> None:
@@ -365,7 +353,7 @@ class Walkthrough:
         self._begin()
 
     def _place(self) -> Place:
-        return Place(self.lesson, self.step, self._step, self._phase, self.done, self._showing)
+        return Place(self.lesson, self.step, self._at.step_index, self._phase, self.done, self._showing)
 
     def _before(self) -> Phase | None:
         """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""

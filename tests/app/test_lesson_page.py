@@ -318,7 +318,7 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
         (number,) = live_sessions(opened)
         assert isinstance(opened.host, PrivateHost)
         run, session = opened.host._stands[number].lessons, live_sessions(opened)[number]
-        assert (run.walk.lesson.id, run.walk._step) == ("strict-priority", 1)
+        assert (run.walk.lesson.id, run.walk._at.step_index) == ("strict-priority", 1)
         # A lesson shows the plots that its step needs, and offers no others.
         visitor.wait_for(lambda v: not v.mirror.labelled("more plots")["visible"])
         visitor.wait_for(lambda _: "Run (predict first)" in labels(visitor))
