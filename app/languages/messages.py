@@ -39,30 +39,12 @@ _TELLING: Final = ("Message", "BadSetting", "BadInputFile", "MissingPackage", "_
 """Those whose first argument is a text, or a template with its parts, that is said when it has come to the page."""
 
 ON_THE_PAGE: Final = (
-    "scenes/settings.py",
-    "scenes/rerun.py",
-    "scenes/inputs_file.py",
-    "scenes/person/bvh.py",
-    "scenes/person/bvh_file.py",
-    "app/keep/run_file.py",
-    "app/keep/outcome.py",
-    "app/keep/made.py",
-    "app/keep/shelf.py",
-    "app/lessons/lesson.py",
-    "app/lessons/walkthrough.py",
-    "app/background.py",
-    "app/own_law/arena.py",
-    "app/own_law/examination.py",
-    "app/own_law/law_file.py",
-    "app/own_law/limits.py",
-    "app/own_law/own_law.py",
-    "app/own_law/process.py",
-    "app/own_law/trials.py",
-    "app/page/lesson_resume.py",
-    "scenes/person/camera.py",
-    "scenes/robots/example_data.py",
+    *("scenes/settings.py", "scenes/rerun.py", "scenes/inputs_file*.py", "scenes/robots/*.py"),
+    *("scenes/person/bvh*.py", "scenes/person/camera*.py"),
+    *("app/background.py", "app/keep/*.py", "app/own_law/[!c]*.py", "app/page/*.py"),
 )
-"""Where the errors come from that somebody on the page may meet; all others are for the command line, and for authors of lessons."""
+"""Where errors come from that somebody on the page may meet. Of all other files a template with its parts is said, and a `Message`; their
+plain texts are for the command line, and for authors of lessons."""
 
 FORMULAS: Final = frozenset(
     {"d_m", "q̇", "v", "n", "u v w", "λ(d)", "n, v", "dt", "w_max", "K", "β", "γ", "η", "d_0", "g", "q₁–q₄"}
@@ -157,17 +139,32 @@ def _of_sources(folder: Path = _APP) -> Iterator[str]:
                 yield from _texts(node.args, named)
 
 
-def errors_of(path: Path) -> Iterator[ast.expr | None]:
-    """Yield the text of every call of a file that makes an error or a `Message`; None where there is none."""
+def on_the_page() -> Iterator[Path]:
+    """Yield the files of `ON_THE_PAGE`."""
+    for pattern in ON_THE_PAGE:
+        yield from sorted(_APP.parent.glob(pattern))
+
+
+def errors_of(path: Path, plain: bool = True) -> Iterator[ast.expr]:
+    """Yield the text of every call of a file that makes an error or a `Message`.
+
+    Args:
+        path: of the file.
+        plain: whether the text of an error without parts is meant, too.
+    """
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Call) and _name(node.func) in _TELLING:
+        if isinstance(node, ast.Call) and (name := _name(node.func)) in _TELLING:
             # What `_check` is told comes after what it checks.
-            yield node.args[_name(node.func) == "_check"] if node.args else None
+            first = node.args[name == "_check" : 2]
+            if first and (plain or node.keywords or name == "Message"):
+                yield first[0]
 
 
 def _of_errors() -> Iterator[str]:
-    for name in ON_THE_PAGE:
-        yield from _texts((first for first in errors_of(_APP.parent / name) if first is not None), {})
+    here = {*on_the_page()}
+    for floor in ("controllers", "scenes", "app"):
+        for path in (_APP.parent / floor).rglob("*.py"):
+            yield from _texts(errors_of(path, path in here), {})
 
 
 def _imported(tree: ast.Module) -> set[str]:

@@ -265,7 +265,7 @@ class Problem:
     message: str
 
     def __str__(self) -> str:
-        return f"{self.file}, line {self.line}: {self.message}"
+        return Message("{name}, line {line}: {what}", name=self.file, line=self.line, what=self.message)
 
 
 @dataclass(frozen=True)
@@ -286,3 +286,7 @@ class LessonBook:
                 return i
         names = ", ".join(lesson.id for lesson in self.lessons) or Message("none: the folder holds no lesson")
         raise BadSetting("There is no lesson {id}; choose from {names}.", id=repr(id[:40]), names=names)
+
+
+NO_LESSONS: Final = LessonBook((), ())
+"""An empty book."""

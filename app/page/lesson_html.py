@@ -3,7 +3,8 @@
 import html
 from typing import Final
 
-from app.languages.speaking import say
+from app.languages.speaking import say, spoken
+from app.lessons.loading import FOLDER
 from app.lessons.outcomes import Attempt
 from app.lessons.phases import Phase
 from app.lessons.view import View
@@ -52,7 +53,17 @@ def blocks_html(view: View, live: tuple[tuple[str, str], ...], computing: bool, 
     }
     if made["hints"]:
         made["hints"] = f"<h3>{say('Hints')}</h3><ol>{made['hints']}</ol>"
-    return {name: f'<div class="duet duet-lesson duet-l-{name}">{made[name]}</div>' if made[name] else "" for name in BLOCKS}
+    # A screen reader takes the voice of the text's language.
+    lang = {name: ' lang="en"' for name in ("text", "after", "hints") if is_foreign(view)}
+    return {
+        name: f'<div class="duet duet-lesson duet-l-{name}"{lang.get(name, "")}>{made[name]}</div>' if made[name] else ""
+        for name in BLOCKS
+    }
+
+
+def is_foreign(view: View) -> bool:
+    """Return whether a lesson of ours is English on a page that is not; in which language somebody else's is, nobody has told."""
+    return view.step.setup.folder == FOLDER and view.lesson.language == "en" != spoken().language
 
 
 def head_html(view: View) -> str:
@@ -66,8 +77,9 @@ def head_html(view: View) -> str:
     )
     source = f" · {say('eq.')} {html.escape(lesson.equations)}" if lesson.equations else ""
     where = say("Lesson {lesson} · step {step} of {count}", lesson=lesson.number, step=view.index + 1, count=view.count)
+    remark = f'<p class="crumb">{say("This lesson is in English.")}</p>' if is_foreign(view) else ""
     return (
-        f'<p class="crumb">{where}{source}</p>'
+        f'<p class="crumb">{where}{source}</p>{remark}'
         f"<h2>{inline_html(step.title)}</h2>"
         f'<div class="goal"><b>{say("Goal")}</b> {lesson_html(step.goal, step.setup.folder)}</div>'
         f'<ol class="phases">{parts}</ol>'

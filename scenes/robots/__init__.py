@@ -22,7 +22,7 @@ def robot(name: RobotName) -> Robot:
     if name == "lwr":
         return build_lwr()
     if name not in get_args(RobotName):
-        raise BadSetting(f"There is no robot {name!r}; choose from {', '.join(get_args(RobotName))}.")
+        raise BadSetting("There is no robot {name!r}; choose from {known}.", name=name, known=", ".join(get_args(RobotName)))
     # Brings scipy's optimiser with it, which is slow to import; the LWR does without.
     from scenes.robots.example_data import EXAMPLES
     from scenes.robots.fitting import build_example

@@ -20,10 +20,9 @@ from app.keep.outcome import Comparison, Difference
 from app.keep.run_file import _words, load_run, saved_bytes
 from app.keep.shelf import not_again
 from app.languages.client import LOST, OURS, VISERS, client_script
-from app.languages.messages import ON_THE_PAGE, errors_of, messages
+from app.languages.messages import errors_of, messages, on_the_page
 from app.languages.speaking import say, speak
-from app.languages.words import FOLDER, words_of
-from app.lessons.lesson import LessonBook
+from app.languages.words import words_of
 from app.lessons.loading import load_lessons
 from app.lessons.walkthrough import Walkthrough
 from app.own_law.law_file import LawFile, Wrong
@@ -83,13 +82,14 @@ def test_a_message_keeps_what_it_is_made_of() -> None:
 def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
     """An f-string cannot be looked up: give the template and its parts, `BadSetting("{key} is …", key=key)`."""
     odd = [
-        f"{name}:{first.lineno}"
-        for name in ON_THE_PAGE
-        for first in errors_of(FOLDER.parent.parent / name)
+        f"{path.name}:{first.lineno}"
+        for path in on_the_page()
+        for first in errors_of(path)
         if isinstance(first, (ast.JoinedStr, ast.BinOp))
     ]
     assert odd == []
-    assert "{key} = {value} is out of range; {remedy}" in messages()
+    assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "background.py"} <= {path.name for path in on_the_page()}
+    assert {"{key} = {value} is out of range; {remedy}", "hips", "The video has ended."} <= set(messages())
 
 
 # --- everything that may go wrong on a page ------------------------------------------------------------------------------------
@@ -127,7 +127,6 @@ WRONG: dict[str, Callable[[], object]] = {
     "no lesson": lambda: WALK.go("🦆"),
     "no such lesson": lambda: WALK.go(99),
     "no step": lambda: WALK.go(0, 99),
-    "no lessons": lambda: Walkthrough(LessonBook((), ())),
 }
 
 

@@ -6,14 +6,21 @@ from collections.abc import Iterator
 
 import pytest
 
+from app.languages.lesson_book import in_language
+from app.languages.speaking import speak
+from app.languages.words import words_of
 from app.lessons.loading import load_lessons
 from app.page.keys import HOTKEYS
+from app.page.lesson_html import blocks_html
+from app.page.lesson_run import LessonRun
 from app.page.lesson_text import plain
-from app.settings import Settings
+from app.session import Session
+from app.settings import Language, Settings
 from app.visitor.sync_visitor import SyncVisitor
 from scenes.settings import changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
 from tests.app.languages.conftest import untranslated
+from tests.app.page.helpers import bodies, notes
 
 TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
 
@@ -131,3 +138,20 @@ def test_a_lecture_in_the_language_of_its_start(house: OpenHouse, join: Join) ->
     opened = house(changed(Settings(), "lang", "sl"), lecture=True)
     visitor = join(opened, language="de")
     visitor.wait_for(lambda v: any(e.get("label") == "prizor" for e in list(v.mirror.gui.values())))
+
+
+@pytest.mark.parametrize(("language", "number", "remark"), [("de", 2, False), ("de", 4, True), ("sl", 5, True), ("en", 4, False)])
+def test_a_lesson_in_english_says_so(language: Language, number: int, remark: bool) -> None:
+    speak(language)
+    run = LessonRun(Session(Settings()), in_language(load_lessons(), language))
+    run.enter(number - 1)
+    blocks = blocks_html(run.view(), (), False, True)
+    assert (words_of(language)("This lesson is in English.") in blocks["head"]) == remark
+    assert ('lang="en"' in blocks["text"]) == remark and 'lang="en"' not in blocks["head"]
+
+
+def test_a_bad_link_is_named_in_the_page_s_language(house: OpenHouse, arrive: Arrive) -> None:
+    visitor = arrive(house(), "lang=sl&dm=9").visitor
+    visitor.wait_for(lambda _: notes(visitor))
+    assert [note["title"] for note in bodies(visitor, "NotificationShowMessage")] == ["Del povezave je izpuščen"]
+    assert "je zunaj območja; mogoče je število od" in notes(visitor)[0]
