@@ -59,14 +59,17 @@ class Shares:
 
     def watch(self) -> None:
         """Time the program from now on; there is no way back, so only in a process that is made for it."""
-        from app import hosts, server
+        from app.hosts import PrivateHost
+        from app.lecture import LectureHost
+        from app.server import sending
+        from app.server.connection import FilteredConnection
         from app.session import Session
 
-        for host in (hosts.PrivateHost, hosts.LectureHost):
+        for host in (PrivateHost, LectureHost):
             host.frame = self.timed(host.frame, "drawing")
         Session.advance = self.timed(Session.advance, "step")
-        server.pack = self.timed(server.pack, "packing")
-        server._Connection.send_data = self.timed(server._Connection.send_data, "sending")
+        sending.pack = self.timed(sending.pack, "packing")
+        FilteredConnection.send_data = self.timed(FilteredConnection.send_data, "sending")
 
 
 def _keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:

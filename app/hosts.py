@@ -17,7 +17,7 @@ from app.cloakroom import Cloakroom, same_tab
 from app.languages.speaking import say
 from app.languages.visitor import language_script
 from app.lecture import LectureHost
-from app.lessons.lesson import LessonBook
+from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.lessons.loading import load_lessons, load_notes
 from app.mishaps import Mishaps
 from app.page.keys import relay_script
@@ -39,7 +39,6 @@ log = logging.getLogger("duet.hosts")
 # A tab that closes in the middle of a frame is no news; the next frame is drawn without it.
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
 
-NO_LESSONS: Final = LessonBook((), ())
 
 FRAME: Final = 1.0 / 32.0
 """Wall time of a frame [s]."""

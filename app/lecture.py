@@ -3,7 +3,6 @@
 import contextlib
 import logging
 from collections.abc import Mapping
-from typing import Final
 
 import viser
 
@@ -15,7 +14,7 @@ from app.explorers import Explorers
 from app.languages.lesson_book import in_language
 from app.languages.speaking import say, speak
 from app.languages.visitor import browser_language, language_of
-from app.lessons.lesson import LessonBook
+from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.mishaps import Mishaps
 from app.page.lesson_resume import open_link, word_of
 from app.page.lesson_run import LessonRun
@@ -34,8 +33,6 @@ from app.stand import Visitors
 from app.teacher_decisions import Decisions
 
 log = logging.getLogger("duet.lecture")
-
-NO_LESSONS: Final = LessonBook((), ())
 
 
 class LectureHost(Visitors):

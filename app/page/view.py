@@ -12,7 +12,7 @@ import viser
 from app.keep.past import Past
 from app.languages.speaking import say, spoken
 from app.languages.visitor import mark_html
-from app.lessons.lesson import LessonBook
+from app.lessons.lesson import NO_LESSONS
 from app.page.camera import place_camera, view_of
 from app.page.keep import ReplayBar, past_style
 from app.page.lesson_camera import lesson_view
@@ -66,7 +66,7 @@ class View:
         lessons: LessonRun | None = None,
     ) -> None:
         self._host, self._session, self._clients = host, session, clients
-        self.lessons = lessons or LessonRun(session, LessonBook((), ()))
+        self.lessons = lessons or LessonRun(session, NO_LESSONS)
         self.keep: ReplayBar | None = None
         self._past: Past | None = None
         self._before: float | None = None
