@@ -75,16 +75,23 @@ def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None
 
 
 def stop_if_failed(law: Candidate) -> None:
+    """End a test whose law has failed.
+
+    Raises:
+        Stopped: with what the law did wrong.
+    """
     if law.problem is not None:
         raise Stopped(law.problem.text)
 
 
 def largest_error(table: Array) -> float:
+    """Return the largest |e| of a run [m]. `table`: its steps (steps, columns of `scenes.history`)."""
     return float(table[:, COLUMN["e2"]].max()) ** 0.5
 
 
 @cache
 def error_of_the_task_alone() -> float:
+    """Return the largest |e| of two seconds of the circle with nothing to keep clear of [m]."""
     simulation = enter("solo", None, path="circle")
     for _ in range(round(2.0 / DT)):
         simulation.step(None)

@@ -26,6 +26,7 @@ class ViserElements:
         yield self._server.gui, "shared"
 
     def control(self, client_id: int, uuid: str) -> Control | None:
+        """The input with this uuid, if this browser has it."""
         for gui, scope in self._places(client_id):
             handle = gui._gui_input_handle_from_uuid.get(uuid)
             if handle is None or handle._impl.removed:
@@ -44,12 +45,14 @@ class ViserElements:
         return None
 
     def form(self, client_id: int, uuid: str) -> Scope | None:
+        """Where the form with this uuid belongs, if this browser has it."""
         for gui, scope in self._places(client_id):
             if isinstance(gui._container_handle_from_uuid.get(uuid), viser.GuiFormHandle):
                 return scope
         return None
 
     def command(self, client_id: int, uuid: str) -> Scope | None:
+        """Where the palette command with this uuid belongs, if this browser has it."""
         for gui, scope in self._places(client_id):
             if uuid in gui._command_handle_from_uuid:
                 return scope
