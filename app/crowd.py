@@ -59,8 +59,8 @@ class Shares:
 
     def watch(self) -> None:
         """Time the program from now on; there is no way back, so only in a process that is made for it."""
-        from app.hosts import PrivateHost
         from app.lecture import LectureHost
+        from app.private_host import PrivateHost
         from app.server import sending
         from app.server.connection import FilteredConnection
         from app.session import Session

@@ -10,7 +10,8 @@ import statistics
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
-from app.hosts import PrivateHost, open_house
+from app.hosts import open_house
+from app.private_host import PrivateHost
 from app.settings import Settings, from_query
 from tests.browser import (
     close_software_note,

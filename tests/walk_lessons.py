@@ -18,7 +18,7 @@ from tempfile import mkdtemp
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from app.hosts import House, open_house
-from app.lessons.walkthrough import Phase
+from app.lessons.phases import Phase
 from app.own_law.commands import NewLaw, new_law
 from app.people import People
 from app.settings import Settings

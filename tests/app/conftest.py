@@ -10,7 +10,9 @@ from typing import Any, TypeVar
 
 import pytest
 
-from app.hosts import House, LectureHost, PrivateHost, open_house
+from app.hosts import House, open_house
+from app.lecture import LectureHost
+from app.private_host import PrivateHost
 from app.session import Session
 from app.settings import Settings
 from app.visitor.sync_visitor import SyncVisitor

@@ -12,13 +12,14 @@ from time import perf_counter
 import numpy as np
 from playwright.sync_api import Error, Page
 
-from app.hosts import House, PrivateHost
+from app.hosts import House
 from app.lessons.check import said_by
 from app.lessons.lesson import Step, Trial
+from app.lessons.phases import Phase
 from app.lessons.places import start_positions
 from app.lessons.trials import person_of
-from app.lessons.walkthrough import Phase
 from app.page.lesson_run import LessonRun
+from app.private_host import PrivateHost
 from app.session import Session
 from controllers.kinematics import Array
 from scenes.cast import Person

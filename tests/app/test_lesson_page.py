@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from app.hosts import House, LectureHost, PrivateHost
+from app.hosts import House
+from app.lecture import LectureHost
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
 from app.lessons.trials import person_of
@@ -17,6 +18,7 @@ from app.page.lesson_resume import KEEP, Keeper, open_link, step_of
 from app.page.lesson_run import LessonRun
 from app.page.lesson_saved import Saved
 from app.page.lesson_text import formula, lesson_html, plain, spoken
+from app.private_host import PrivateHost
 from app.session import Session
 from app.settings import Settings
 from app.visitor.sync_visitor import SyncVisitor

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.hosts import PrivateHost
-from app.lessons.walkthrough import Phase
+from app.lessons.phases import Phase
 from app.page.lesson_run import LessonRun
+from app.private_host import PrivateHost
 from app.settings import Settings
 from scenes.settings import changed, values
 from tests.app.conftest import OpenHouse, live_sessions

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from app.hosts import PrivateHost
 from app.lessons.loading import load_lessons
 from app.mishaps import INTERVALS, Mishaps
 from app.page.lesson_run import LessonRun
+from app.private_host import PrivateHost
 from app.session import Session
 from app.settings import Settings
 from app.visitor.sync_visitor import SyncVisitor

@@ -16,10 +16,12 @@ import numpy as np
 import pytest
 
 from app.cloakroom import MOST, Cloakroom, same_tab
-from app.hosts import House, LectureHost, PrivateHost
+from app.hosts import House
+from app.lecture import LectureHost
 from app.lessons.phases import Phase
 from app.page.lesson_resume import KEEP
 from app.page.lesson_run import LessonRun
+from app.private_host import PrivateHost
 from app.session import Session
 from app.settings import Settings
 from app.visitor.sync_visitor import SyncVisitor

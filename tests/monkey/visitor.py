@@ -15,7 +15,8 @@ from urllib.parse import quote
 
 from playwright.sync_api import Browser, BrowserContext, Error, FileChooser
 
-from app.hosts import House, PrivateHost, open_house
+from app.hosts import House, open_house
+from app.private_host import PrivateHost
 from app.session import Session
 from app.settings import Settings
 from scenes.settings import specs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from playwright.sync_api import Page
 
-from app.hosts import LectureHost
+from app.lecture import LectureHost
 from app.session import Session
 from app.settings import Settings
 from scenes.settings import changed

@@ -10,9 +10,11 @@ from typing import Any
 import pytest
 
 from app.apart import MOVED_CODE
-from app.hosts import House, LectureHost, PrivateHost
+from app.hosts import House
+from app.lecture import LectureHost
 from app.lessons.loading import load_lessons, load_notes
 from app.page.teacher import COMMANDS
+from app.private_host import PrivateHost
 from app.visitor.mirror import Mirror
 from app.visitor.sync_visitor import SyncVisitor
 from app.visitor.visitor import Visitor

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from urllib.parse import quote
 
-from app.hosts import House, LectureHost
+from app.hosts import House
+from app.lecture import LectureHost
 from app.page.keys import HOTKEYS
 from app.session import Session
 from app.settings import Settings

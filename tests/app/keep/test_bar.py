@@ -8,9 +8,10 @@ from urllib.parse import parse_qsl, urlsplit
 import numpy as np
 from playwright.sync_api import Download, Locator, Page
 
-from app.hosts import House, PrivateHost
+from app.hosts import House
 from app.keep.run_file import saved_bytes, saved_from
 from app.page.keep import ReplayBar
+from app.private_host import PrivateHost
 from app.session import Session
 from app.settings import Settings, from_query
 from app.stand import Stand

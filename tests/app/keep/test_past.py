@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.hosts import LectureHost, PrivateHost
+from app.lecture import LectureHost
+from app.private_host import PrivateHost
 from app.visitor.sync_visitor import SyncVisitor
 from app.visitor.visitor import Visitor
 from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask, live_sessions

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.hosts import PrivateHost
 from app.page.replay_box import KEY, MODIFIER
+from app.private_host import PrivateHost
 from app.visitor.sync_visitor import SyncVisitor
 from tests.app.conftest import OpenHouse, ask
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from app.hosts import PrivateHost
 from app.lessons.phases import Phase
 from app.own_law.commands import NewLaw, new_law
 from app.own_law.trials import TRIALS
 from app.page.own_law import COMMANDS
 from app.people import People
+from app.private_host import PrivateHost
 from app.settings import Settings
 from tests.app.conftest import OpenHouse, ask, live_sessions
 from tests.browser import PageAt, close_software_note, until

@@ -1,0 +1,140 @@
+"""A private session for every tab."""
+
+import logging
+from collections.abc import Mapping
+
+import viser
+
+from app.background import Background
+from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
+from app.cloakroom import Cloakroom, same_tab
+from app.languages.speaking import say
+from app.lessons.lesson import NO_LESSONS, LessonBook
+from app.mishaps import Mishaps
+from app.page.lesson_resume import Keeper
+from app.page.teacher import NotesPanel
+from app.page.view import View
+from app.people import NOBODY_ELSE, People
+from app.server.request import request_query
+from app.server.server import DuetServer
+from app.session import Session
+from app.settings import Settings, from_query
+from app.stand import Stand, Visitors
+
+log = logging.getLogger("duet.hosts")
+
+
+class PrivateHost(Visitors):
+    """Every tab has its own session.
+
+    Args:
+        server: viser's.
+        start: what a link without a query shows.
+        background: computes for all sessions.
+        people: who can be imitated beside the built-in person.
+        book: the lessons.
+        key: a word that a teacher's link carries (`?key=…`); None if nobody is one.
+        notes: the teacher's, by the id of their lesson.
+    """
+
+    def __init__(
+        self,
+        server: DuetServer,
+        start: Settings,
+        background: Background,
+        people: People = NOBODY_ELSE,
+        book: LessonBook = NO_LESSONS,
+        key: str | None = None,
+        notes: Mapping[str, str] | None = None,
+    ) -> None:
+        self._start, self._background, self._people, self._book = start, background, people, book
+        self._key, self._notes = key, notes or {}
+        self._teachers: dict[int, tuple[View, NotesPanel]] = {}
+        self._keeper, self._cloakroom = Keeper(), Cloakroom()
+        self._stands: dict[int, Stand] = {}
+        self._mishaps = Mishaps(log)
+        super().__init__(server)
+
+    @property
+    def sessions(self) -> dict[int, Session]:
+        """The live sessions by client id."""
+        return {number: stand.session for number, stand in list(self._stands.items())}
+
+    def close(self) -> None:
+        """Close every session, also of those who are away."""
+        for session in self.sessions.values():
+            session.close()
+        self._cloakroom.close()
+
+    def frame(self, now: float, elapsed: float) -> None:
+        """Advance and draw every session."""
+        arrivals, departures = self.changes()
+        self._cloakroom.tidy()
+        for number in departures:
+            self._teachers.pop(number, None)
+            self._mishaps.forget(number)
+            if number in self._stands:
+                stand = self._stands.pop(number)
+                self._keeper.keep(stand.query, stand.lessons.saved())
+                stand.operation.close()
+                if stand.superseded:
+                    stand.session.close()
+                else:
+                    self._cloakroom.leave(stand.query, stand.session, stand.lessons)
+        for client in arrivals:
+            try:
+                self._let_in(client)
+            except Exception:
+                log.exception("a visitor's page could not be built")
+        for number, stand in list(self._stands.items()):
+            try:
+                stand.frame(now, elapsed)
+                self._show_notes(number, stand)
+            except Exception as error:
+                # One broken page must not stop the others; a tab that is just closing ends up here too.
+                if number in self._server.get_clients():
+                    self._mishaps.tell("a frame of a visitor's page failed", error, number)
+
+    def _let_in(self, client: viser.ClientHandle) -> None:
+        query = request_query(client)
+        settings, problems = from_query(query, self._start)
+        self._keep_all(query)
+        found, back = self._keeper.find(query), self._cloakroom.fetch(query)
+        before = [stand for stand in self._stands.values() if same_tab(stand.query, query)]
+        if before:
+            settings = before[-1].session.settings
+        try:
+            stand = Stand(
+                client, settings, problems, lambda: self.wake(), self._background, self._people, self._book, found, back
+            )
+        except Exception:
+            if back is not None:
+                self._cloakroom.leave(query, *back)
+            raise
+        if before and not stand.lessons.open:
+            # Whether the other connection is broken cannot be known yet: a tab may have been doubled, and keeps its own session.
+            stand.session.go_on_from(before[-1].session)
+        for one in before:
+            one.superseded = True
+        self._stands[client.client_id] = stand
+        self._look_at_key(stand)
+
+    def _keep_all(self, query: dict[str, str]) -> None:
+        """Keep what the newcomer's tab did, if its old connection has not been noticed to be gone."""
+        for stand in self._stands.values():
+            if stand.query.get("resume") and stand.query.get("resume") == query.get("resume"):
+                self._keeper.keep(stand.query, stand.lessons.saved())
+
+    def _look_at_key(self, stand: Stand) -> None:
+        """Tell whoever has another key than the teacher's."""
+        if is_mistaken(self._key, stand.query):
+            stand.client.add_notification(say("The key is another one"), say(WRONG_KEY), color="orange", auto_close_seconds=12.0)
+
+    def _show_notes(self, number: int, stand: Stand) -> None:
+        """Show a teacher the notes; another language makes the page anew."""
+        if not is_teacher(self._key, stand.query):
+            return
+        with stand.client.atomic():
+            if number not in self._teachers or self._teachers[number][0] is not stand.view:
+                self._teachers[number] = stand.view, NotesPanel(stand.client.gui, self._notes)
+            self._teachers[number][1].show(stand.lessons)
