@@ -1,5 +1,6 @@
 """How students find the way: the address that they type, and the same as a QR code."""
 
+import html
 import io
 import ipaddress
 import socket
@@ -57,14 +58,19 @@ def own_address() -> str:
 
 
 @lru_cache(maxsize=8)
-def qr_svg(text: str) -> str:
-    """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need."""
+def qr_svg(text: str, label: str = "QR code of the address") -> str:
+    """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need.
+
+    Args:
+        text: what it says.
+        label: what it is, for those who do not see it.
+    """
     out = io.BytesIO()
     # Error correction M: a projector is no sheet of paper.
     segno.make(text, error="m", micro=False).save(
         out, kind="svg", border=4, dark="#14181c", light="#ffffff", omitsize=True, xmldecl=False, svgns=True, nl=False
     )
-    return out.getvalue().decode().replace("<svg ", '<svg role="img" aria-label="QR code of the address" ', 1)
+    return out.getvalue().decode().replace("<svg ", f'<svg role="img" aria-label="{html.escape(label)}" ', 1)
 
 
 def _name(origin: str) -> str:

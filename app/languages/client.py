@@ -20,6 +20,7 @@ OURS: Final = (
     text("connection and camera"),
     text("back to the controls"),
     text("more"),
+    text("Close"),
     text("From the teacher"),
     # The page of a full room.
     text("Duet – every place is taken"),
@@ -67,6 +68,8 @@ VISERS: Final = (
 )
 """Said by viser's client; for {name} anything may stand."""
 
+ALL: Final = (*OURS, *VISERS)
+
 _SPOKEN: Final[tuple[Language, ...]] = ("de", "sl", "pseudo")
 
 
@@ -76,7 +79,7 @@ def client_script() -> str:
     Before the server has said which language the page has, it is the one of `<html data-words>`, the one of the link, or the
     browser's first one that is known.
     """
-    tables = {name: {english: words_of(name)(english) for english in (*OURS, *VISERS)} for name in _SPOKEN}
+    tables = {name: {english: words_of(name)(english) for english in ALL} for name in _SPOKEN}
     told = json.dumps(tables, ensure_ascii=False).replace("<", "\\u003c")
     return _SCRIPT.replace("__TABLES__", told)
 

@@ -15,7 +15,7 @@ from typing import Final
 
 from app.keep.report import ENGLISH as REPORT
 from app.keep.shelf import TITLES, WORDS
-from app.languages.client import OURS, VISERS
+from app.languages.client import ALL
 from app.languages.words import FOLDER, read_texts
 from app.own_law.trials import TRIALS, WHY
 from app.page.controls import TABS
@@ -123,7 +123,7 @@ def _of_tables() -> Iterator[str]:
     for table in (CHARTS, LAW_NAMES, NEXT, PHASES, SHARES, TITLES, WORDS, WHY):
         yield from map(str, table.values())
     yield from (value for name, value in asdict(REPORT).items() if name != "language")
-    yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *OURS, *VISERS)
+    yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
 
 
 def _of_sources(folder: Path = _APP) -> Iterator[str]:

@@ -108,7 +108,7 @@ def join_html(address: Address) -> str:
     warning = f'<p class="soft">{html.escape(told)}</p>'
     return (
         f'<div class="duet-class duet-lesson"><div class="duet-join"><div><p><b class="url">{html.escape(address.short)}</b></p></div>'
-        f"{qr_svg(address.url)}</div>{warning}</div>"
+        f"{qr_svg(address.url, say('QR code of the address'))}</div>{warning}</div>"
     )
 
 
@@ -117,7 +117,7 @@ def overlay_html(address: Address) -> str:
     return (
         '<div class="duet-overlay"><section><button type="button" aria-label="'
         f'{say("Close")}">✕</button><h2>{say("Join the class")}</h2>'
-        f"{qr_svg(address.url)}"
+        f"{qr_svg(address.url, say('QR code of the address'))}"
         f'<div class="url">{html.escape(address.short)}</div><p>{say("Point your camera at the code, or type the address.")}</p>'
         "</section></div>"
     )

@@ -14,6 +14,8 @@ NO_TEXT = re.compile(
     r"<style>.*?</style>|<svg.*?</svg>|<pre.*?</pre>|<kbd>.*?</kbd>|<code>.*?</code>|<[^>]*>|&\w+;",
     re.DOTALL,
 )
+NAMED = re.compile(r"""\b(?:aria-label|title|alt|placeholder)=(?:"([^"]*)")""")
+"""What is told with a part of the page to those who do not see it."""
 WORD = re.compile(r"[^\W\d_]{3,}")
 NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max", "sym", "Duet"})
 
@@ -27,8 +29,9 @@ def english() -> Iterator[None]:
 
 
 def untranslated(text: str) -> list[str]:
-    """The words of a text that stand outside the brackets of the pseudo-language."""
-    plain_text = NO_TEXT.sub("\n", text)
+    """The words of a text, and of the names of its parts, that stand outside the brackets of the pseudo-language."""
+    named = "\n".join(NAMED.findall(text))
+    plain_text = NO_TEXT.sub("\n", f"{text}\n{named}")
     while "⟦" in plain_text:
         # The innermost first: a sentence may have translated parts.
         shorter = re.sub(r"⟦[^⟦⟧]*⟧", "", plain_text)

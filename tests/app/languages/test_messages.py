@@ -19,7 +19,7 @@ from app.keep.made import unlike
 from app.keep.outcome import Comparison, Difference
 from app.keep.run_file import _words, load_run, saved_bytes
 from app.keep.shelf import not_again
-from app.languages.client import LOST, OURS, VISERS, client_script
+from app.languages.client import ALL, LOST, OURS, VISERS, client_script
 from app.languages.messages import errors_of, messages, on_the_page
 from app.languages.speaking import say, speak
 from app.languages.words import words_of
@@ -237,10 +237,10 @@ def test_verdicts_of_the_six_tests_are_said() -> None:
 def test_the_scripts_know_every_language() -> None:
     script = client_script()
     tables = json.loads(script.split("const tables = ", 1)[1].split(", known = ", 1)[0])
-    assert {name: set(table) for name, table in tables.items()} == {key: {*OURS, *VISERS} for key in ("de", "sl", "pseudo")}
+    assert {name: set(table) for name, table in tables.items()} == {key: {*ALL} for key in ("de", "sl", "pseudo")}
     assert tables["de"][LOST].startswith("Verbindung verloren") and tables["pseudo"][LOST].startswith("⟦")
     # The names of icons are given by one script and said by the other; what is said when the server is gone is in the page.
-    assert {*ICONS.values(), "more"} <= set(OURS) and "From the teacher" in OURS
+    assert {*ICONS.values(), "more", "Close"} <= set(OURS) and "From the teacher" in OURS
     page = patched_index("<head><title>Viser</title></head>", title="Duet", run="1", script=script)
     assert json.dumps(LOST) in page
 
