@@ -20,7 +20,7 @@ OURS: Final = (
     text("connection and camera"),
     text("back to the controls"),
     text("more"),
-    text("Close"),
+    text("dismiss this message"),
     text("From the teacher"),
     # The page of a full room.
     text("Duet – every place is taken"),

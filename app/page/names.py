@@ -25,7 +25,7 @@ def names_script() -> str:
         "for(const e of document.querySelectorAll('button'))if(!e.textContent.trim()&&(e.dataset.named||!e.getAttribute('aria-label'))){"
         "const svg=e.querySelector('svg'),of=svg?svg.getAttribute('class')||'':'';"
         "const found=Object.keys(icons).find(k=>of.includes(k));"
-        "e.dataset.named='1';name(e,e.title||duetWord(found?icons[found]:e.closest('[class*=Notification-root]')?'Close':'more'));}};"
+        "e.dataset.named='1';name(e,e.title||duetWord(found?icons[found]:e.closest('[class*=Notification-root]')?'dismiss this message':'more'));}};"
         "addEventListener('DOMContentLoaded',()=>{let asked=false;"
         "new MutationObserver(()=>{if(!asked){asked=true;setTimeout(()=>{asked=false;go();},150);}})"
         ".observe(document.body,{childList:true,subtree:true,characterData:true});go();});})();"

@@ -240,7 +240,7 @@ def test_the_scripts_know_every_language() -> None:
     assert {name: set(table) for name, table in tables.items()} == {key: {*ALL} for key in ("de", "sl", "pseudo")}
     assert tables["de"][LOST].startswith("Verbindung verloren") and tables["pseudo"][LOST].startswith("⟦")
     # The names of icons are given by one script and said by the other; what is said when the server is gone is in the page.
-    assert {*ICONS.values(), "more", "Close"} <= set(OURS) and "From the teacher" in OURS
+    assert {*ICONS.values(), "more", "dismiss this message"} <= set(OURS) and "From the teacher" in OURS
     page = patched_index("<head><title>Viser</title></head>", title="Duet", run="1", script=script)
     assert json.dumps(LOST) in page
 
