@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from app.languages.lesson_book import in_language
+from app.languages.pseudo import pseudo
 from app.languages.speaking import speak
 from app.languages.words import words_of
 from app.lessons.loading import load_lessons
@@ -155,3 +156,14 @@ def test_a_bad_link_is_named_in_the_page_s_language(house: OpenHouse, arrive: Ar
     visitor.wait_for(lambda _: notes(visitor))
     assert [note["title"] for note in bodies(visitor, "NotificationShowMessage")] == ["Del povezave je izpuščen"]
     assert "je zunaj območja; mogoče je število od" in notes(visitor)[0]
+
+
+def test_nothing_of_a_class_is_left_untranslated(house: OpenHouse, join: Join) -> None:
+    """The teacher's side, a student's, and that of somebody with a wrong key."""
+    opened = house(changed(Settings(), "lang", "pseudo"), lecture=True, key="k")
+    teacher = join(opened, "key=k")
+    teacher.wait_for(lambda v: any(pseudo("Join") in str(e.get("_tab_labels")) for e in list(v.mirror.gui.values())))
+    others = join(opened), join(opened, "key=wrong")
+    for visitor in (teacher, *others):
+        visitor.wait_for(lambda v: any(pseudo("Live plots") in str(e.get("_tab_labels")) for e in list(v.mirror.gui.values())))
+        assert_all_said(visitor)
