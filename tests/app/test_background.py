@@ -155,7 +155,8 @@ def test_fifty_visitors_share_one_worker(shared: Background) -> None:
     jobs = [shared.submit(owner, "what if", double, i, urgent=True) for i, owner in enumerate(owners) for _ in range(3)]
     assert len(multiprocessing.active_children()) == 1 and sum(shared.load) <= 51
     until(lambda: finished(*jobs))
-    assert [job.result for job in jobs if job.state == "done"][-50:] == [2.0 * i for i in range(50)]
+    # What was asked for last is done of everybody; an earlier one may have been quicker than the next question.
+    assert [(job.state, job.result) for job in jobs[2::3]] == [("done", 2.0 * i) for i in range(50)]
     assert len(multiprocessing.active_children()) == 1
 
 
