@@ -12,14 +12,13 @@ from typing import Any, Final, Literal, NamedTuple, get_args
 from app.background import Background, Job
 from app.keep.lab import Done, lab_bytes
 from app.keep.past import Past
-from app.keep.player import player_html
 from app.keep.replay import Film, Replay, film
 from app.keep.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
 from app.keep.snippet import as_python
 from app.keep.table import csv_bytes, csv_suffix
-from app.languages.speaking import speak, spoken, text
+from app.keep.take_home import file_name, not_again, picture, player
+from app.languages.speaking import spoken, text
 from app.session import Session
-from app.settings import Language
 from controllers.errors import Message
 from controllers.kinematics import Array
 from scenes.inputs import KEEP, Recorded
@@ -307,31 +306,5 @@ class Shelf:
             del self._jobs[job]
 
 
-def not_again(law: str) -> Message:
-    """Return why a run with a law of one's own cannot be had. `law`: name of its file."""
-    return Message("{law} runs in a process of its own and is not made again; the table and the pictures can be had.", law=law)
-
-
 def _nothing() -> None:
     """A post that only wakes the session."""
-
-
-def picture(language: Language, *arguments: Any) -> bytes:
-    """Return `app.keep.pictures.picture_bytes` of the arguments; what draws takes longer to import than a page may wait."""
-    from app.keep.pictures import picture_bytes
-
-    speak(language)
-    return picture_bytes(*arguments)
-
-
-def player(language: Language, *arguments: Any) -> bytes:
-    """Return `app.keep.player.player_html` of the arguments."""
-    speak(language)
-    return player_html(*arguments)
-
-
-def file_name(recorded: Recorded, seconds: float) -> str:
-    """Return a name without its ending: scene and times."""
-    end = recorded.begin + recorded.seconds
-    begin = max(recorded.begin, end - seconds)
-    return f"duet-{recorded.settings.scene}-{begin:.0f}-{end:.0f}s"

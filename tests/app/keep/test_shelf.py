@@ -7,7 +7,8 @@ import pytest
 
 from app.keep import shelf as shelf_module
 from app.keep.run_file import saved_bytes, saved_from
-from app.keep.shelf import DRAFT, KINDS, Kind, Shelf, file_name
+from app.keep.shelf import DRAFT, KINDS, Kind, Shelf
+from app.keep.take_home import file_name
 from app.people import People
 from app.session import Session
 from app.settings import Settings

@@ -18,7 +18,7 @@ import viser
 from app.keep.made import unlike
 from app.keep.outcome import Comparison, Difference
 from app.keep.run_file import _words, load_run, saved_bytes
-from app.keep.shelf import not_again
+from app.keep.take_home import not_again
 from app.languages.client import ALL, LOST, OURS, VISERS, client_script
 from app.languages.messages import errors_of, messages, on_the_page
 from app.languages.speaking import say, speak

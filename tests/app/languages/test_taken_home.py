@@ -14,7 +14,7 @@ from matplotlib.text import Text
 
 from app.documents import DOCUMENTS, document_page
 from app.figures.style import STYLE
-from app.keep import pictures, shelf
+from app.keep import pictures, take_home
 from app.keep.curves import Curves
 from app.keep.lab import _settings, labels_here
 from app.keep.player import assembled, packed_film
@@ -59,8 +59,8 @@ def test_pictures(scene: str, details: Details) -> None:
 def test_pictures_are_drawn_in_a_worker_that_is_told_the_language() -> None:
     recorded, table = piece("hold", 1.0)
     arguments = recorded, 1.0, "none", "svg", table
-    made = {language: shelf.picture(language, *arguments) for language in ("en", "de", "sl", "en")}
-    assert len({*made.values()}) == 3 and shelf.picture("de", *arguments) == made["de"]
+    made = {language: take_home.picture(language, *arguments) for language in ("en", "de", "sl", "en")}
+    assert len({*made.values()}) == 3 and take_home.picture("de", *arguments) == made["de"]
 
 
 def test_the_page_that_plays() -> None:
