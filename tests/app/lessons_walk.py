@@ -341,20 +341,24 @@ class Walker:
         until(self.page, lambda: self.run.walk.done.attempts > attempts, "the attempt", LONG)
 
     def _swing_by_keys(self, step: Step) -> None:
-        """Swing the elbow to every mark with J and K."""
-        for key, place in zip("JK", self.run.walk.marks(self.session.simulation)[::-1], strict=True):
+        """Swing the elbow to both marks with J and K."""
+        simulation, (low, high) = self.session.simulation, self.run.walk.marks(self.session.simulation)
+        for there, back, place, other in (("J", "K", high, low), ("K", "J", low, high)):
 
-            def miss(place: Array = place) -> float:
-                kinematics = self.session.simulation.kinematics
-                return float(np.linalg.norm(kinematics.joint_point(self.session.simulation.guided.elbow) - place))
+            def miss(place: Array, other: Array) -> tuple[float, bool]:
+                """How far the elbow is from a mark, and whether it has gone past it, as seen from the other one."""
+                elbow = simulation.kinematics.joint_point(simulation.guided.elbow)
+                past = np.linalg.norm(elbow - other) > np.linalg.norm(place - other)
+                return float(np.linalg.norm(elbow - place)), bool(past)
 
-            for _ in range(200):
-                if ask(self.session, lambda _: miss()) < 0.012:
+            for _ in range(400):
+                away, past = ask(self.session, lambda _, of=(place, other): miss(*of))
+                if away < 0.012:
                     break
-                self.page.keyboard.press(key)
+                self.page.keyboard.press(back if past else there)
                 wait_frames(self.page, 2)
             else:
-                raise AssertionError(f"{step.id}: the mark cannot be reached with {key}")
+                raise AssertionError(f"{step.id}: the mark cannot be reached with {there} and {back}")
 
     def _ways(self) -> dict[str, Array]:
         """Return by key how far it moves what is the student's, found out by trying, forth and back."""

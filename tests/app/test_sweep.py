@@ -239,7 +239,7 @@ CTRL_C = """
 import sys
 from pathlib import Path
 from app.sweep import Sweep, sweep
-sys.exit(sweep(Sweep(over=("seed=1:60",), seconds=4.0, workers=2, maps=False, out=Path(sys.argv[1]))))
+sys.exit(sweep(Sweep(over=("seed=1:200",), seconds=20.0, workers=2, maps=False, out=Path(sys.argv[1]))))
 """
 
 
@@ -270,7 +270,7 @@ def test_ctrl_c_ends_workers_and_all_and_loses_no_row(tmp_path: Path) -> None:
     assert process.returncode == INTERRUPTED, errors
     assert out == "" and "Traceback" not in errors and "same command" in errors
     rows = read(part)[2]
-    assert 2 <= len(rows) < 60 and f"{len(rows)} of 60 runs" in errors
+    assert 2 <= len(rows) < 200 and f"{len(rows)} of 200 runs" in errors
 
 
 def test_options() -> None:
