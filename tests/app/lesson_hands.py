@@ -143,9 +143,7 @@ class Keys:
             raise AssertionError(f"the tab “{tab}” cannot be reached by the arrows")
         self.page.keyboard.press("Enter")
         self.page.locator("[role=tab][aria-selected=true]").get_by_text(tab, exact=True).wait_for()
-        self.tab_to(
-            lambda: self._focused("getAttribute('aria-label')") == label and self._focused("tagName") == "INPUT", f"“{label}”"
-        )
+        self.tab_to(lambda: self._name() == label and self._focused("tagName") == "INPUT", f"“{label}”")
         if SPECS[key].choices:
             self._pick(entered)
         else:
@@ -174,6 +172,10 @@ class Keys:
                 return
             self.page.keyboard.press("Tab")
         raise AssertionError(f"{what} cannot be reached by Tab")
+
+    def _name(self) -> str:
+        """What the control that has the focus is called."""
+        return self._focused("getAttribute('aria-label')") or self._focused("labels?.[0]?.textContent").strip()
 
     def _focused(self, what: str) -> str:
         return str(self.page.evaluate(f"document.activeElement?.{what} ?? ''"))
