@@ -79,6 +79,7 @@ class Session:
         self._posts: deque[Callable[[], None]] = deque()
         self._clock = Clock(settings.page.speed)
         self._steps_asked = 0
+        self._hurries_to = 0.0
         self._mover = Mover()
         self._raise_ghost()
         if self._studies is not None and settings.page.what_if:
@@ -250,6 +251,11 @@ class Session:
             self._studies.forget()
         self._mover.begin_anew()
         self._clock.forget()
+        self._hurries_to = 0.0
+
+    def hurry(self, until: float) -> None:
+        """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
+        self.paused, self._hurries_to = False, until
 
     def recorded(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run as it can be made again, see `InputsLog.window`."""
@@ -326,20 +332,24 @@ class Session:
                 log.exception("an action of the page failed and was left out")
         if self.halted:
             # What was asked for meanwhile is not made up for afterwards.
-            self.paused, self._steps_asked = True, 0
+            self.paused, self._steps_asked, self._hurries_to = True, 0, 0.0
             return 0
         if self.paused:
-            steps, self._steps_asked = self._steps_asked, 0
+            steps, self._steps_asked, self._hurries_to = self._steps_asked, 0, 0.0
             for _ in range(steps):
                 self._step()
             return steps
         dt, made = self.settings.run.dt, 0
-        due = self._clock.due(elapsed, dt, self.settings.page.speed)
+        ahead = round((self._hurries_to - self.simulation.time) / dt)
+        due = ahead if ahead > 0 else self._clock.due(elapsed, dt, self.settings.page.speed)
         deadline = perf_counter() + BUDGET
         while made < due:
             self._step()
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 break
-        self._clock.note(made, due, elapsed, dt)
+        if ahead > 0:
+            self._clock.forget()
+        else:
+            self._clock.note(made, due, elapsed, dt)
         return made

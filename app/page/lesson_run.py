@@ -190,7 +190,8 @@ class LessonRun:
             case "next":
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
                     self._step_run.observe(walk)
-                walk.next()
+                if not self._hurries():
+                    walk.next()
             case "back":
                 walk.back()
             case "reset":
@@ -211,6 +212,18 @@ class LessonRun:
                 self.leave()
             case _:
                 log.warning("a lesson knows no action %r", action[:40])
+
+    def _hurries(self) -> bool:
+        """Have a run that is to be measured go on to its end as fast as it can, for whoever does not want to wait for it.
+
+        Returns whether it does; where it cannot, the outcome is that of the reference run.
+        """
+        walk, session = self.walk, self._session
+        to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not self._showing
+        if not to_measure or walk.yours or session.halted or walk.turn == self._measured or walk.finished(session.simulation):
+            return False
+        session.hurry(walk.setup.seconds)
+        return True
 
     def _run(self) -> None:
         walk, session = self.walk, self._session

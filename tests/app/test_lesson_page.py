@@ -114,6 +114,30 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     assert not run.view().showing
 
 
+def test_a_run_that_is_skipped_is_still_measured() -> None:
+    session, run = alone()
+    run.act("choose", 1)
+    run.act("next")
+    assert run.walk.phase is Phase.DO
+    while run.walk.phase is Phase.DO:
+        before = session.simulation.steps
+        session.advance(0.0)
+        run.frame()
+        assert session.simulation.steps > before, "it hurries, whatever the clock on the wall says"
+    outcome = run.walk.done.outcome
+    assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.complete and not outcome.reference
+    assert session.paused and run.walk.finished(session.simulation)
+
+
+def test_a_run_that_cannot_go_on_is_skipped_all_the_same() -> None:
+    session, run = alone()
+    run.act("choose", 1)
+    session.halted = True
+    run.act("next")
+    outcome = run.walk.done.outcome
+    assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.reference
+
+
 def test_leaving_gives_the_visitors_own_settings_back() -> None:
     session = Session(changed(changed(Settings(), "dm", 0.11), "autopilot", False))
     before = session.settings

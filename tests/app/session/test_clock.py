@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -131,3 +132,38 @@ def test_a_long_gap_is_not_caught_up(session: Session, gap: float) -> None:
 def test_a_step_longer_than_a_frame_is_saved_up_for(session: Session) -> None:
     session.change("dt", 0.02)
     assert [session.advance(0.008) for _ in range(5)] == [0, 0, 1, 0, 1]
+
+
+def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session: Session) -> None:
+    other = Session(Settings())
+    session.paused = True
+    session.hurry(3.0)
+    while session.simulation.time < 3.0 - DT / 2:
+        assert session.advance(0.0) > 0
+    assert session.simulation.steps == round(3.0 / DT) and not session.paused
+    for _ in range(30):
+        other.advance(0.1)
+    assert bits(session) == bits(other)
+    assert session.advance(0.1) == 20
+
+
+@pytest.mark.parametrize("end", ["pause", "halt", "reset"])
+def test_whoever_stands_still_or_begins_anew_hurries_no_longer(
+    session: Session, end: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Every look at the clock uses up a frame's share.
+    looks = itertools.count()
+    monkeypatch.setattr(session_module, "perf_counter", lambda: 2.0 * BUDGET * next(looks))
+    session.hurry(3.0)
+    assert session.advance(0.0) == 8 and session.advance(0.0) == 8
+    if end == "pause":
+        session.toggle_pause()
+        session.advance(0.0)
+        session.toggle_pause()
+    elif end == "halt":
+        session.halted = True
+        session.advance(0.0)
+        session.halted = session.paused = False
+    else:
+        session.reset()
+    assert session.advance(0.0) == 0
