@@ -79,6 +79,14 @@ def finish(session: Session, run: LessonRun) -> None:
     run.frame()
 
 
+def to_challenge(session: Session, run: LessonRun) -> None:
+    """Go on to the step's challenge, and skip what can be skipped."""
+    while run.walk.phase is not Phase.CHALLENGE:
+        run.act("next")
+        session.advance(0.0)
+        run.frame()
+
+
 # ---- a session without a page ---------------------------------------------------------------------------------------------------
 
 
@@ -117,6 +125,7 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
 def test_a_run_that_is_skipped_is_still_measured() -> None:
     session, run = alone()
     run.act("choose", 1)
+    run._runs.wait(60.0)
     run.act("next")
     assert run.walk.phase is Phase.DO
     while run.walk.phase is Phase.DO:
@@ -132,6 +141,7 @@ def test_a_run_that_is_skipped_is_still_measured() -> None:
 def test_a_run_that_cannot_go_on_is_skipped_all_the_same() -> None:
     session, run = alone()
     run.act("choose", 1)
+    run._runs.wait(60.0)
     session.halted = True
     run.act("next")
     outcome = run.walk.done.outcome
@@ -195,9 +205,7 @@ def test_nonsense_does_no_harm() -> None:
 
 def test_a_challenge_says_what_failed() -> None:
     session, run = alone(0, 2)
-    while run.walk.phase is not Phase.CHALLENGE:
-        run.act("next")
-        run.frame()
+    to_challenge(session, run)
     assert run.walk.yours and not run.hands_off and not session.paused
     for _ in range(40):
         session.advance(0.05)
@@ -222,9 +230,7 @@ def swing(session: Session, run: LessonRun) -> None:
 
 def test_a_challenge_is_tried_again_with_the_students_own_settings() -> None:
     session, run = alone(0, 2)
-    while run.walk.phase is not Phase.CHALLENGE:
-        run.act("next")
-        run.frame()
+    to_challenge(session, run)
     session.advance(0.05)
     run.frame()
     session.change("k", 5.0)
@@ -251,9 +257,7 @@ def test_marks_are_touched_as_near_as_the_challenge_asks() -> None:
 
 def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
     session, run = alone(2, 2)
-    while run.walk.phase is not Phase.CHALLENGE:
-        run.act("next")
-        run.frame()
+    to_challenge(session, run)
     session.change("v", 0.17)
     run.said.extend([0.25, None, 0.5])
     run.walk._kept["push"] = Nobody()

@@ -163,11 +163,13 @@ def test_without_a_file_the_ghost_of_ones_own_is_a_twin() -> None:
 # ---- in the lessons ---------------------------------------------------------------------------------------------------------------
 
 
-def to_challenge(run: LessonRun) -> None:
+def to_challenge(session: Session, run: LessonRun) -> None:
     """Open the last step, and go on to its challenge."""
     run.enter("limits", 3)
     while run.walk.phase is not Phase.CHALLENGE:
         run.act("next")
+        session.advance(0.0)
+        run.frame()
 
 
 def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
@@ -178,14 +180,14 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
         assert session.own_law == "my_law.py" and run.own_tests is None
         run.enter("limits", 3)
         assert session.own_law is None and run.own_tests is None
-        to_challenge(run)
+        to_challenge(session, run)
         assert session.own_law == "my_law.py"
         # To look back leaves the run alone.
         while run.walk.phase is not Phase.DO:
             assert session.own_law == "my_law.py"
             run.act("back")
         assert session.own_law is None
-        to_challenge(run)
+        to_challenge(session, run)
         run.leave()
         assert session.own_law == "my_law.py" and run.own_tests is None
     finally:
@@ -199,7 +201,7 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkey
     session = session_with(path, desk)
     try:
         run = LessonRun(session, load_lessons())
-        to_challenge(run)
+        to_challenge(session, run)
         assert run.own_tests == Progress("my_law.py")
 
         def check() -> None:
@@ -227,7 +229,7 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkey
 def test_without_a_file_there_is_nothing_to_check() -> None:
     session = Session(Settings())
     run = LessonRun(session, load_lessons())
-    to_challenge(run)
+    to_challenge(session, run)
     assert run.own_tests == NO_FILE
     run.act("check")
     run.frame()
