@@ -236,8 +236,11 @@ def test_ctrl_c_between_a_line_and_its_count(tmp_path: Path) -> None:
 
 
 CTRL_C = """
+import signal
 import sys
 from pathlib import Path
+# Whoever runs the tests in the background has it ignored, and children would, too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from app.sweep import Sweep, sweep
 sys.exit(sweep(Sweep(over=("seed=1:200",), seconds=20.0, workers=2, maps=False, out=Path(sys.argv[1]))))
 """

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.lecture import LectureHost
+from app.lessons.phases import Phase
 from app.private_host import PrivateHost
 from app.visitor.sync_visitor import SyncVisitor
 from app.visitor.visitor import Visitor
@@ -79,8 +80,10 @@ def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None
     with SyncVisitor(opened.url, query=query) as before:
         before.wait_for(lambda v: v.mirror.replayed and len(live_sessions(opened)) == 1, LONG)
         (stand,) = opened.host._stands.values()
-        for action, given in (("choose", (2,)), ("next", ()), ("next", ())):
-            ask(stand.session, lambda _, action=action, given=given: stand.lessons.act(action, *given))
+        ask(stand.session, lambda _: stand.lessons.act("choose", 2))
+        for phase in (Phase.OBSERVE, Phase.EXPLAIN):
+            ask(stand.session, lambda _: stand.lessons.act("next"))
+            before.wait_for(lambda _, phase=phase: stand.lessons.walk.phase is phase, LONG)
         before.wait_for(lambda v: [box["value"] for box in boxes(v)] == [""], LONG)
         before.set_value("in my own words", written)
         before.wait_for(lambda _: stand.lessons.walk.done.words == written, LONG)
