@@ -160,8 +160,8 @@ def _read_parquet(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
 
 def _pyarrow() -> tuple[Any, Any]:
     try:
-        import pyarrow
-        import pyarrow.parquet
+        import pyarrow  # pyright: ignore[reportMissingImports]
+        import pyarrow.parquet  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise BadSetting(
             "format = parquet needs pyarrow, which is not installed: pip install pyarrow, or take --format csv."

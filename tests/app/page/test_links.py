@@ -25,7 +25,7 @@ def test_a_link_sets_the_start(house: OpenHouse, arrive: Arrive) -> None:
     one.visitor.wait_for(lambda _: "colours" in {element.get("label") for element in list(mirror.gui.values())})
     assert mirror.labelled("d_m [mm]")["value"] == 100.0 and mirror.labelled("n")["value"] == 10.0
     assert mirror.labelled("law")["value"] == "Unprotected (task only)" and mirror.labelled("colours")["value"] == "Dark"
-    assert len(bodies(one.visitor, "GuiUplotMessage")) == 3
+    one.visitor.wait_for(lambda _: len(bodies(one.visitor, "GuiUplotMessage")) == 3)
     plain = arrive(opened)
     assert plain.session.settings == Settings()
 
