@@ -1,6 +1,6 @@
 """Which language a visitor reads, by what their browser says."""
 
-from urllib.parse import parse_qsl
+from collections.abc import Mapping
 
 import viser
 
@@ -45,16 +45,15 @@ def language_of(settings: Settings, browser: Language) -> Language:
     return browser if settings.page.language == "auto" else settings.page.language
 
 
-def language_asked(query: str, accept: str) -> Language:
+def language_asked(query: Mapping[str, str], accept: str) -> Language:
     """Return the language of a page that belongs to no session: what its link asks for, or what the browser likes best.
 
     Args:
-        query: of the link, without its question mark.
+        query: of the link.
         accept: header of the request.
     """
-    asked = next((value for key, value in parse_qsl(query[:1000]) if key == "lang"), "")
     known: dict[str, Language] = {"pseudo": "pseudo", **{one: one for one in KNOWN}}
-    return known.get(asked) or preferred(accept)
+    return known.get(query.get("lang", "")) or preferred(accept)
 
 
 def mark_html(words: Words) -> str:

@@ -72,7 +72,7 @@ class FilteredConnection(ServerConnection):
                 return raw
             except Refused as refused:
                 self.duet.report(f"message dropped ({refused.kind})", f"client {self._client_id}")
-                self.duet._refuse_kindly(self._client_id, refused)
+                self.duet._refuse_kindly(self._client_id, self, refused)
             except Malformed as malformed:
                 self.duet.report("connection closed", f"client {self._client_id} sent a malformed message ({malformed})")
                 await self.close(1008, "malformed message")

@@ -21,12 +21,14 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from app.documents import DOCUMENTS, PREFIX, document_page
+from app.languages.speaking import text
 from app.languages.visitor import language_asked
+from app.languages.words import words_of
 from app.server.connection import served_by
 from app.server.doorway import LOOPBACK_NAMES, Doorway
 from app.server.elements import ViserElements
 from app.server.gate import Gate
-from app.server.index import ROOM_IS_FULL, full_page
+from app.server.index import ROOM_IS_FULL, full_page, page_query
 from app.server.limits import Limits
 from app.server.listening import listen
 from app.server.own_pages import HTML, OWN_HEADERS, own_pages, respond
@@ -136,7 +138,7 @@ class DuetServer(viser.ViserServer):
             return respond(200, HTML, self._pages["packed" if packed else "plain"], extra)
         document = path.removeprefix(PREFIX)
         if path != document and document in DOCUMENTS:
-            return self._document(document, language_asked(query, ",".join(request.headers.get_all("Accept-Language"))))
+            return self._document(document, _language_of(request))
         if path == "/index.html":
             # Under this name viser's client would take the websocket's address for a foreign one.
             return respond(308, "text/plain", b"", {"Location": "./" + ("?" + query if query else "")})
@@ -164,11 +166,17 @@ class DuetServer(viser.ViserServer):
     def _client_id(self, connection: ServerConnection) -> int:
         return next((i for i, live in self._websock_server._live_connections.items() if live is connection), -1)
 
-    def _refuse_kindly(self, client_id: int, refused: Refused) -> None:
-        client = self._connected_clients.get(client_id)
-        if refused.kind == UPLOAD_TOO_LARGE and client is not None:
-            megabytes = self.limits.upload_bytes / 1e6
-            client.add_notification("This file is too large", f"Files of up to {megabytes:g} MB can be read.", color="orange")
+    def _refuse_kindly(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
+        client, request = self._connected_clients.get(client_id), connection.request
+        if refused.kind == UPLOAD_TOO_LARGE and client is not None and request is not None:
+            words, size = words_of(_language_of(request)), f"{self.limits.upload_bytes / 1e6:g}"
+            title, body = words(text("This file is too large")), words(text("Files of up to {size} MB can be read."), size=size)
+            client.add_notification(title, body, color="orange")
+
+
+def _language_of(request: Request) -> Language:
+    """Return the language of whoever sent a request; what they chose on their page is not known here."""
+    return language_asked(page_query(request.path), ",".join(request.headers.get_all("Accept-Language")))
 
 
 def start_server(

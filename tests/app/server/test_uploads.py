@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
+
 from app.server.limits import Limits
 from app.server.server import DuetServer
 from app.visitor.sync_visitor import SyncVisitor
+from tests.app.page.helpers import notes
 from tests.app.server.conftest import furnish, roundtrip
 
 
@@ -31,6 +34,16 @@ def test_files_up_to_the_cap_arrive(start: Callable[..., DuetServer]) -> None:
         visitor.wait_for(lambda v: v.received.messages["NotificationShowMessage"] == 1)
         roundtrip(visitor, room)
         assert room.server.gui._current_file_upload_states == {}
+
+
+@pytest.mark.parametrize(("query", "said"), [("", "up to 2 MB"), ("lang=de", "bis 2 MB"), ("lang=sl", "do 2 MB")])
+def test_whoever_sends_too_much_is_told_in_their_language(start: Callable[..., DuetServer], query: str, said: str) -> None:
+    room = furnish(start(limits=Limits(upload_bytes=2_000_000)))
+    with SyncVisitor(room.server.url, query=query) as visitor:
+        visitor.wait_for(lambda v: v.mirror.replayed)
+        upload(visitor, 2_000_001, {0: 524_288}, parts=4)
+        visitor.wait_for(lambda _: len(notes(visitor)) == 1)
+        assert said in notes(visitor)[0]
 
 
 def test_unfinished_files_count_and_belong_to_their_sender(start: Callable[..., DuetServer]) -> None:
