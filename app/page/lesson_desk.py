@@ -58,12 +58,11 @@ class LessonDesk:
             color="gray",
             order=-4.0,
         )
-        self._door.visible = bool(run.book.lessons)
 
         @self._door.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             del event
-            session.post(lambda: run.leave() if run.open else run.enter())
+            session.post(run.enter)
 
     # ---- keys --------------------------------------------------------------------------------------------------------------
 
@@ -168,9 +167,8 @@ class LessonDesk:
         run = self._run
         while run.notes:
             self._notify(*run.notes.popleft())
-        label = say("Leave the lessons") if run.open else say("Lessons")
-        if self._door.label != label:
-            self._door.label = label
+        # An open lesson has its own button to leave it, which stays while a narrow window folds the controls up.
+        self._door.visible = bool(run.book.lessons) and not run.open
         if not run.open:
             for command in self._commands:
                 command.remove()

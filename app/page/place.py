@@ -16,6 +16,12 @@ from scenes.simulation import Simulation
 AWAY: Final = 0.004
 """From this distance on the line to the hand is drawn [m]."""
 
+RADIUS: Final = 0.085
+"""Of the ring [m]: the hand of each of our robots fits through it …"""
+
+TUBE: Final = 0.006
+"""… and this is half its thickness [m]."""
+
 
 class Place:
     """For an arm whose hand is drawn to a place.
@@ -28,7 +34,7 @@ class Place:
         self._ball = scene.add_icosphere(
             "/place/ball", radius=0.017, subdivisions=2, color=(255, 255, 255), opacity=0.9, cast_shadow=False
         )
-        ring = scene.add_mesh_simple("/place/ring", *_ring(0.040, 0.005), color=(255, 255, 255), cast_shadow=False, visible=False)
+        ring = scene.add_mesh_simple("/place/ring", *_ring(RADIUS, TUBE), color=(255, 255, 255), cast_shadow=False)
         self._ring = fresh(ring)
         line = np.zeros((1, 2, 3), np.float32)
         self._error = scene.add_line_segments(
