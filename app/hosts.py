@@ -10,8 +10,10 @@ from app.frame_loop import FrameLoop
 from app.languages.visitor import language_script
 from app.lecture import LectureHost
 from app.lessons.loading import load_lessons, load_notes
+from app.page.folders import folder_script
 from app.page.keys import relay_script
 from app.page.lesson_resume import resume_script
+from app.page.loading import loading_html
 from app.page.replay_box import box_script
 from app.page.software import software_script
 from app.page.teacher_script import class_script
@@ -89,7 +91,14 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=None if lecture else sessions,
-        script=software_script() + relay_script() + resume_script() + box_script() + language_script() + class_script(),
+        script=software_script()
+        + relay_script()
+        + resume_script()
+        + box_script()
+        + language_script()
+        + folder_script()
+        + class_script(),
+        body=loading_html(settings.page),
     )
     server.scene.world_axes.visible = False
     background = Background()

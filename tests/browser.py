@@ -244,7 +244,8 @@ _CANVAS = "(__viserMutable.canvas.querySelector?.('canvas') ?? document.querySel
 def wait_ready(page: Page, node: str, timeout: float = 60.0) -> None:
     """Wait until the scene node `node` exists and the canvas has faded in."""
     page.wait_for_function(
-        f"name => window.__viserMutable?.nodeRefFromName?.[name] && +{_CANVAS}?.style.opacity === 1",
+        f"name => window.__viserMutable?.nodeRefFromName?.[name] && +{_CANVAS}?.style.opacity === 1"
+        " && (document.documentElement.matches('.duet-built') || !document.getElementById('duet-loading'))",
         arg=node,
         timeout=timeout * 1000,
     )

@@ -266,6 +266,7 @@
       viser = page;
       show();
       window.duet.ready = true;
+      dispatchEvent(new Event("duet-built"));
       if (film.play) play(true);
     } else requestAnimationFrame(there);
   };

@@ -23,6 +23,7 @@ from app.keep.scene import PLACE, RATE, TURN, Filmed, film_scene
 from app.keep.table import newest
 from app.languages.client import client_script
 from app.languages.speaking import say, spoken
+from app.page.software import software_note_script
 from app.settings import PageSettings
 from scenes.inputs import Recorded
 from scenes.rerun import never, rerun
@@ -80,7 +81,8 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
         f"<!-- The 3-D view is viser {viser.__version__}, Apache License 2.0, github.com/viser-project/viser -->"
         f'<script>window.__VISER_EMBED_DATA__="{scene}";window.__VISER_EMBED_CONFIG__={{darkMode:{str(dark).lower()}}};'
-        f"document.documentElement.classList.toggle('dark',{str(dark).lower()});{client_script()}</script>"
+        f"document.documentElement.classList.toggle('dark',{str(dark).lower()});{client_script()}"
+        f"{software_note_script()}</script>"
     )
     options = "".join(f'<option value="{s}"{" selected" if s == "1" else ""}>{s}×</option>' for s in SPEEDS)
     body = (

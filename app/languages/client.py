@@ -14,8 +14,16 @@ from app.settings import Language
 LOST: Final = text("Connection lost – trying again…")
 """What `app.server.index` says when the server is gone."""
 
+LOADING: Final = text("Loading …")
+"""What `app.page.loading` says until the page is there."""
+
+SOFTWARE: Final = text("Your browser draws without a graphics card; the picture may stutter.")
+"""What `app.page.software` says for some seconds."""
+
 OURS: Final = (
     LOST,
+    LOADING,
+    SOFTWARE,
     text("every command by name"),
     text("connection and camera"),
     text("back to the controls"),
@@ -58,9 +66,6 @@ VISERS: Final = (
     *("Updates from the server will overwrite local changes.", "Client-local: only this client sees this node"),
     *("Toggle visibility override", "Clear visibility override", "Auto-created anchor for client-local children"),
     *("Uploading {name}", "File uploaded successfully.", "Receiving {name}", "Received {name}"),
-    "Software WebGL rendering detected",
-    "WebGL is running in software mode, not on your GPU. Performance may be degraded. "
-    "If this is unexpected, check that hardware acceleration is enabled in your browser settings.",
     "WebGL unavailable",
     "WebGL is unavailable. This may be caused by hardware acceleration being disabled — check your browser settings.",
     *("Could not detect browser version", "Your browser version could not be detected. It may not be supported."),

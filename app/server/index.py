@@ -21,9 +21,9 @@ ELSEWHERE = "duet: this tab belongs somewhere else"
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
-_DRAWING = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32" fill="none" stroke-width="4.5" stroke-linecap="round"
+MARK = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32" fill="none" stroke-width="4.5" stroke-linecap="round"
  stroke-linejoin="round"><path d="M6 28V18l7-8 4 5" stroke="#f26a0a"/><path d="M26 28V16l-5-11-4 5" stroke="#8a9099"/></svg>"""
-_ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(_DRAWING)}">'
+_ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
 
 _STYLE = """
 #duet-connection{position:fixed;top:18px;left:50%;transform:translateX(-50%);z-index:2147483647;display:flex;align-items:center;
@@ -83,6 +83,7 @@ _SCRIPT = """
     if (!retry) retry = setInterval(() => { if (!document.hasFocus()) worker.postMessage({ type: "retry" }); }, 3000);
   };
   const found = () => {
+    window.duetLoading?.();
     say("");
     clearInterval(retry);
     retry = 0;
@@ -110,7 +111,7 @@ _SCRIPT = """
 """
 
 
-def patched_index(client_html: str, *, title: str, run: str, script: str = "") -> str:
+def patched_index(client_html: str, *, title: str, run: str, script: str = "", body: str = "") -> str:
     """Put our additions into viser's page.
 
     Args:
@@ -118,20 +119,24 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
         title: the title of the tab.
         run: a word that is different for every start of the server.
         script: further JavaScript of the page's own, which may add to `duetQuery` what the server is to know of the browser.
+        body: HTML that the page's body begins with.
 
     Raises:
         ValueError: the page doesn't look as expected (another version of viser).
     """
     head, mark, rest = client_html.partition("<title>Viser</title>")
-    if not mark:
-        raise ValueError("viser's page has no title to put Duet's additions at")
+    program, end, root = rest.rpartition("</head>")
+    if not (mark and end):
+        raise ValueError("viser's page has no title in its head to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "longest": _LONGEST_QUERY}
     settings["lost"] = LOST
     what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
     script = what_we_see + script + _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
-    return f"{head}<title>{html.escape(title)}</title><style>{_STYLE}</style><script>{script}</script>{rest}"
+    # viser's program is long: in the body, behind what is seen until it has arrived.
+    ours = f"<title>{html.escape(title)}</title><style>{_STYLE}</style><script>{script}</script></head><body>{body}"
+    return head + ours + program + root.replace("<body>", "", 1)
 
 
 def page_query(request_path: str) -> dict[str, str]:

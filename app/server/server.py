@@ -70,6 +70,7 @@ class DuetServer(viser.ViserServer):
         full_html: str | None,
         limits: Limits,
         script: str = "",
+        body: str = "",
     ) -> None:
         self.limits = limits
         self.max_clients = max_clients
@@ -79,7 +80,7 @@ class DuetServer(viser.ViserServer):
         self._doorway = doorway
         self._ready = threading.Event()
         self._taken: set[ServerConnection] = set()
-        self._pages = own_pages(label, self.run, full_html or full_page(max_clients or 0), script)
+        self._pages = own_pages(label, self.run, full_html or full_page(max_clients or 0), script, body)
         with _construction, served_by(self, listener), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=doorway.host, port=doorway.port, label=label, verbose=False)
         for kind in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
@@ -189,6 +190,7 @@ def start_server(
     page_full_html: str | None = None,
     limits: Limits | None = None,
     script: str = "",
+    body: str = "",
 ) -> DuetServer:
     """Start the web server.
 
@@ -201,6 +203,7 @@ def start_server(
         page_full_html: that page; by default `app.server.index.full_page`.
         limits: how much one browser may ask for.
         script: JavaScript that every page runs before viser's own.
+        body: HTML that every page's body begins with.
 
     Raises:
         PortInUse: another program has the port.
@@ -217,5 +220,12 @@ def start_server(
         log.info("everybody on the network can reach this server")
     limits = Limits() if limits is None else limits
     return DuetServer(
-        listener, doorway, label=label, max_clients=max_clients, full_html=page_full_html, limits=limits, script=script
+        listener,
+        doorway,
+        label=label,
+        max_clients=max_clients,
+        full_html=page_full_html,
+        limits=limits,
+        script=script,
+        body=body,
     )
