@@ -31,8 +31,11 @@ def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageA
     canvas = page.evaluate("(() => { const b = __viserMutable.canvas.getBoundingClientRect(); return [b.left, b.right]; })()")
     assert box is not None and box["x"] + box["width"] <= canvas[0] + 1.0, "the panel stands beside the scene, not over it"
     screenshot(page, "lesson-challenge")
+    assert page.get_by_role("button", name="Leave the lessons").count() == 1
+    assert not page.get_by_role("button", name="Lessons", exact=True).is_visible()
     press(page, "Leave the lessons")
     until(page, lambda: not run.open, "leaving", 60.0)
+    page.get_by_role("button", name="Lessons", exact=True).wait_for()
     others = {"picture", "lang"}
     mine = {key: value for key, value in values(session.settings).items() if key not in others}
     assert mine == {key: value for key, value in values(changed(Settings(), "dm", 0.12)).items() if key not in others}

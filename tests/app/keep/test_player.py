@@ -177,6 +177,10 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     path.write_bytes(player_html(recorded, 5.0, PageSettings(picture="fast", details="speeds")))
     page = page_at(1000, 640)
     asked = open_file(page, path)
+    # This browser has no graphics card. The page says so in one line, for some seconds; viser itself says nothing.
+    note = page.locator("#duet-note")
+    note.get_by_text("draws without a graphics card").wait_for()
+    assert page.locator("[class*=Notification-root]").count() == 0
     # Any moment, there and back: the arms stand where they stood, and the numbers are those of the moment.
     for time in (5.0, 2.0, 5.6):
         page.evaluate("time => duet.seek(time)", time)
@@ -217,6 +221,7 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     assert page.evaluate("duet.time") == pytest.approx(6.0, abs=1e-6)
     assert all(url.startswith(("file:", "blob:", "data:")) for url in asked)
     assert not page.get_by_role("button", name="scene tree").is_visible()
+    note.wait_for(state="detached")
     page.evaluate("duet.seek(5.2)")
     wait_frames(page, 4)
     screenshot(page, "player")

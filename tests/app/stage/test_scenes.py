@@ -12,7 +12,7 @@ from app.settings import Settings
 from app.visitor.sync_visitor import SyncVisitor
 from scenes.settings import RobotName, RunSettings, SceneName, specs, values
 from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse, live_sessions
-from tests.app.stage.conftest import BALL, GRIP, SCENES, change, drawn, settle
+from tests.app.stage.conftest import BALL, GRIP, SCENES, change, drawn, settle, visible
 
 EXPECTED: dict[str, set[str]] = {
     "solo": {HAND, ELBOW, "/trace", "/place/ring"},
@@ -51,6 +51,8 @@ def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHous
                         mine, theirs = (v.mirror.nodes[name][key] for v in (one.visitor, fresh))
                         assert_allclose(mine, theirs, atol=0.02, err_msg=f"{scene} {robot}: {key} of {name}")
         assert (shown & TELLING) >= EXPECTED[scene], scene
+        # A trace is seen once the hand has moved; all else that the texts name is seen from the first frame on.
+        assert {name for name in EXPECTED[scene] - {"/trace"} if not visible(one, name)} == set(), scene
         assert {name for name in shown & TELLING if name.startswith(("/gizmo", "/ball", "/path", "/person"))} <= EXPECTED[scene]
         alone = scene in ("solo", "ball")
         assert {name.split("/")[2] for name in shown if name.startswith("/arms/")} == ({"arm"} if alone else {"left", "right"})

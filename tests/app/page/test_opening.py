@@ -1,0 +1,76 @@
+"""A page on its way, over a slow line: what is seen before it is there, and what it says by itself once it is."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.app.conftest import OpenHouse
+from tests.browser import PageAt, screenshot, until, wait_ready
+
+SEEN = """(() => {
+  const seen = window.seenSoFar = new Set();
+  const there = e => e && e.checkVisibility({ visibilityProperty: true, opacityProperty: true });
+  const shown = e => { for (let p = e; p && p.id !== 'root'; p = p.parentElement) if (!p.offsetHeight) return false; return there(e); };
+  const look = () => {
+    const first = document.querySelector('#duet-loading'), own = document.querySelector('#root input[value^="ws://"]');
+    if (there(first)) seen.add(first.textContent.trim().split(/\\s+/).join(' '));
+    if (own && shown(own)) seen.add("viser's own panel");
+    for (const note of document.querySelectorAll('[class*=Notification-root]')) seen.add(note.textContent);
+    if (there(document.querySelector('#root .duet'))) seen.add('our page');
+    requestAnimationFrame(look);
+  };
+  requestAnimationFrame(look);
+})()"""
+"""Looks at every frame that is drawn, from the first one on."""
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "locale", "query", "loading", "note"),
+    [
+        (1024, 768, "sl-SI", "theme=dark", "Nalaganje …", "Vaš brskalnik riše brez grafične kartice"),
+        (390, 844, "en-GB", "lang=de", "Wird geladen …", "Ihr Browser zeichnet ohne Grafikkarte"),
+    ],
+)
+def test_viser_s_own_page_is_never_seen(
+    house: OpenHouse, page_at: PageAt, width: int, height: int, locale: str, query: str, loading: str, note: str
+) -> None:
+    page = page_at(width, height, locale=locale)
+    page.add_init_script(SEEN)
+    line = page.context.new_cdp_session(page)
+    line.send("Network.enable")
+    slow = {"offline": False, "latency": 50, "downloadThroughput": 1_500_000, "uploadThroughput": 500_000}
+    line.send("Network.emulateNetworkConditions", slow)
+    page.goto(f"{house().url}/?{query}", wait_until="commit")
+    page.get_by_text(loading).wait_for()
+    background = page.locator("#duet-loading").evaluate("e => getComputedStyle(e).backgroundImage")
+    assert ("rgb(34, 38, 44)" in background) == ("dark" in query)
+    wait_ready(page, "/room")
+    # One line says how this browser draws.
+    page.locator("#duet-note").get_by_text(note).wait_for()
+    box = page.locator("#duet-note").bounding_box()
+    assert box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= width and box["height"] < 50.0
+    assert set(page.evaluate("[...seenSoFar]")) == {f"Duet {loading}", "our page"}
+    screenshot(page, f"opened-{width}")
+
+
+def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1024, 768)
+    page.goto(house().url)
+    wait_ready(page, "/room")
+    note = page.locator("#duet-note")
+    note.wait_for()
+    folder, inside = page.get_by_role("button", name="Keep and replay", exact=True), page.get_by_role("button", name="Load a run")
+    assert folder.get_attribute("aria-expanded") == "false" and not inside.is_visible()
+    clock = page.get_by_role("button", name="Pause", exact=True)
+    # Tab comes to it, and neither key means anything else there.
+    folder.focus()
+    assert folder.evaluate("e => e === document.activeElement")
+    for key, opened in (("Enter", "true"), (" ", "false"), (" ", "true")):
+        page.keyboard.press(key)
+        until(page, lambda opened=opened: folder.get_attribute("aria-expanded") == opened, f"{key!r}: {opened}")
+    inside.wait_for()
+    assert clock.is_visible()
+    folder.click()
+    until(page, lambda: folder.get_attribute("aria-expanded") == "false", "a click")
+    # What was said about the browser at the beginning is gone by itself.
+    note.wait_for(state="detached")
