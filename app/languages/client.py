@@ -14,8 +14,12 @@ from app.settings import Language
 LOST: Final = text("Connection lost – trying again…")
 """What `app.server.index` says when the server is gone."""
 
+CROWDED: Final = text("This page is open in too many tabs. Close some of them, then reload this one.")
+"""What `app.server.index` says where one tab was doubled too often."""
+
 OURS: Final = (
     LOST,
+    CROWDED,
     text("every command by name"),
     text("connection and camera"),
     text("back to the controls"),
