@@ -114,7 +114,8 @@ class FilteredConnection(ServerConnection):
                 return raw
             except Refused as refused:
                 self.duet.report(f"message dropped ({refused.kind})", f"client {self._client_id}")
-                self.duet._refuse_kindly(self._client_id, self, refused)
+                # After what viser makes of the messages before: it does not know a browser until it has dealt with its first one.
+                self.loop.call_soon(self.duet._refuse_kindly, self._client_id, self, refused)
             except Malformed as malformed:
                 self.duet.report("connection closed", f"client {self._client_id} sent a malformed message ({malformed})")
                 await self.close(1008, f"malformed message ({malformed})")

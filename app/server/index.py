@@ -31,7 +31,7 @@ _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(_DRAWING)}">'
 
 _STYLE = """
 #duet-connection{position:fixed;top:18px;left:50%;transform:translateX(-50%);z-index:2147483647;display:flex;align-items:center;
- gap:.7em;padding:.62em 1.25em;border-radius:999px;white-space:nowrap;max-width:calc(100vw - 24px);
+ gap:.7em;padding:.62em 1.25em;border-radius:1.4em;width:max-content;max-width:calc(100vw - 24px);
  font:600 19px/1.25 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans",sans-serif;
  box-sizing:border-box;color:#3a1d00;background:#fff4e5;border:2px solid #e07a10;
  box-shadow:0 6px 28px rgba(0,0,0,.28);pointer-events:none}
@@ -77,7 +77,6 @@ _SCRIPT = """
     node.append(text);
   };
   const lost = (worker, reason) => {
-    if (leaving) return;
     if (reason === ours.full || reason === ours.elsewhere) {
       leaving = true;
       // A class comes back in its own time, but nobody waits for long.
@@ -106,6 +105,7 @@ _SCRIPT = """
       if (leaving && message && message.type === "retry") return;
       if (message && message.type === "set_server" && typeof message.server === "string") {
         this.addEventListener("message", ({ data }) => {
+          if (leaving) return;
           if (data && data.type === "connected") {
             super.postMessage({ type: "send", message: { type: ours.hello } });
             found();

@@ -24,7 +24,7 @@ from app.server.refusal import Malformed, Refused
 from app.server.shapes import SHAPES
 from app.visitor.sync_visitor import SyncVisitor
 from app.visitor.visitor import CAMERA
-from tests.app.server.conftest import Room, roundtrip
+from tests.app.server.conftest import Room, roundtrip, write
 
 NAN, INF = math.nan, math.inf
 
@@ -263,11 +263,8 @@ def test_too_large_a_message_closes_only_its_own_connection(room: Room, join: Ca
 @pytest.mark.parametrize("head", [b"\x89\x80", b"\x00\x80"], ids=["pings", "pieces"])
 def test_too_many_small_frames_close_only_their_own_connection(room: Room, join: Callable[..., SyncVisitor], head: bytes) -> None:
     witness, attacker, mask = join(), join(), b"\0\0\0\0"
-    opened = attacker.visitor._socket
-    assert opened is not None
     # A message that is begun, and then frames by themselves (RFC 6455, section 5.2).
-    frames = b"\x02\x80" + mask + (head + mask) * 1000
-    attacker._loop.call_soon_threadsafe(opened.transport.write, frames)
+    write(attacker, b"\x02\x80" + mask + (head + mask) * 1000)
     attacker.wait_for(lambda v: v.closed)
     assert attacker.closed is not None and attacker.closed.rcvd is not None
     assert (attacker.closed.rcvd.code, attacker.closed.rcvd.reason) == (1008, "too many small frames")
