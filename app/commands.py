@@ -37,6 +37,8 @@ class Serve:
     """Open the browser."""
     sessions: int = 8
     """How many tabs may have a session of their own at once; in a lecture, how many students may explore by themselves."""
+    watchers: int = 200
+    """How many pages may be open in a lecture at once; who comes with the key gets in besides."""
     lecture: bool = False
     """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
@@ -162,6 +164,8 @@ def serve(command: Serve) -> int:
     """Serve the page until Ctrl+C."""
     if command.sessions < 1:
         raise BadSetting(f"sessions = {command.sessions} leaves no place; give a number from 1.")
+    if command.watchers < 1:
+        raise BadSetting(f"watchers = {command.watchers} leaves no place; give a number from 1.")
     if command.key is not None and not command.key.strip():
         raise BadSetting("key is empty, so that everybody would have it; give a word that nobody guesses.")
     if command.lessons is not None and not command.lessons.is_dir():
@@ -183,6 +187,7 @@ def serve(command: Serve) -> int:
             command.allow_origin,
             people,
             command.lessons,
+            command.watchers,
         )
     except Exception:
         people.close()

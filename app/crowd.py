@@ -6,6 +6,7 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import os
+import secrets
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -94,7 +95,9 @@ def _visit(pipe: Connection, url: str, count: int) -> None:
 async def _visit_all(pipe: Connection, url: str, count: int) -> None:
     from app.visitor.visitor import Visitor
 
-    visitors = [await Visitor(url, decode=False).connect(PATIENCE) for _ in range(count)]
+    # Each is a tab of its own, as it is in a class.
+    words = [secrets.token_hex(16) for _ in range(count)]
+    visitors = [await Visitor(url, query=f"resume={word}", decode=False).connect(PATIENCE) for word in words]
     for visitor in visitors:
         await visitor.wait_for(lambda one: one.received.frames >= WARM_UP, PATIENCE)
     pipe.send("here")

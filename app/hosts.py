@@ -70,18 +70,20 @@ def open_house(
     allowed_origins: tuple[str, ...] = (),
     people: People = NOBODY_ELSE,
     lessons: Path | None = None,
+    watchers: int = 200,
 ) -> House:
     """Start to serve the page.
 
     Args:
         host, port: where; port 0 takes any free one.
         settings: what the page shows at first.
-        sessions: how many private sessions there may be at once; a lecture has no limit for those who watch.
+        sessions: how many private sessions there may be at once.
         lecture: one stage for all.
         key: of the teacher, or None.
         allowed_origins: further web addresses whose pages may connect.
         people: who can be imitated beside the built-in person; let go of when the house is closed.
         lessons: folder of lessons; None for our own.
+        watchers: how many pages may be open in a lecture at once; who has the key gets in besides.
 
     Raises:
         PortInUse, BadSetting: see `app.server.server.start_server`.
@@ -90,7 +92,7 @@ def open_house(
         host,
         port,
         allowed_origins=allowed_origins,
-        max_clients=None if lecture else sessions,
+        max_clients=watchers if lecture else sessions,
         script=software_script()
         + relay_script()
         + resume_script()

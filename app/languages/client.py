@@ -20,10 +20,14 @@ LOADING: Final = text("Loading …")
 SOFTWARE: Final = text("Your browser draws without a graphics card; the picture may stutter.")
 """What `app.page.software` says for some seconds."""
 
+CROWDED: Final = text("This page is open in too many tabs. Close some of them, then reload this one.")
+"""What `app.server.index` says where one tab was doubled too often."""
+
 OURS: Final = (
     LOST,
     LOADING,
     SOFTWARE,
+    CROWDED,
     text("every command by name"),
     text("connection and camera"),
     text("back to the controls"),

@@ -110,9 +110,9 @@ def resume_script() -> str:
     """Return JavaScript that gives every tab a word of its own, reads out to those who listen what the lessons
     say, and begins every part of a step at its top."""
     return (
-        "(()=>{try{let w=sessionStorage.getItem('duetResume');"
+        "(()=>{let w='';try{w=sessionStorage.getItem('duetResume');}catch{}"
         "if(!w){w=[...crypto.getRandomValues(new Uint8Array(16))].map(b=>b.toString(16).padStart(2,'0')).join('');"
-        "sessionStorage.setItem('duetResume',w);}duetQuery.resume=w;}catch{}"
+        "try{sessionStorage.setItem('duetResume',w);}catch{}}duetQuery.resume=w;"
         "let said='',place='',tries=0;addEventListener('DOMContentLoaded',()=>{"
         "const live=document.createElement('div');live.id='duet-say';live.setAttribute('role','status');"
         "live.setAttribute('aria-live','polite');"

@@ -6,9 +6,11 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import msgspec
+
 from app.server.limits import Limits
-from app.server.refusal import Malformed, Refused
-from app.server.shapes import number, row, text
+from app.server.refusal import Refused
+from app.server.shapes import Field, number, row, text
 
 Scope = Literal["own", "shared"]
 
@@ -40,22 +42,17 @@ def _bound(bounds: object, index: int) -> float | None:
     return float(bound) if isinstance(bound, (int, float)) else None
 
 
-def check_value(control: Control, value: object, limits: Limits) -> None:
-    """Decide whether `control` may take `value`; raises `Malformed` or `Refused`."""
+def check_value(control: Control, sent: msgspec.Raw, limits: Limits) -> None:
+    """Decide whether `control` may take what was sent for its value; raises `Malformed` or `Refused`."""
     present = control.value
     if isinstance(present, bool):
-        if not isinstance(value, bool):
-            raise Malformed("not a yes or no")
+        Field(bool).read(sent)
     elif isinstance(present, str):
-        text(limits.text_bytes)(value)
+        value = text(limits.text_bytes).read(sent)
         if control.options is not None and value not in control.options:
             raise Refused("not one of the options")
     elif isinstance(present, (int, float, tuple)):
-        if isinstance(present, tuple):
-            row(len(present), number())(value)
-        else:
-            number()(value)
-        entries: Any = value if isinstance(present, tuple) else (value,)
+        entries: Any = row(len(present), number()).read(sent) if isinstance(present, tuple) else (number().read(sent),)
         for index, entry in enumerate(entries):
             low, high = _bound(control.low, index), _bound(control.high, index)
             # The browser computes min + k step in its own rounding.

@@ -11,18 +11,15 @@ Two outcomes besides "let through":
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final, Protocol
 
-import msgspec
-
+from app.server.allowance import Allowance
 from app.server.control import Control, Scope, check_value
 from app.server.limits import Limits
 from app.server.refusal import UPLOAD_TOO_LARGE, Malformed, Refused
-from app.server.shapes import SHAPES
+from app.server.shapes import SHAPES, fields_of, kind_of
 
 _SMALLEST_PART: Final = 64 * 1024  # viser's client cuts files into pieces of 512 kB
 
@@ -51,21 +48,27 @@ class _Upload:
     seen: set[int] = field(default_factory=set)
 
 
-@dataclass
 class Traffic:
-    """What one connection has sent so far: its uploads under way and its speed."""
+    """What one connection has sent so far: its uploads under way, and how fast it sends.
 
-    uploads: dict[str, _Upload] = field(default_factory=dict)
-    allowance: float = 0.0
-    counted_at: float = -math.inf
+    Args:
+        limits: how much a browser may ask for.
+    """
 
-    def pause(self, per_second: float, now: float | None = None) -> float:
-        """Count one message; returns for how many seconds the next one should be left unread."""
-        now = time.monotonic() if now is None else now
+    def __init__(self, limits: Limits) -> None:
+        self.uploads: dict[str, _Upload] = {}
+        self._bytes_per_message = limits.bytes_per_second / limits.messages_per_second
         # Half a second's worth may come at once: a page that was held up sends in bursts.
-        self.allowance = min(per_second / 2, self.allowance + (now - self.counted_at) * per_second) - 1.0
-        self.counted_at = now
-        return max(0.0, -self.allowance / per_second)
+        self._messages = Allowance(limits.messages_per_second, limits.messages_per_second / 2)
+        self._scraps = Allowance(limits.scraps_per_second, limits.scraps_per_second)
+
+    def pause(self, size: int) -> float:
+        """Count a message of so many bytes; returns for how many seconds the next one should be left unread."""
+        return self._messages.spend(max(1.0, size / self._bytes_per_message))
+
+    def takes_scrap(self) -> bool:
+        """Count a small frame that ends no message, such as a ping; returns whether there may be another one now."""
+        return self._scraps.spend(1.0) == 0.0
 
 
 class Gate:
@@ -94,21 +97,10 @@ class Gate:
         """
         if isinstance(raw, str):
             raise Malformed("text instead of bytes")
-        try:
-            message = msgspec.msgpack.decode(raw)
-        except (msgspec.MsgspecError, RecursionError, ValueError, TypeError) as error:
-            raise Malformed("undecodable") from error
-        kind = message.pop("type", None) if isinstance(message, dict) else None
-        if not isinstance(kind, str):
-            raise Malformed("no message")
-        shape = SHAPES.get(kind)
-        if shape is None:
-            raise Refused("kind of message")
-        # Older fields have no default; `owner` has one, and means everybody's scene.
-        if set(message) != set(shape) and set(message) != set(shape) - {"owner"}:
-            raise Malformed("wrong fields")
-        for name, value in message.items():
-            shape[name](value)
+        kind = kind_of(raw)
+        if len(raw) > self._limits.message_bytes and kind != "FileTransferPart":
+            raise Malformed("too large")
+        message = fields_of(kind, raw)
         self._check_meaning(kind, client_id, traffic, message)
 
     def forget(self, traffic: Traffic) -> None:

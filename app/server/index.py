@@ -4,7 +4,8 @@ viser's client is one HTML file that opens its websocket from a worker. A short 
 - hands the page's own query (`/?dm=0.1`) to the websocket, so that every tab brings its own deep link along,
 - says in large letters when the connection is lost, and clears that when it is back,
 - keeps trying while the tab is not in front (a projector next to the window one types in), which viser itself does not,
-- reloads the page when it meets another server than the one it came from, when the room is full, and when a class moves.
+- reloads the page when it meets another server than the one it came from, when the room is full, and when a class moves,
+- says hello at once, as the server does not wait long for that, and a tab in the background draws no scene.
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ import json
 import re
 from urllib.parse import parse_qsl, quote, urlsplit
 
-from app.languages.client import LOST, client_script
+from app.languages.client import CROWDED, LOST, client_script
 
 ROOM_IS_FULL = "duet: every place is taken"
 ELSEWHERE = "duet: this tab belongs somewhere else"
+OPEN_TOO_OFTEN = "duet: too many connections of one tab"
+HELLO = "DuetHello"
+"""Kind of the message by which a page says that it is one: what viser's client says first waits until the scene is in view."""
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
@@ -27,7 +31,7 @@ _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
 
 _STYLE = """
 #duet-connection{position:fixed;top:18px;left:50%;transform:translateX(-50%);z-index:2147483647;display:flex;align-items:center;
- gap:.7em;padding:.62em 1.25em;border-radius:999px;white-space:nowrap;max-width:calc(100vw - 24px);
+ gap:.7em;padding:.62em 1.25em;border-radius:1.4em;width:max-content;max-width:calc(100vw - 24px);
  font:600 19px/1.25 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans",sans-serif;
  box-sizing:border-box;color:#3a1d00;background:#fff4e5;border:2px solid #e07a10;
  box-shadow:0 6px 28px rgba(0,0,0,.28);pointer-events:none}
@@ -65,18 +69,23 @@ _SCRIPT = """
     return node;
   };
   addEventListener("DOMContentLoaded", pill);
-  const say = (text) => {
+  const say = (text, waits = true) => {
     const node = pill();
     if (!node) return;
     node.textContent = "";
-    if (text) node.append(document.createElement("i"), text);
+    if (text && waits) node.append(document.createElement("i"));
+    node.append(text);
   };
   const lost = (worker, reason) => {
-    if (leaving) return;
     if (reason === ours.full || reason === ours.elsewhere) {
       leaving = true;
       // A class comes back in its own time, but nobody waits for long.
       setTimeout(() => location.reload(), reason === ours.full ? 300 + 700 * Math.random() : 600 * Math.random());
+      return;
+    }
+    if (reason === ours.often) {
+      leaving = true;
+      say(ours.crowded, false);
       return;
     }
     say(ours.lost);
@@ -97,7 +106,11 @@ _SCRIPT = """
       if (leaving && message && message.type === "retry") return;
       if (message && message.type === "set_server" && typeof message.server === "string") {
         this.addEventListener("message", ({ data }) => {
-          if (data && data.type === "connected") found();
+          if (leaving) return;
+          if (data && data.type === "connected") {
+            super.postMessage({ type: "send", message: { type: ours.hello } });
+            found();
+          }
           else if (data && data.type === "closed") lost(this, data.closeReason);
         });
         if (query && !message.server.includes("?")) {
@@ -129,7 +142,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "", b
     if not (mark and end):
         raise ValueError("viser's page has no title in its head to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "longest": _LONGEST_QUERY}
-    settings["lost"] = LOST
+    settings |= {"lost": LOST, "often": OPEN_TOO_OFTEN, "crowded": CROWDED, "hello": HELLO}
     what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
     script = what_we_see + script + _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)

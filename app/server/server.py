@@ -11,7 +11,7 @@ import logging
 import secrets
 import socket
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
 import viser
@@ -24,13 +24,14 @@ from app.documents import DOCUMENTS, PREFIX, document_page
 from app.languages.speaking import text
 from app.languages.visitor import language_asked
 from app.languages.words import words_of
-from app.server.connection import served_by
+from app.server.connection import FilteredConnection, served_by
 from app.server.doorway import LOOPBACK_NAMES, Doorway
 from app.server.elements import ViserElements
 from app.server.gate import Gate
-from app.server.index import ROOM_IS_FULL, full_page, page_query
+from app.server.index import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query
 from app.server.limits import Limits
 from app.server.listening import listen
+from app.server.methods import ALLOWED
 from app.server.own_pages import HTML, OWN_HEADERS, own_pages, respond
 from app.server.refusal import UPLOAD_TOO_LARGE, Refused
 from app.server.reporter import Reporter
@@ -57,6 +58,7 @@ class DuetServer(viser.ViserServer):
         gate: the filter; `gate.may_share` decides which browser may operate what everybody sees.
         limits: how much one browser may ask for.
         max_clients: places, None for any number.
+        always_admits: whether a page with a query gets in though every place is taken.
         run: a random word, new for every start.
     """
 
@@ -74,12 +76,13 @@ class DuetServer(viser.ViserServer):
     ) -> None:
         self.limits = limits
         self.max_clients = max_clients
+        self.always_admits: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.run = secrets.token_hex(8)
         self.gate = Gate(ViserElements(self), limits)
         self.report = Reporter()
         self._doorway = doorway
         self._ready = threading.Event()
-        self._taken: set[ServerConnection] = set()
+        self._taken: dict[ServerConnection, tuple[str, str]] = {}
         self._pages = own_pages(label, self.run, full_html or full_page(max_clients or 0), script, body)
         with _construction, served_by(self, listener), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=doorway.host, port=doorway.port, label=label, verbose=False)
@@ -109,19 +112,22 @@ class DuetServer(viser.ViserServer):
 
     # The rest is called on the network thread.
 
-    def _has_room(self) -> bool:
-        return self.max_clients is None or len(self._taken) < self.max_clients
+    def _has_room(self, path: str = "") -> bool:
+        return self.max_clients is None or len(self._taken) < self.max_clients or self.always_admits(page_query(path))
 
     async def _document(self, name: str, language: Language) -> Response:
         # Its formulas take a second to draw; meanwhile everybody else is served.
         return respond(200, HTML, await asyncio.to_thread(document_page, name, language), {"Vary": "Accept-Language"})
 
     def _answer(
-        self, connection: ServerConnection, request: Request, static: Callable[..., Response | None]
+        self, connection: FilteredConnection, request: Request, static: Callable[..., Response | None]
     ) -> Response | Awaitable[Response] | None:
         """Answer a request, or return None to let it become a websocket."""
         path, _, query = request.path.partition("?")
-        if request.headers.get("Upgrade", "").lower() == "websocket":
+        method, upgrades = connection.first_line.method, request.headers.get("Upgrade", "").lower() == "websocket"
+        if method not in ALLOWED or (upgrades and method != "GET"):
+            return respond(405, "text/plain", b"Only GET and HEAD are possible.\n", {"Allow": ", ".join(ALLOWED)})
+        if upgrades:
             origins, peer = request.headers.get_all("Origin"), connection.remote_address
             if self._doorway.admits(origins, request.headers.get_all("Host"), str(peer[0]) if peer else ""):
                 return None
@@ -132,7 +138,7 @@ class DuetServer(viser.ViserServer):
             state |= {"version": duet_version(), "run": self.run}
             return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
         if path in ("", "/"):
-            if not self._has_room():
+            if not self._has_room(request.path):
                 return respond(503, HTML, self._pages["full"], {"Retry-After": "10", "Cache-Control": "no-store"})
             packed = "gzip" in request.headers.get("Accept-Encoding", "")
             extra = {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"} if packed else {"Vary": "Accept-Encoding"}
@@ -151,18 +157,26 @@ class DuetServer(viser.ViserServer):
 
     async def _serve_one(self, connection: ServerConnection, handler: Callable[..., Any]) -> None:
         """Give a new connection a place, then leave it to viser."""
-        if not self._has_room():
+        path, peer = connection.request.path if connection.request is not None else "", connection.remote_address
+        if not self._has_room(path):
             # The page knows this reason, reloads, and gets the friendly page; decided here as two tabs may have loaded at once.
             await connection.close(1013, ROOM_IS_FULL)
             return
-        self._taken.add(connection)
+        # Every page of ours names its tab. So a class behind one address is many, and only programs are counted by where they are.
+        tab = page_query(path).get("resume", "")
+        holder = ("tab", tab) if tab else ("address", str(peer[0]) if peer else "")
+        if sum(one == holder for one in self._taken.values()) >= self.limits.connections:
+            self.report("connection closed", f"too many at once of one {holder[0]}")
+            await connection.close(1013, OPEN_TOO_OFTEN)
+            return
+        self._taken[connection] = holder
         try:
             # Old tabs come back within milliseconds of a restart, when viser's constructor is still at work.
             while not self._ready.is_set():
                 await asyncio.sleep(0.01)
             await handler(connection)
         finally:
-            self._taken.discard(connection)
+            del self._taken[connection]
 
     def _client_id(self, connection: ServerConnection) -> int:
         return next((i for i, live in self._websock_server._live_connections.items() if live is connection), -1)

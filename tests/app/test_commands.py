@@ -176,6 +176,7 @@ ERRORS: list[tuple[list[str], list[str]]] = [
     (["run", *SHORT, "--inputs", "/no/such/file.csv"], ["/no/such/file.csv", "cannot be read"]),
     (["run", *SHORT, "--csv", "/no/such/folder/out.csv"], ["/no/such/folder", "make it first"]),
     (["serve", "--sessions", "0"], ["sessions = 0"]),
+    (["serve", "--watchers", "0"], ["watchers = 0", "from 1"]),
     (["serve", "--key", " "], ["key is empty", "a word"]),
     (["serve", "--no-open", "--n", "0"], ["n = ", "1 to 20"]),
     (["serve", "--no-open", "--theme", "pink"], ["theme = 'pink'", "light", "dark"]),
@@ -241,6 +242,7 @@ def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list
     assert main(arguments) == 0
     (command,) = seen
     assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", 8, False, None)
+    assert command.watchers == 200
     assert command.port == (9000 if "9000" in arguments else 8080)
     assert command.open is ("--no-open" not in arguments)
     assert values(chosen(command.settings, Settings()))["rig"] == ("table" if "table" in arguments else "torso")
@@ -271,7 +273,10 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
 HELP: list[tuple[list[str], list[str]]] = [
     ([], ["serve", "run", "bench", "--help"]),
-    (["serve"], ["--host", "--port", "--no-open", "--sessions", "--lecture", "--key", "--allow-origin", "--theme", "--dm"]),
+    (
+        ["serve"],
+        ["--host", "--port", "--no-open", "--sessions", "--watchers", "--lecture", "--key", "--allow-origin", "--theme", "--dm"],
+    ),
     (["run"], ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]),
     (["bench"], ["--out", "--compare", "--seconds", "--steps"]),
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -15,6 +16,7 @@ from app.lecture import LectureHost
 from app.lessons.loading import load_lessons, load_notes
 from app.page.teacher import COMMANDS
 from app.private_host import PrivateHost
+from app.server.index import ROOM_IS_FULL
 from app.visitor.mirror import Mirror
 from app.visitor.sync_visitor import SyncVisitor
 from app.visitor.visitor import Visitor
@@ -405,6 +407,22 @@ def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> 
     sees(teacher, "exploring: ")
     press("free")
     teacher.wait_for(lambda _: not host.room.free, WAIT)
+
+
+def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, come: Come) -> None:
+    opened = house(lecture=True, key=KEY, watchers=2)
+    ann, _ = come(opened, "ann"), come(opened, "bob")
+    with pytest.raises(urllib.error.HTTPError, match="503") as full:
+        urllib.request.urlopen(opened.url, timeout=60)
+    assert "2 places" in full.value.read().decode()
+    with SyncVisitor(opened.url, query="key=wrong") as late:
+        late.wait_for(lambda v: v.closed)
+        assert late.closed is not None and late.closed.rcvd is not None and late.closed.rcvd.reason == ROOM_IS_FULL
+    teacher = come(opened, key=KEY)
+    with urllib.request.urlopen(f"{opened.url}/?key={KEY}", timeout=60) as page:
+        assert page.status == 200
+    teacher.wait_for(lambda _: host_of(opened).operator is not None)
+    assert ann.closed is None and teacher.closed is None
 
 
 def test_another_key_is_named_in_a_lecture_too(house: OpenHouse, come: Come) -> None:

@@ -113,6 +113,13 @@ def get(url: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
         return error.code, {k.lower(): v for k, v in error.headers.items()}, error.read()
 
 
+def write(visitor: SyncVisitor, frames: bytes) -> None:
+    """Put websocket frames on the line as they are, in one piece."""
+    opened = visitor.visitor._socket
+    assert opened is not None
+    visitor._loop.call_soon_threadsafe(opened.transport.write, frames)
+
+
 _pings = itertools.count(1)
 
 

@@ -8,8 +8,9 @@ import math
 import os
 import random
 import re
+import tracemalloc
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import pytest
@@ -17,14 +18,13 @@ import viser
 import websockets
 from viser import _messages as viser_messages
 
-from app.server.gate import Traffic
+from app.server.gate import Gate, Traffic
 from app.server.limits import Limits
 from app.server.refusal import Malformed, Refused
-from app.server.server import DuetServer
 from app.server.shapes import SHAPES
 from app.visitor.sync_visitor import SyncVisitor
 from app.visitor.visitor import CAMERA
-from tests.app.server.conftest import Room, furnish, roundtrip
+from tests.app.server.conftest import Room, roundtrip, write
 
 NAN, INF = math.nan, math.inf
 
@@ -71,7 +71,7 @@ def test_every_kind_of_message_is_known_and_is_what_viser_expects(room: Room) ->
     (uuid,) = room.server.gui._command_handle_from_uuid
     messages["CommandTriggerMessage"]["uuid"] = uuid
     assert set(messages) == set(SHAPES)
-    traffic = Traffic()
+    traffic = Traffic(Limits())
     for message in messages.values():
         raw = msgspec.msgpack.encode(message)
         room.server.gate.check(0, traffic, raw)
@@ -150,7 +150,7 @@ def mutations(rng: random.Random, messages: list[dict[str, Any]]) -> bytes | str
 
 
 def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:
-    rng, traffic, gate = random.Random(5), Traffic(), room.server.gate
+    rng, traffic, gate = random.Random(5), Traffic(Limits()), room.server.gate
     messages, outcomes = list(valid_messages(room).values()), dict.fromkeys(("through", "refused", "malformed"), 0)
     for _ in range(6000):
         raw = mutations(rng, messages)
@@ -198,11 +198,84 @@ def test_garbage_closes_only_its_own_connection(
     assert 1 <= len(lines) <= 12 and not any(record.exc_info for record in caplog.records)
 
 
-def test_a_giant_frame_closes_only_its_own_connection(start: Callable[..., DuetServer]) -> None:
-    room = furnish(start(limits=Limits(frame_bytes=100_000)))
-    with SyncVisitor(room.server.url) as witness, SyncVisitor(room.server.url) as attacker:
-        witness.wait_for(lambda v: v.mirror.replayed)
-        attacker.send_raw(b"x" * 100_001)
-        attacker.wait_for(lambda v: v.closed)
-        assert attacker.closed is not None and attacker.closed.rcvd is not None and attacker.closed.rcvd.code == 1009
-        roundtrip(witness, room)
+def bomb(before: dict[str, Any], key: str, filling: bytes, after: dict[str, Any]) -> bytes:
+    """A legal message of 250 kB one of whose fields holds a row that is filled with one-byte elements."""
+    fields = [msgspec.msgpack.encode(part)[1:] for part in (before, after)]
+    head = bytes([0x80 + len(before) + 1 + len(after)])
+    many = b"\xdd" + (249_000).to_bytes(4, "big") + filling * 249_000
+    return head + fields[0] + msgspec.msgpack.encode(key) + many + fields[1]
+
+
+@pytest.mark.parametrize("filling", [b"\x80", b"\x90", b"\xc0", b"\xa0", b"\x01"])
+@pytest.mark.parametrize(
+    ("before", "key", "after"),
+    [
+        ({"type": "GuiUpdateMessage", "uuid": "u"}, "updates", {}),
+        ({"type": "GuiUpdateMessage"}, "surplus", {"uuid": "u", "updates": {"value": 1}}),
+        ({}, "surplus", {"type": "GuiUpdateMessage"}),
+        ({}, "position", {key: value for key, value in CAMERA.items() if key != "position"}),
+        ({"type": "ScenePointerMessage", "event_type": "click"}, "screen_pos", {}),
+        ({"type": "FileTransferPart", "transfer_uuid": "t", "part_index": 0, "source_component_uuid": None}, "content", {}),
+        ({"uuid": "u"}, "type", {}),
+        ({}, "surplus", {"type": "NoSuchMessage"}),
+    ],
+)
+def test_many_small_elements_are_refused_before_they_cost_memory(
+    before: dict[str, Any], key: str, after: dict[str, Any], filling: bytes
+) -> None:
+    raw, nothing = bomb(before, key, filling, after), cast(Any, None)
+    gate, limits = Gate(nothing, Limits()), Limits()
+    traffic = Traffic(limits)
+    tracemalloc.start()
+    try:
+        with pytest.raises((Malformed, Refused)):
+            gate.check(0, traffic, raw)
+        assert tracemalloc.get_traced_memory()[1] < 100_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_the_value_of_an_element_is_decoded_as_its_kind_only(room: Room) -> None:
+    empty = msgspec.Raw(b"\xdd" + (200_000).to_bytes(4, "big") + b"\x80" * 200_000)
+    for handle in (room.slider, room.text, room.choice, room.pair):
+        raw = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": handle._impl.uuid, "updates": {"value": empty}})
+        tracemalloc.start()
+        try:
+            with pytest.raises(Malformed):
+                room.server.gate.check(0, Traffic(Limits()), raw)
+            assert tracemalloc.get_traced_memory()[1] < 100_000
+        finally:
+            tracemalloc.stop()
+
+
+def test_too_large_a_message_closes_only_its_own_connection(room: Room, join: Callable[..., SyncVisitor]) -> None:
+    witness = join()
+    update = {"type": "GuiUpdateMessage", "uuid": room.text._impl.uuid, "updates": {"value": "x" * 256_000}}
+    for raw, code, reason in ((msgspec.msgpack.encode(update), 1008, "too large"), (b"x" * 1_000_001, 1009, "exceeds limit")):
+        with SyncVisitor(room.server.url) as attacker:
+            attacker.send_raw(raw)
+            attacker.wait_for(lambda v: v.closed)
+            assert attacker.closed is not None and attacker.closed.rcvd is not None
+            assert attacker.closed.rcvd.code == code and reason in attacker.closed.rcvd.reason
+    roundtrip(witness, room)
+
+
+@pytest.mark.parametrize("head", [b"\x89\x80", b"\x00\x80"], ids=["pings", "pieces"])
+def test_too_many_small_frames_close_only_their_own_connection(room: Room, join: Callable[..., SyncVisitor], head: bytes) -> None:
+    witness, attacker, mask = join(), join(), b"\0\0\0\0"
+    # A message that is begun, and then frames by themselves (RFC 6455, section 5.2).
+    write(attacker, b"\x02\x80" + mask + (head + mask) * 1000)
+    attacker.wait_for(lambda v: v.closed)
+    assert attacker.closed is not None and attacker.closed.rcvd is not None
+    assert (attacker.closed.rcvd.code, attacker.closed.rcvd.reason) == (1008, "too many small frames")
+    roundtrip(witness, room)
+
+
+def test_a_message_may_come_in_pieces(room: Room, join: Callable[..., SyncVisitor]) -> None:
+    visitor = join()
+    raw = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": room.slider._impl.uuid, "updates": {"value": 0.25}})
+    opened = visitor.visitor._socket
+    assert opened is not None
+    visitor._run(opened.send([raw[:1], raw[1:20], raw[20:]]))
+    roundtrip(visitor, room)
+    assert room.values("d_m") == [0.25]

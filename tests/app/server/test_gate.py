@@ -163,4 +163,6 @@ def test_what_all_see_can_be_handed_to_one(room: Room, join: Callable[..., SyncV
 def test_messages_while_nothing_is_on_the_page() -> None:
     nothing: Any = SimpleNamespace(control=lambda *_: None, form=lambda *_: None, command=lambda *_: None)
     with pytest.raises(Refused, match="unknown element"):
-        Gate(nothing, Limits()).check(0, Traffic(), msgspec.msgpack.encode({"type": "CommandTriggerMessage", "uuid": "x"}))
+        Gate(nothing, Limits()).check(
+            0, Traffic(Limits()), msgspec.msgpack.encode({"type": "CommandTriggerMessage", "uuid": "x"})
+        )

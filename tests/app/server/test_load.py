@@ -14,6 +14,7 @@ from collections.abc import Callable
 import pytest
 import viser
 
+from app.server.allowance import Allowance
 from app.server.gate import Traffic
 from app.server.limits import Limits
 from app.server.server import DuetServer
@@ -23,10 +24,17 @@ from tests.app.server.conftest import Room, roundtrip
 
 
 def test_a_flood_is_slowed_down() -> None:
-    traffic = Traffic()
-    pauses = [traffic.pause(100.0, now=10.0) for _ in range(60)]
-    assert pauses[:50] == [0.0] * 50 and all(0 < pause <= 0.1 for pause in pauses[50:])
-    assert traffic.pause(100.0, now=20.0) == 0.0
+    allowance = Allowance(100.0, 50.0)
+    pauses = [allowance.spend(1.0, now=10.0) for _ in range(60)]
+    assert pauses[:50] == [0.0] * 50 and pauses[50:] == pytest.approx([0.01 * k for k in range(1, 11)])
+    assert allowance.spend(1.0, now=20.0) == 0.0
+
+
+def test_messages_count_by_their_size_too() -> None:
+    limits = Limits(messages_per_second=100.0, bytes_per_second=1e6)
+    small, large = Traffic(limits), Traffic(limits)
+    assert [small.pause(10) for _ in range(50)] == [0.0] * 50 and small.pause(10) > 0.0
+    assert large.pause(490_000) == 0.0 and large.pause(1_000_000) == pytest.approx(0.99, abs=0.05)
 
 
 def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Callable[..., DuetServer]) -> None:

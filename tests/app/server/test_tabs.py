@@ -9,6 +9,11 @@ import numpy as np
 import pytest
 import viser
 
+from app.languages.visitor import language_script
+from app.page.lesson_resume import resume_script, word_of
+from app.server.connection import FilteredConnection
+from app.server.index import page_query
+from app.server.limits import Limits
 from app.server.request import request_query
 from app.server.server import DuetServer
 from app.visitor.sync_visitor import SyncVisitor
@@ -91,6 +96,50 @@ def test_a_tab_that_finds_its_place_taken_gets_the_full_page(start: Callable[...
     server.max_clients = 1
     page.get_by_text("welcome").wait_for()
     assert page.evaluate("location.search") == "?dm=0.1"
+
+
+_IN_THE_BACKGROUND = """
+Object.defineProperty(window, "sessionStorage", { get() { throw new Error("blocked"); } });
+window.Worker = class extends Worker {
+  postMessage(message, ...rest) { if (message?.message?.type !== "ViewerCameraMessage") super.postMessage(message, ...rest); }
+};
+"""
+
+
+def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
+    start: Callable[..., DuetServer], page_at: PageAt
+) -> None:
+    server = start(script=resume_script() + language_script(), limits=Limits(connections=1))
+    page = page_at(700, 500)
+    page.add_init_script(_IN_THE_BACKGROUND)
+    page.goto(server.url)
+    with SyncVisitor(server.url) as program:
+        program.wait_for(lambda _: len(server._taken) == 2)
+        tab = next(one for one, holder in server._taken.items() if holder[0] == "tab")
+        assert isinstance(tab, FilteredConnection) and tab.request is not None
+        program.wait_for(lambda _: tab.introduced)
+        assert server._taken[tab] == ("tab", word_of(page_query(tab.request.path)))
+        # viser itself has not heard of it.
+        assert server._client_id(tab) not in server.get_clients()
+
+
+def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Callable[..., DuetServer], page_at: PageAt) -> None:
+    server = start(script=resume_script() + language_script(), limits=Limits(connections=1))
+    server.gui.add_markdown("welcome")
+    page = page_at(900, 600)
+    page.goto(server.url)
+    page.get_by_text("welcome").wait_for()
+    word = page.evaluate("sessionStorage.getItem('duetResume')")
+    # As the browser doubles a tab, with what it keeps.
+    double = page_at(900, 600, locale="de-DE")
+    double.add_init_script(f"sessionStorage.setItem('duetResume', '{word}')")
+    double.goto(server.url)
+    double.get_by_text("in zu vielen Tabs").wait_for()
+    assert double.evaluate(
+        "(({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth)(document.querySelector('#duet-connection'))"
+    )
+    print(screenshot(double, "tab-doubled"))
+    assert server.count_clients() == 1
 
 
 def test_a_gizmo_follows_a_real_mouse(start: Callable[..., DuetServer], page_at: PageAt) -> None:

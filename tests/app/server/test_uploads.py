@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
+import msgspec
 import pytest
+from websockets.frames import OP_BINARY, Frame
 
 from app.server.limits import Limits
 from app.server.server import DuetServer
 from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import CAMERA
 from tests.app.page.helpers import notes
-from tests.app.server.conftest import furnish, roundtrip
+from tests.app.server.conftest import furnish, roundtrip, write
+
+
+def announcement(visitor: SyncVisitor, size: int, *, parts: int, transfer: str = "t") -> dict[str, Any]:
+    """The message before a file of `size` bytes in `parts` parts."""
+    file = {"source_component_uuid": visitor.mirror.labelled("file")["uuid"], "transfer_uuid": transfer}
+    announced = {"filename": "a.bvh", "mime_type": "", "part_count": parts, "size_bytes": size}
+    return {"type": "FileTransferStartUpload", **file, **announced}
 
 
 def upload(visitor: SyncVisitor, size: int, pieces: dict[int, int], *, parts: int, transfer: str = "t") -> None:
     """Announce a file of `size` bytes in `parts` parts, then send the pieces, part number → number of bytes."""
+    visitor.send(announcement(visitor, size, parts=parts, transfer=transfer))
     file = {"source_component_uuid": visitor.mirror.labelled("file")["uuid"], "transfer_uuid": transfer}
-    announced = {"filename": "a.bvh", "mime_type": "", "part_count": parts, "size_bytes": size}
-    visitor.send({"type": "FileTransferStartUpload", **file, **announced})
     for index, piece in pieces.items():
         visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * piece})
 
@@ -37,11 +47,15 @@ def test_files_up_to_the_cap_arrive(start: Callable[..., DuetServer]) -> None:
 
 
 @pytest.mark.parametrize(("query", "said"), [("", "up to 2 MB"), ("lang=de", "bis 2 MB"), ("lang=sl", "do 2 MB")])
-def test_whoever_sends_too_much_is_told_in_their_language(start: Callable[..., DuetServer], query: str, said: str) -> None:
+def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(
+    start: Callable[..., DuetServer], query: str, said: str
+) -> None:
     room = furnish(start(limits=Limits(upload_bytes=2_000_000)))
-    with SyncVisitor(room.server.url, query=query) as visitor:
+    with SyncVisitor(room.server.url, query=query, camera=False) as visitor:
         visitor.wait_for(lambda v: v.mirror.replayed)
-        upload(visitor, 2_000_001, {0: 524_288}, parts=4)
+        # In one piece with the first message: on a busy server they wait side by side.
+        messages = (CAMERA, announcement(visitor, 2_000_001, parts=4))
+        write(visitor, b"".join(Frame(OP_BINARY, msgspec.msgpack.encode(one)).serialize(mask=True) for one in messages))
         visitor.wait_for(lambda _: len(notes(visitor)) == 1)
         assert said in notes(visitor)[0]
 
