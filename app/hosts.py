@@ -7,6 +7,7 @@ from pathlib import Path
 
 from app.background import Background
 from app.frame_loop import FrameLoop
+from app.handles import look_up_hints_once
 from app.languages.visitor import language_script
 from app.lecture import LectureHost
 from app.lessons.loading import load_lessons, load_notes
@@ -84,6 +85,7 @@ def open_house(
     Raises:
         PortInUse, BadSetting: see `app.server.server.start_server`.
     """
+    look_up_hints_once()
     server = start_server(
         host,
         port,

@@ -42,11 +42,9 @@ class Stage:
 
     Args:
         scene: of one visitor, or of everybody in a lecture.
-        simulation: what is shown.
-        page: how it is to look.
     """
 
-    def __init__(self, scene: viser.SceneApi, simulation: Simulation, page: PageSettings) -> None:
+    def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene
         self._room: viser.GlbHandle | None = None
         self._arms: tuple[ArmView, ...] = ()
@@ -56,7 +54,6 @@ class Stage:
         self._built: tuple[object, ...] | None = None
         self._lit: tuple[str, ...] | None = None
         self._dressed: tuple[str, ...] | None = None
-        self.show(simulation, simulation.sample(), page)
 
     def show(
         self,
