@@ -34,10 +34,12 @@ class Shares:
 
     Attributes:
         seconds: of every part so far [s].
+        longest: one call that counts for the frames has taken, with all that it called, since this was set to 0 [s].
     """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = dict.fromkeys(PARTS, 0.0)
+        self.longest = 0.0
         self._open = threading.local()
 
     def timed(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
@@ -54,6 +56,8 @@ class Shares:
                 whole = clock() - begin
                 seconds[part] += whole - open_parts.inside
                 open_parts.inside = around + whole
+                if part == "drawing":
+                    self.longest = max(self.longest, whole)
 
         return call
 
@@ -78,10 +82,11 @@ def keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
 
     shares = Shares()
     shares.watch()
-    house = open_house("127.0.0.1", 0, Settings(), sessions, lecture)
+    house = open_house("127.0.0.1", 0, Settings(), sessions, lecture, ahead=True)
     pipe.send(house.url)
     while pipe.recv() == "tell":
-        pipe.send((time.process_time(), dict(shares.seconds)))
+        pipe.send((time.process_time(), dict(shares.seconds), shares.longest))
+        shares.longest = 0.0
     house.close()
     pipe.send("closed")
     os._exit(0)
@@ -157,9 +162,9 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
             for crowd in crowds:
                 answer(crowd)
             time.sleep(SETTLING)
-            (cpu, parts), got, begin = ask(house), [one for crowd in crowds for one in ask(crowd)], time.perf_counter()
+            (cpu, parts, _), got, begin = ask(house), [one for crowd in crowds for one in ask(crowd)], time.perf_counter()
             time.sleep(seconds)
-            (cpu_end, parts_end), got_end = ask(house), [one for crowd in crowds for one in ask(crowd)]
+            (cpu_end, parts_end, _), got_end = ask(house), [one for crowd in crowds for one in ask(crowd)]
             elapsed = time.perf_counter() - begin
     lost = sum(not alive for *_, alive in got_end)
     if lost:

@@ -1,7 +1,7 @@
 """Newcomers are let in one at a time and piece by piece, so that those who are here have their frames meanwhile."""
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from time import perf_counter
 from typing import Final
 
@@ -10,7 +10,7 @@ import viser
 SLICE: Final = 0.008
 """Wall time in one frame after which no further piece of a newcomer's page is built [s]."""
 
-Pieces = Iterator[None]
+Pieces = Generator[None, None, None]
 """The building of a page, which rests after every piece."""
 
 

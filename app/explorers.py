@@ -1,7 +1,7 @@
 """Students of a lecture who explore: who gets a place, and how everybody finds their own session again."""
 
 import logging
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from time import monotonic
 from typing import Final
 
@@ -11,6 +11,7 @@ from app.classroom.classroom import Classroom
 from app.classroom.key import is_teacher
 from app.classroom.places import Kept
 from app.cloakroom import Cloakroom
+from app.entrance import Pieces
 from app.lessons.lesson import LessonBook
 from app.mishaps import Mishaps
 from app.page.lesson_resume import word_of
@@ -100,7 +101,7 @@ class Explorers:
                 self._apart.move(seat.client)
         self.waiting = tuple(who for who in room.here if room.free and not room.places.holds(who))
 
-    def let_in(self, seat: Seat, seats: Collection[Seat], stage: Settings, lessons: LessonRun) -> Iterator[None]:
+    def let_in(self, seat: Seat, seats: Collection[Seat], stage: Settings, lessons: LessonRun) -> Pieces:
         """Give a student a session: their own where they left it, or one with their settings, or one as the stage's is.
 
         Its page is built piece by piece; the seat has it once it is whole.

@@ -2,7 +2,7 @@
 
 import contextlib
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import viser
 
@@ -10,7 +10,7 @@ from app.background import Background
 from app.classroom.address import Address, find_address
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
-from app.entrance import Entrance
+from app.entrance import Entrance, Pieces
 from app.explorers import Explorers
 from app.languages.lesson_book import in_language
 from app.languages.speaking import say, speak
@@ -169,7 +169,7 @@ class LectureHost(Visitors):
 
     # ---- who comes and goes ------------------------------------------------------------------------------------------------
 
-    def _arrive(self, client: viser.ClientHandle) -> Iterator[None]:
+    def _arrive(self, client: viser.ClientHandle) -> Pieces:
         """Give a newcomer what is theirs; one with a session gets a seat once the page is whole."""
         number, query = client.client_id, request_query(client)
         word = word_of(query)

@@ -1,14 +1,14 @@
 """A private session for every tab."""
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import viser
 
 from app.background import Background
 from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
 from app.cloakroom import Cloakroom, same_tab
-from app.entrance import Entrance
+from app.entrance import Entrance, Pieces
 from app.languages.speaking import say
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.mishaps import Mishaps
@@ -100,7 +100,7 @@ class PrivateHost(Visitors):
                 if number in self._server.get_clients():
                     self._mishaps.tell("a frame of a visitor's page failed", error, number)
 
-    def _let_in(self, client: viser.ClientHandle) -> Iterator[None]:
+    def _let_in(self, client: viser.ClientHandle) -> Pieces:
         """Build a visitor's page piece by piece; it is drawn once it is whole."""
         query = request_query(client)
         settings, problems = from_query(query, self._start)

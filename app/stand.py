@@ -1,12 +1,13 @@
 """One visitor's private stand, and the note of who comes and goes."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from time import perf_counter
 
 import viser
 
 from app.background import Background
+from app.entrance import Pieces
 from app.languages.lesson_book import in_language
 from app.languages.speaking import speak
 from app.languages.visitor import browser_language, language_of
@@ -66,7 +67,7 @@ class Stand:
         self.operation: Operation
         self._ran = False
 
-    def build(self) -> Iterator[None]:
+    def build(self) -> Pieces:
         """Build the page piece by piece; the browser is sent the whole of it at once."""
         client = self.client
         with client.atomic():

@@ -69,6 +69,7 @@ HOTKEYS: Final = (
     Hotkey("imitation", "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
 )
 
+
 def control_of(action: str) -> str | None:
     """Return the control of which a key is another one, so that one press of it is as good as two; None where every press counts."""
     if action in ("solo", "ball", "hold", "master_slave", "imitation"):
