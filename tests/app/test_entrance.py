@@ -12,8 +12,10 @@ from app import entrance
 from app.hosts import House
 from app.lecture import LectureHost
 from app.private_host import PrivateHost
+from app.settings import Settings
 from app.stand import Stand
 from app.visitor.sync_visitor import SyncVisitor
+from scenes.settings import specs
 from tests.app.conftest import OpenHouse
 
 FRAME = 1.0 / 32.0
@@ -167,7 +169,8 @@ def test_what_a_tab_asked_for_goes_with_it(by_hand: Callable[..., ByHand]) -> No
     visitor = opened.let_in("resume=0123456789abcdef0123456789abcdef")
     (session,) = opened.host.sessions.values()
     settings = session.settings
-    visitor.set_value("scene", "A ball in the way (Fig. 1)")
+    visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
+    visitor.set_value(specs(Settings)["scene"].label, "A ball in the way (Fig. 1)")
     visitor.wait_for(lambda _: len(session.posts))
     opened.leave(visitor)
     opened.frame()
