@@ -16,7 +16,7 @@ from app.page.trace import STAY, TRAVEL, Trace
 from app.settings import PageSettings
 from controllers.kinematics import Array
 from scenes.history import Sample
-from scenes.rigs import ALONE
+from scenes.rigs import ALONE, Rig
 from scenes.room_shells import table_glb, torso_glb
 from scenes.simulation import Simulation
 
@@ -35,6 +35,15 @@ class Part(Protocol):
     def remove(self) -> None:
         """Take it out of the scene."""
         ...
+
+
+def furniture_glb(rig: Rig, coarse: bool) -> bytes:
+    """Return what the arms of a rig stand on; coarse for a browser without a graphics card."""
+    if rig.name == "torso":
+        return torso_glb(coarse=coarse)
+    if rig is ALONE:
+        return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
+    return table_glb(coarse=coarse)
 
 
 class Stage:
@@ -120,13 +129,7 @@ class Stage:
     def _build(self, simulation: Simulation, fine: bool) -> None:
         """Put up the room with its arms; what is yours is orange, everything else is silver."""
         room, settings, coarse = simulation.room, simulation.settings, not fine
-        if room.rig.name == "torso":
-            furniture = torso_glb(coarse=coarse)
-        elif room.rig is ALONE:
-            furniture = table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
-        else:
-            furniture = table_glb(coarse=coarse)
-        self._room = self.scene.add_glb("/room", furniture)
+        self._room = self.scene.add_glb("/room", furniture_glb(room.rig, coarse))
         yours = simulation.guided if room.ball is None else None
         self._arms = tuple(
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, robot_of(simulation))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -115,7 +116,7 @@ def test_those_who_are_here_have_a_frame_between_any_two_pieces(
     # One after the other, each in several pieces.
     assert sorted(built) == built and all(built.count(number) >= 3 for number in set(built)) and len(set(built)) == 3
     places = [place for place, (what, _) in enumerate(pieces) if what == "piece"]
-    assert all(("frame", neighbour) in pieces[a:b] for a, b in zip(places, places[1:], strict=False))
+    assert all(("frame", neighbour) in pieces[a:b] for a, b in itertools.pairwise(places))
     for visitor in newcomers:
         # A page is sent as a whole.
         visitor.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/arms/left/base" in v.mirror.nodes)
