@@ -11,6 +11,7 @@ import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter_ns
@@ -20,6 +21,7 @@ import numpy as np
 
 from app.background import Background
 from app.crowd import limit_of, measure_crowd
+from app.fairness import DOINGS, measure_neighbour
 from app.session import Session
 from app.settings import Settings
 from app.version import duet_version
@@ -204,10 +206,8 @@ def measure(steps: int, seconds: float) -> dict[str, Any]:
         steps: measured of each scene.
         seconds: how long visitors are watched.
     """
-    return {
-        "version": duet_version(),
-        "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
-        "figures": {
+    return _described(
+        {
             **measure_steps(steps),
             "run of 46 s": measure_run(),
             "what if, 30 s again": measure_what_if(),
@@ -215,8 +215,23 @@ def measure(steps: int, seconds: float) -> dict[str, Any]:
             "one visitor, ghost and four plots": measure_visitor(seconds, FULL_PAGE),
             f"lecture with {WATCHERS} watchers": measure_crowd(WATCHERS, seconds, lecture=True),
             f"{SESSIONS} private sessions": measure_crowd(SESSIONS, seconds, lecture=False),
-        },
-    }
+        }
+    )
+
+
+def measure_fairness(seconds: float, names: Iterable[str] = tuple(DOINGS)) -> dict[str, Any]:
+    """Return what a neighbour sees while somebody else does each of `app.fairness.DOINGS`, ready for JSON.
+
+    Args:
+        seconds: how long each is done.
+        names: of those that are measured.
+    """
+    return _described({name: measure_neighbour(name, seconds) for name in names})
+
+
+def _described(figures: Figures) -> dict[str, Any]:
+    machine = f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}"
+    return {"version": duet_version(), "machine": machine, "figures": figures}
 
 
 def table_text(result: dict[str, Any]) -> str:

@@ -98,6 +98,8 @@ class Bench:
     """Steps measured of each scene."""
     peers: bool = False
     """Instead, the hold experiment beside pink and mink: the same arms, pairs and inputs, interleaved (needs the extra `peers`)."""
+    fair: bool = False
+    """Instead, what a visitor's page has left while another floods the server, sends heavy messages, or comes with a class."""
 
 
 MOST_STEPS: Final = 1_000_000
@@ -188,6 +190,7 @@ def serve(command: Serve) -> int:
             people,
             command.lessons,
             command.watchers,
+            ahead=True,
         )
     except Exception:
         people.close()
@@ -274,13 +277,16 @@ def _person(command: Run, settings: RunSettings) -> Person | None:
 
 def bench(command: Bench) -> int:
     """Measure, print and save."""
-    from app.bench import compare, measure, read_figures, table_text
+    from app.bench import compare, measure, measure_fairness, read_figures, table_text
     from app.peers import measure_peers, peers_table
 
     before = read_figures(command.compare) if command.compare else None
     if command.peers:
         result = measure_peers(command.steps)
         print(peers_table(result))
+    elif command.fair:
+        result = measure_fairness(command.seconds)
+        print(table_text(result))
     else:
         result = measure(command.steps, command.seconds)
         print(table_text(result))

@@ -35,10 +35,12 @@ class Shares:
 
     Attributes:
         seconds: of every part so far [s].
+        longest: one call that counts for the frames has taken, with all that it called, since this was set to 0 [s].
     """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = dict.fromkeys(PARTS, 0.0)
+        self.longest = 0.0
         self._open = threading.local()
 
     def timed(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
@@ -55,6 +57,8 @@ class Shares:
                 whole = clock() - begin
                 seconds[part] += whole - open_parts.inside
                 open_parts.inside = around + whole
+                if part == "drawing":
+                    self.longest = max(self.longest, whole)
 
         return call
 
@@ -73,16 +77,17 @@ class Shares:
         FilteredConnection.send_data = self.timed(FilteredConnection.send_data, "sending")
 
 
-def _keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
+def keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
     from app.hosts import open_house
     from app.settings import Settings
 
     shares = Shares()
     shares.watch()
-    house = open_house("127.0.0.1", 0, Settings(), sessions, lecture)
+    house = open_house("127.0.0.1", 0, Settings(), sessions, lecture, ahead=True)
     pipe.send(house.url)
     while pipe.recv() == "tell":
-        pipe.send((time.process_time(), dict(shares.seconds)))
+        pipe.send((time.process_time(), dict(shares.seconds), shares.longest))
+        shares.longest = 0.0
     house.close()
     pipe.send("closed")
     os._exit(0)
@@ -108,7 +113,7 @@ async def _visit_all(pipe: Connection, url: str, count: int) -> None:
 
 
 @contextmanager
-def _process(work: Callable[..., None], *given: Any) -> Iterator[Connection]:
+def process(work: Callable[..., None], *given: Any) -> Iterator[Connection]:
     # Nothing of this process may be in the server's, whose time is measured.
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
@@ -128,15 +133,15 @@ def _process(work: Callable[..., None], *given: Any) -> Iterator[Connection]:
         process.join()
 
 
-def _answer(pipe: Connection) -> Any:
+def answer(pipe: Connection) -> Any:
     if not pipe.poll(PATIENCE):
         raise TimeoutError("a process of the benchmark does not answer")
     return pipe.recv()
 
 
-def _ask(pipe: Connection) -> Any:
+def ask(pipe: Connection) -> Any:
     pipe.send("tell")
-    return _answer(pipe)
+    return answer(pipe)
 
 
 def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, float]:
@@ -152,17 +157,17 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
         frames a second at the average visitor and at the worst; kB a second of each; the
         percents of a core of every part of `PARTS`, and of the rest. The server's clocks cost it about half a percent.
     """
-    with _process(_keep_house, lecture, visitors) as house:
-        url = _answer(house)
+    with process(keep_house, lecture, visitors) as house:
+        url = answer(house)
         share = [visitors // ASIDE + (i < visitors % ASIDE) for i in range(ASIDE)]
-        with _process(_visit, url, share[0]) as here, _process(_visit, url, share[1]) as there:
+        with process(_visit, url, share[0]) as here, process(_visit, url, share[1]) as there:
             crowds = here, there
             for crowd in crowds:
-                _answer(crowd)
+                answer(crowd)
             time.sleep(SETTLING)
-            (cpu, parts), got, begin = _ask(house), [one for crowd in crowds for one in _ask(crowd)], time.perf_counter()
+            (cpu, parts, _), got, begin = ask(house), [one for crowd in crowds for one in ask(crowd)], time.perf_counter()
             time.sleep(seconds)
-            (cpu_end, parts_end), got_end = _ask(house), [one for crowd in crowds for one in _ask(crowd)]
+            (cpu_end, parts_end, _), got_end = ask(house), [one for crowd in crowds for one in ask(crowd)]
             elapsed = time.perf_counter() - begin
     lost = sum(not alive for *_, alive in got_end)
     if lost:

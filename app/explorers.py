@@ -11,6 +11,7 @@ from app.classroom.classroom import Classroom
 from app.classroom.key import is_teacher
 from app.classroom.places import Kept
 from app.cloakroom import Cloakroom
+from app.entrance import Pieces
 from app.lessons.lesson import LessonBook
 from app.mishaps import Mishaps
 from app.page.lesson_resume import word_of
@@ -100,8 +101,11 @@ class Explorers:
                 self._apart.move(seat.client)
         self.waiting = tuple(who for who in room.here if room.free and not room.places.holds(who))
 
-    def let_in(self, seat: Seat, seats: Collection[Seat], stage: Settings, lessons: LessonRun) -> None:
-        """Give a student a session: their own where they left it, or one with their settings, or one as the stage's is."""
+    def let_in(self, seat: Seat, seats: Collection[Seat], stage: Settings, lessons: LessonRun) -> Pieces:
+        """Give a student a session: their own where they left it, or one with their settings, or one as the stage's is.
+
+        Its page is built piece by piece; the seat has it once it is whole.
+        """
         for other in seats:
             if other is not seat and other.who == seat.who and other.stand is not None:
                 # A connection that is gone may not have been noticed yet.
@@ -111,9 +115,20 @@ class Explorers:
         settings = stage if kept is None else kept.settings
         saved = self._from_stage(seat.who, lessons) if kept is None else kept.saved
         found = None if saved is None else (saved, True)
-        stand = Stand(seat.client, settings, (), self._wake, self._background, self._people, self._book, found, back)
+        stand: Stand | None = None
+        try:
+            stand = Stand(seat.client, settings, (), self._wake, self._background, self._people, self._book, found, back)
+            yield
+            yield from stand.build()
+        except BaseException:
+            # Also of a tab that is closed before its page is whole.
+            if back is not None:
+                self._cloakroom.leave(seat.query, *back)
+            elif stand is not None:
+                stand.session.close()
+            raise
         if back is None and kept is not None and saved is not None and saved.open:
-            stand.session.post(lambda: _restore(stand.session, kept.settings))
+            stand.session.post(lambda: _restore(stand.session, kept.settings), "restore")
         seat.stand = stand
 
     def leave(self, seat: Seat) -> None:
@@ -122,6 +137,7 @@ class Explorers:
         stand = seat.stand
         if stand is None:
             return
+        stand.session.posts.drop()
         stand.halt(False)
         self._keep(seat.who, stand)
         stand.operation.close()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from app.background import Background
 from app.frame_loop import FrameLoop
+from app.handles import make_handles_cheap
 from app.languages.visitor import language_script
 from app.lecture import LectureHost
 from app.lessons.loading import load_lessons, load_notes
@@ -18,6 +19,7 @@ from app.page.replay_box import box_script
 from app.page.software import software_script
 from app.page.teacher_script import class_script
 from app.people import NOBODY_ELSE, People
+from app.preparation import Preparation
 from app.private_host import PrivateHost
 from app.server.server import DuetServer, start_server
 from app.settings import Settings
@@ -37,10 +39,16 @@ class House:
     """
 
     def __init__(
-        self, server: DuetServer, host: PrivateHost | LectureHost, background: Background, people: People = NOBODY_ELSE
+        self,
+        server: DuetServer,
+        host: PrivateHost | LectureHost,
+        background: Background,
+        people: People = NOBODY_ELSE,
+        preparation: Preparation | None = None,
     ) -> None:
         self.server, self.host, self.background, self.url = server, host, background, server.url
         self._people = people
+        self._preparation = preparation
         self._loop = FrameLoop(host)
         self._loop.start()
         self._closed = threading.Event()
@@ -52,6 +60,8 @@ class House:
 
     def close(self) -> None:
         """End the frames and everything that is being computed, close every connection and release the port."""
+        if self._preparation is not None:
+            self._preparation.close()
         self._loop.stop()
         self.host.close()
         self.background.close()
@@ -71,6 +81,7 @@ def open_house(
     people: People = NOBODY_ELSE,
     lessons: Path | None = None,
     watchers: int = 200,
+    ahead: bool = False,
 ) -> House:
     """Start to serve the page.
 
@@ -84,10 +95,12 @@ def open_house(
         people: who can be imitated beside the built-in person; let go of when the house is closed.
         lessons: folder of lessons; None for our own.
         watchers: how many pages may be open in a lecture at once; who has the key gets in besides.
+        ahead: whether what is slow the first time is made ready before anybody asks for it.
 
     Raises:
         PortInUse, BadSetting: see `app.server.server.start_server`.
     """
+    make_handles_cheap()
     server = start_server(
         host,
         port,
@@ -109,7 +122,8 @@ def open_house(
         log.warning("a lesson was left out: %s", problem)
     # The notes are not even read where nobody has a key to them.
     notes = {} if key is None else load_notes() if lessons is None else load_notes(lessons)
+    preparation = Preparation(book, background) if ahead else None
     if lecture:
         stage = LectureHost(server, settings, key, background, people, book, notes, sessions, host)
-        return House(server, stage, background, people)
-    return House(server, PrivateHost(server, settings, background, people, book, key, notes), background, people)
+        return House(server, stage, background, people, preparation)
+    return House(server, PrivateHost(server, settings, background, people, book, key, notes), background, people, preparation)

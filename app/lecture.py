@@ -10,6 +10,7 @@ from app.background import Background
 from app.classroom.address import Address, find_address
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
+from app.entrance import Entrance, Pieces
 from app.explorers import Explorers
 from app.languages.lesson_book import in_language
 from app.languages.speaking import say, speak
@@ -81,6 +82,7 @@ class LectureHost(Visitors):
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language))
         self._decisions = Decisions(self.room, self.session, lambda: self.lessons, self._explorers.hurry)
+        self._entrance = Entrance(self._arrive, self._not_built)
         super().__init__(server)
         self._build()
         server.gate.may_share = lambda client_id: client_id == self._operator
@@ -107,6 +109,7 @@ class LectureHost(Visitors):
 
     def close(self) -> None:
         """Close every session."""
+        self._entrance.close()
         for session in (self.session, *self.sessions.values()):
             session.close()
         self._explorers.close()
@@ -118,11 +121,17 @@ class LectureHost(Visitors):
         speak(self._language)
         arrivals, departures = self.changes()
         for number in departures:
+            self._entrance.leave(number)
             self._leave(number)
         for client in arrivals:
-            self._arrive(client)
+            self._entrance.come(client)
+        self._entrance.advance()
+        speak(self._language)
+        if self._entrance.busy:
+            self.wake()
         if self._operator is None:
             self._hand_over()
+        self._decisions.answers.do()
         moved = self.session.advance(elapsed) > 0
         if language_of(self.session.settings, self._browser) != self._language:
             self._translate()
@@ -162,28 +171,31 @@ class LectureHost(Visitors):
 
     # ---- who comes and goes ------------------------------------------------------------------------------------------------
 
-    def _arrive(self, client: viser.ClientHandle) -> None:
+    def _arrive(self, client: viser.ClientHandle) -> Pieces:
+        """Give a newcomer what is theirs; one with a session gets a seat once the page is whole."""
         number, query = client.client_id, request_query(client)
         word = word_of(query)
         who, screen, teacher = word or f"tab {number}", "screen" in query, is_teacher(self._key, query)
         seat = Seat(client, query, who, word is not None, screen, teacher, is_narrow(client))
+        if self._explorers.holds(number):
+            yield from self._explorers.let_in(seat, self._seats.values(), self.session.settings, self.lessons)
+            self._seats[number] = seat
+            self.room.enter(number, seat.who)
+            return
         self._seats[number] = seat
-        try:
-            if self._explorers.holds(number):
-                self._explorers.let_in(seat, self._seats.values(), self.session.settings, self.lessons)
-                self.room.enter(number, seat.who)
-                return
-            self._view.welcome(client)
-            if seat.teacher:
-                self._give_panel(seat)
-            elif not seat.screen and (self._key is not None or self._operator is not None):
-                self._give_part(seat)
-            if is_mistaken(self._key, query):
-                client.add_notification(say("The key is another one"), say(WRONG_KEY), color="orange", auto_close_seconds=12.0)
-        except Exception:
-            # Whoever is gone again before being welcomed must not cost the others their frame.
-            if number in self._server.get_clients():
-                log.exception("a page could not be built")
+        speak(self._language)
+        self._view.welcome(client)
+        if seat.teacher:
+            self._give_panel(seat)
+        elif not seat.screen and (self._key is not None or self._operator is not None):
+            self._give_part(seat)
+        if is_mistaken(self._key, query):
+            client.add_notification(say("The key is another one"), say(WRONG_KEY), color="orange", auto_close_seconds=12.0)
+
+    def _not_built(self, client: viser.ClientHandle) -> None:
+        # Whoever is gone again before being welcomed must not cost the others their frame.
+        if client.client_id in self._server.get_clients():
+            log.exception("a page could not be built")
 
     def _leave(self, number: int) -> None:
         seat = self._seats.pop(number, None)
@@ -194,6 +206,7 @@ class LectureHost(Visitors):
             if self._operation is not None:
                 self._operation.close()
             self._operator, self._operation = None, None
+            self.session.posts.drop()
             self.session.hold(None)
 
     def _give_part(self, seat: Seat) -> None:

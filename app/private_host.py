@@ -8,6 +8,7 @@ import viser
 from app.background import Background
 from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
 from app.cloakroom import Cloakroom, same_tab
+from app.entrance import Entrance, Pieces
 from app.languages.speaking import say
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.mishaps import Mishaps
@@ -53,6 +54,7 @@ class PrivateHost(Visitors):
         self._keeper, self._cloakroom = Keeper(), Cloakroom()
         self._stands: dict[int, Stand] = {}
         self._mishaps = Mishaps(log)
+        self._entrance = Entrance(self._let_in, lambda _: log.exception("a visitor's page could not be built"))
         super().__init__(server)
 
     @property
@@ -62,6 +64,7 @@ class PrivateHost(Visitors):
 
     def close(self) -> None:
         """Close every session, also of those who are away."""
+        self._entrance.close()
         for session in self.sessions.values():
             session.close()
         self._cloakroom.close()
@@ -71,10 +74,12 @@ class PrivateHost(Visitors):
         arrivals, departures = self.changes()
         self._cloakroom.tidy()
         for number in departures:
+            self._entrance.leave(number)
             self._teachers.pop(number, None)
             self._mishaps.forget(number)
             if number in self._stands:
                 stand = self._stands.pop(number)
+                stand.session.posts.drop()
                 self._keeper.keep(stand.query, stand.lessons.saved())
                 stand.operation.close()
                 if stand.superseded:
@@ -82,10 +87,10 @@ class PrivateHost(Visitors):
                 else:
                     self._cloakroom.leave(stand.query, stand.session, stand.lessons)
         for client in arrivals:
-            try:
-                self._let_in(client)
-            except Exception:
-                log.exception("a visitor's page could not be built")
+            self._entrance.come(client)
+        self._entrance.advance()
+        if self._entrance.busy:
+            self.wake()
         for number, stand in list(self._stands.items()):
             try:
                 stand.frame(now, elapsed)
@@ -95,7 +100,8 @@ class PrivateHost(Visitors):
                 if number in self._server.get_clients():
                     self._mishaps.tell("a frame of a visitor's page failed", error, number)
 
-    def _let_in(self, client: viser.ClientHandle) -> None:
+    def _let_in(self, client: viser.ClientHandle) -> Pieces:
+        """Build a visitor's page piece by piece; it is drawn once it is whole."""
         query = request_query(client)
         settings, problems = from_query(query, self._start)
         self._keep_all(query)
@@ -103,19 +109,29 @@ class PrivateHost(Visitors):
         before = [stand for stand in self._stands.values() if same_tab(stand.query, query)]
         if before:
             settings = before[-1].session.settings
+        stand: Stand | None = None
         try:
             stand = Stand(
                 client, settings, problems, lambda: self.wake(), self._background, self._people, self._book, found, back
             )
-        except Exception:
+            yield
+            yield from stand.build()
+        except BaseException:
+            # Also of a tab that is closed before its page is whole.
             if back is not None:
                 self._cloakroom.leave(query, *back)
+            elif stand is not None:
+                stand.session.close()
             raise
-        if before and not stand.lessons.open:
+        if before and not stand.lessons.open and before[-1].session.settings == settings:
             # Whether the other connection is broken cannot be known yet: a tab may have been doubled, and keeps its own session.
             stand.session.go_on_from(before[-1].session)
         for one in before:
             one.superseded = True
+        left = self._cloakroom.fetch(query) if before else None
+        if left is not None:
+            # It turned out to be broken while the page was built.
+            left[0].close()
         self._stands[client.client_id] = stand
         self._look_at_key(stand)
 

@@ -1,8 +1,6 @@
 """One visitor's experiment: its run and the ghost beside it, paused, stepped, reset, changed, and advanced with the wall clock."""
 
-import logging
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 from time import perf_counter
 from typing import Final
@@ -13,6 +11,7 @@ from app.mover import Mover, nudged, who
 from app.own_law.examination import Examination
 from app.own_law.own_law import OwnLaw
 from app.people import NOBODY_ELSE, People
+from app.posts import Posts
 from app.settings import Settings
 from app.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
 from app.trade_off import TradeOffMap
@@ -25,10 +24,17 @@ from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import Target
 
-log = logging.getLogger("duet.session")
-
 GHOST_KEEP: Final = 30.0
 """How much of the ghost's run can be made again [s]."""
+
+
+def _built_of(settings: Settings) -> tuple[object, ...]:
+    """Return what room, arms, handles and page are made of: where another one is chosen, something of them is built again."""
+    run, page = settings.run, settings.page
+    return (
+        *(run.scene, run.robot, run.rig, run.point, run.guided, run.path),
+        *(page.language, page.theme, page.profile, page.picture, page.ghost, page.details, page.source),
+    )
 
 
 class Session:
@@ -76,7 +82,8 @@ class Session:
         self._studies = Studies(background, wake) if with_studies and background is not None else None
         self.trade_off = TradeOffMap(background, wake) if with_studies and background is not None else None
         """Distance against error over n and v; None where nothing is computed apart."""
-        self._posts: deque[Callable[[], None]] = deque()
+        self.posts = Posts()
+        """What waits for the next frame."""
         self._clock = Clock(settings.page.speed)
         self._steps_asked = 0
         self._hurries_to = 0.0
@@ -147,9 +154,9 @@ class Session:
         if anew and self.simulation.steps:
             self.reset()
 
-    def post(self, action: Callable[[], None]) -> None:
-        """Have something done at the beginning of the next frame, on the session's own thread."""
-        self._posts.append(action)
+    def post(self, action: Callable[[], None], control: Hashable = None) -> None:
+        """Have something done at the beginning of one of the next frames, on the session's own thread; see `Posts.put`."""
+        self.posts.put(action, control)
         self._wake()
 
     @property
@@ -171,6 +178,8 @@ class Session:
         before, after = self.settings, changed(self.settings, key, value)
         room_of(after.run)  # May be impossible here: a robot's package may be missing.
         self.settings = after
+        if _built_of(before) != _built_of(after):
+            self.posts.rebuilt()
         cast = self.simulation.cast
         if after.run != before.run:
             self.simulation.apply(after.run)
@@ -317,37 +326,35 @@ class Session:
             self._ghost_inputs.record(ghost, target)
             ghost.step(target)
 
+    def _make(self, due: int) -> int:
+        """Make so many steps, or as many as there is time for in one frame; return how many were made."""
+        deadline = perf_counter() + BUDGET
+        for made in range(1, due + 1):
+            self._step()
+            if made % 8 == 0 and perf_counter() > deadline:
+                return made
+        return due
+
     def advance(self, elapsed: float) -> int:
         """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made."""
         if self._own_law is not None:
             self._own_law.refresh()
         if self._studies is not None:
             self._studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
-        while self._posts:
-            action = self._posts.popleft()
-            try:
-                action()
-            except Exception:
-                # One visitor's odd input must not stop the clock of all.
-                log.exception("an action of the page failed and was left out")
+        self.posts.do()
         if self.halted:
             # What was asked for meanwhile is not made up for afterwards.
             self.paused, self._steps_asked, self._hurries_to = True, 0, 0.0
             return 0
         if self.paused:
-            steps, self._steps_asked, self._hurries_to = self._steps_asked, 0, 0.0
-            for _ in range(steps):
-                self._step()
-            return steps
-        dt, made = self.settings.run.dt, 0
+            due, self._hurries_to = self._steps_asked, 0.0
+            made = self._make(due)
+            self._steps_asked -= made
+            return made
+        dt = self.settings.run.dt
         ahead = round((self._hurries_to - self.simulation.time) / dt)
         due = ahead if ahead > 0 else self._clock.due(elapsed, dt, self.settings.page.speed)
-        deadline = perf_counter() + BUDGET
-        while made < due:
-            self._step()
-            made += 1
-            if made % 8 == 0 and perf_counter() > deadline:
-                break
+        made = self._make(due)
         if ahead > 0:
             self._clock.forget()
         else:

@@ -2,10 +2,12 @@
 
 import threading
 from collections.abc import Callable
+from time import perf_counter
 
 import viser
 
 from app.background import Background
+from app.entrance import Pieces
 from app.languages.lesson_book import in_language
 from app.languages.speaking import speak
 from app.languages.visitor import browser_language, language_of
@@ -23,7 +25,7 @@ from app.settings import Language, Settings
 
 
 class Stand:
-    """A session, what is seen of it, and what is operated.
+    """A session, what is seen of it, and what is operated. The page is there once `build` has come to its end.
 
     Args:
         client: the visitor's.
@@ -56,19 +58,37 @@ class Stand:
         self.client, self.query = client, request_query(client)
         self.superseded = False
         self.session = Session(settings, wake, background, people) if back is None else back[0]
-        self._book = book
+        self._book, self._problems, self._found, self._back = book, problems, found, back
         self._browser: Language = browser_language(client)
         self._language: Language = language_of(self.session.settings, self._browser)
         speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language)) if back is None else back[1]
-        with client.atomic():
-            self.view = View(client, self.session, lambda: [client], self.lessons)
-            self.operation = Operation(client, self.session, self.view)
-            self.view.welcome(client)
-            if back is None:
-                self.operation.notify_problems((*problems, *open_link(self.lessons, self.query, found)))
-                self.operation.notify_lessons(book)
+        self.view: View
+        self.operation: Operation
         self._ran = False
+
+    def build(self) -> Pieces:
+        """Build the page piece by piece; the browser is sent the whole of it at once."""
+        client = self.client
+        with client.atomic():
+            self._speak()
+            self.view = View(client, self.session, lambda: [client], self.lessons)
+            yield
+            self._speak()
+            self.view.show(perf_counter(), False)
+            yield
+            self._speak()
+            self.operation = Operation(client, self.session, self.view)
+            yield
+            self._speak()
+            self.view.welcome(client)
+            if self._back is None:
+                self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._found)))
+                self.operation.notify_lessons(self._book)
+
+    def _speak(self) -> None:
+        # Between two pieces the pages of others are drawn, perhaps in other languages.
+        speak(self._language)
 
     def _translate(self) -> None:
         """Make the page anew in another language; the session and the lessons go on where they are."""
@@ -96,7 +116,7 @@ class Stand:
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]."""
-        speak(self._language)
+        self._speak()
         moved = self.session.advance(elapsed) > 0
         if language_of(self.session.settings, self._browser) != self._language:
             self._translate()

@@ -6,6 +6,7 @@ from app.classroom.classroom import Classroom, Poll
 from app.lessons.walkthrough import Walkthrough
 from app.page.lesson_run import LessonRun
 from app.page.teacher import Action
+from app.posts import Posts
 from app.session import Session
 
 
@@ -17,10 +18,14 @@ class Decisions:
         session: the stage's.
         lessons: returns the stage's; others in another language.
         decided: called after every decision of the teacher's.
+
+    Attributes:
+        answers: what the students answer; never behind what the teacher asks for, nor lost with the teacher's tab.
     """
 
     def __init__(self, room: Classroom, session: Session, lessons: Callable[[], LessonRun], decided: Callable[[], None]) -> None:
         self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
+        self.answers = Posts()
         self._ran = False
 
     @property
@@ -35,11 +40,11 @@ class Decisions:
 
     def post(self, action: Action) -> None:
         """Do what the teacher decides, in the next frame; from any thread."""
-        self._session.post(lambda: self._act(action))
+        self._session.post(lambda: self._act(action), ("teacher", action))
 
     def post_answer(self, who: str, choice: int) -> None:
         """Take a student's answer, in the next frame; from any thread. `who`: the word that the student's tab keeps."""
-        self._session.post(lambda: self._answer(who, choice))
+        self.answers.put(lambda: self._answer(who, choice), who)
 
     def _act(self, action: Action) -> None:
         room = self._room

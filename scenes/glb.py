@@ -10,7 +10,8 @@ import json
 import os
 import struct
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -159,17 +160,39 @@ def source_key(files: Iterable[str | Path], *more: object) -> str:
     return digest.hexdigest()
 
 
+class NotStored(LookupError):
+    """What is asked for would have to be built."""
+
+
+_STORED_ONLY: Final[ContextVar[bool]] = ContextVar("duet_stored_only", default=False)
+
+
+@contextlib.contextmanager
+def stored_only() -> Iterator[None]:
+    """While open, `cached` raises `NotStored` in this thread where it would have to build something."""
+    token = _STORED_ONLY.set(True)
+    try:
+        yield
+    finally:
+        _STORED_ONLY.reset(token)
+
+
 def cached(name: str, key: str, build: Callable[[], tuple[bytes, ...]]) -> tuple[bytes, ...]:
     """What `build` gives, from the user's cache folder where possible.
 
     The file holds its key and a checksum, so a torn, foreign or stale file is simply built again; a folder that can't be read or
     written only costs the time to build.
+
+    Raises:
+        NotStored: see `stored_only`.
     """
     file = Path(platformdirs.user_cache_dir("lwr-duet")) / f"{name}.bin"
     try:
         return _unpack(file.read_bytes(), key)
     except (OSError, ValueError, KeyError, TypeError):
         pass
+    if _STORED_ONLY.get():
+        raise NotStored(name)
     blobs = build()
     with contextlib.suppress(OSError):
         _write_whole(file, _pack(blobs, key))

@@ -102,7 +102,7 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
     try:
         server.scene.world_axes.visible = False
         replay.seek(times[0])
-        stage = Stage(server.scene, replay.simulation, page)
+        stage = Stage(server.scene)
         _look(server, replay.simulation)
         _draw(stage, replay, page)
         serializer = server.get_scene_serializer()

@@ -295,7 +295,7 @@ class Shelf:
         self, kind: str, done: Callable[[Any], None], function: Callable[..., Any], *arguments: Any, urgent: bool = False
     ) -> None:
         self._drop(kind)
-        wake: Callable[[], None] = lambda: self._session.post(_nothing)  # noqa: E731
+        wake: Callable[[], None] = lambda: self._session.post(_nothing, "news")  # noqa: E731
         words = {"film": text("the replay"), "load": text("the run of the file"), "report": text("the lab report")}
         job = self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=wake)
         self._jobs[job] = words.get(kind) or next(w for k, w in WORDS.items() if k == kind), done

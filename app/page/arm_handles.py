@@ -37,7 +37,7 @@ class HandHandle:
         async def _(event: viser.TransformControlsEvent) -> None:
             place, turn = checked_pose(event.target.position, event.target.wxyz)
             phase = event.phase
-            session.post(lambda: self._moved(place, turn, phase))
+            session.post(lambda: self._moved(place, turn, phase), ("hand", phase))
 
     def _moved(self, place: Array | None, turn: Array | None, phase: str) -> None:
         if phase == "end":
@@ -95,7 +95,7 @@ class ElbowHandle:
         async def _(event: viser.TransformControlsEvent) -> None:
             _, turn = checked_pose((0.0, 0.0, 0.0), event.target.wxyz)
             phase = event.phase
-            session.post(lambda: self._turned(turn, phase))
+            session.post(lambda: self._turned(turn, phase), ("elbow", phase))
 
     @property
     def dragged(self) -> bool:

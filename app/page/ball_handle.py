@@ -32,7 +32,7 @@ class BallHandle:
         @self._arrows.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
             place, phase = checked_point(event.target.position), event.phase
-            session.post(lambda: self._moved(place, phase))
+            session.post(lambda: self._moved(place, phase), ("ball", phase))
 
     @property
     def dragged(self) -> bool:

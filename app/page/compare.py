@@ -30,7 +30,7 @@ class ComparePanel:
             "how smooth",
             ("Measure",),
             "Runs the last 10 s again at dt, dt/2, dt/4 and dt/8: the largest step of q̇ halves with dt unless the law jumps.",
-            lambda _: session.post(session.measure_smoothness),
+            lambda _: session.post(session.measure_smoothness, "measure"),
         )
         self._smoothness = gui.add_html("")
         self._state: tuple[object, ...] = ()

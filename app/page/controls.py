@@ -11,7 +11,7 @@ from app.languages.speaking import say, say_all, spoken
 from app.page.buttons import ChoiceButtons
 from app.page.compare import ComparePanel
 from app.page.joint_sliders import JointSliders
-from app.page.keys import help_html
+from app.page.keys import control_of, help_html
 from app.page.relevance import matters
 from app.page.sources import Sources
 from app.session import Session
@@ -105,7 +105,7 @@ class Controls:
             "clock",
             ("Pause", "Step", "Reset"),
             "Space pauses and goes on, . makes one step, R starts anew.",
-            lambda i: session.post(lambda: self._act(actions[i])),
+            lambda i: session.post(lambda: self._act(actions[i]), control_of(actions[i])),
         )
         labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
         self._speed = ChoiceButtons(gui, "speed", labels, "Slower and faster: [ and ].", lambda i: self._post("speed", SPEEDS[i]))
@@ -155,7 +155,7 @@ class Controls:
                 self._notify("This value is not possible", str(error))
                 self._shown.pop(key, None)
 
-        self._session.post(change)
+        self._session.post(change, key)
 
     def show(self, paused: bool) -> None:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter.

@@ -89,7 +89,7 @@ class DetailsChooser:
 
     def _chosen(self, index: int) -> None:
         choice = list(self._labels)[index]
-        self._session.post(lambda: self._session.change("plot", choice))
+        self._session.post(lambda: self._session.change("plot", choice), "plot")
 
     def show(self, in_lesson: bool) -> None:
         """Offer what there is to choose in this experiment, and mark the present choice; a lesson has the plots that it needs."""

@@ -1,6 +1,6 @@
 """A ball that is pulled across the view with the mouse."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 
 import numpy as np
 import viser
@@ -17,7 +17,7 @@ class Grip:
         name: of the node.
         radius: [m].
         color, opacity: how it looks.
-        post: has something done on the session's thread.
+        post: has something done on the session's thread, for the control that asks for it.
         pulled: called there with the place (3,) [m] that the mouse pulls its middle to, and with None when it is let go.
     """
 
@@ -28,7 +28,7 @@ class Grip:
         radius: float,
         color: tuple[int, int, int],
         opacity: float | None,
-        post: Callable[[Callable[[], None]], None],
+        post: Callable[[Callable[[], None], Hashable], None],
         pulled: Callable[[Array | None], None],
     ) -> None:
         self._ball = scene.add_icosphere(
@@ -40,7 +40,7 @@ class Grip:
         @self._ball.on_drag
         async def _(event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
             taken, to, phase = checked_point(event.start_position), checked_point(event.end_position), event.phase
-            post(lambda: self._drag(taken, to, phase))
+            post(lambda: self._drag(taken, to, phase), (name, phase))
 
     @property
     def held(self) -> bool:

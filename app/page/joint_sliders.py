@@ -62,7 +62,7 @@ class JointSliders:
                 return
             value = float(event.target.value)
             if math.isfinite(value):
-                self._session.post(lambda: self._pull(joint, math.radians(value)))
+                self._session.post(lambda: self._pull(joint, math.radians(value)), ("joint", joint))
 
     def _pull(self, joint: int, angle: float) -> None:
         simulation = self._session.simulation

@@ -80,7 +80,7 @@ class ReplayBar:
             "replay",
             ("Watch", "Play", "Back to live"),
             "The run waits while you look at what was; Space plays and rests, . goes one step.",
-            lambda i: session.post((self._watch, self._toggle, shelf.leave)[i]),
+            lambda i: session.post((self._watch, self._toggle, shelf.leave)[i], ("replay", i)),
         )
         self._replay.offer((0,))
         self._slider = gui.add_slider(
@@ -101,7 +101,7 @@ class ReplayBar:
         )
         self._lengths.mark(lengths.index("30 s"))
         self._save = ChoiceButtons(
-            gui, "save as", LABELS, HINT, lambda i: session.post(lambda: shelf.ask(KINDS[i], self._length))
+            gui, "save as", LABELS, HINT, lambda i: session.post(lambda: shelf.ask(KINDS[i], self._length), ("save", i))
         )
         self._upload = gui.add_upload_button(
             say("Load a run"),
@@ -115,12 +115,12 @@ class ReplayBar:
             # What the server writes comes back here too, without a client.
             if event.client_id is not None:
                 time = event.target.value
-                session.post(lambda: self._drag(time))
+                session.post(lambda: self._drag(time), "moment")
 
         @self._upload.on_upload
         async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
             file = event.target.value
-            session.post(lambda: shelf.load(file.content, file.name))
+            session.post(lambda: shelf.load(file.content, file.name), "load")
 
     @property
     def past(self) -> Past | None:
@@ -156,7 +156,7 @@ class ReplayBar:
             self._length = tuple(LENGTHS.values())[index]
             self._lengths.mark(index)
 
-        self._session.post(choose)
+        self._session.post(choose, "length")
 
     def _watch(self) -> None:
         self.shelf.watch(self._length)
@@ -176,7 +176,7 @@ class ReplayBar:
             @self._rest_key.on_trigger
             async def _(event: viser.CommandEvent) -> None:
                 del event
-                self._session.post(self._rest)
+                self._session.post(self._rest, "rest")
 
     def _rest(self) -> None:
         if self.shelf.replay is not None:

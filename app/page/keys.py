@@ -69,6 +69,14 @@ HOTKEYS: Final = (
     Hotkey("imitation", "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
 )
 
+
+def control_of(action: str) -> str | None:
+    """Return the control of which a key is another one, so that one press of it is as good as two; None where every press counts."""
+    if action in ("solo", "ball", "hold", "master_slave", "imitation"):
+        return "scene"
+    return action if action in ("reset", "view") else None
+
+
 LESSON_KEYS: Final = (
     Hotkey("next", "N", "lesson: go on", "N", icon=viser.Icon.ARROW_RIGHT),
     Hotkey("back", "B", "lesson: go back", "B", icon=viser.Icon.ARROW_LEFT),

@@ -41,7 +41,7 @@ class LabDesk:
         @button.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             del event
-            self._session.post(lambda: self._ask(one))
+            self._session.post(lambda: self._ask(one), ("report", one))
 
         return button
 
@@ -69,7 +69,7 @@ class LabDesk:
         async def _(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
                 text = str(event.target.value)[:MOST_WORDS]
-                self._session.post(lambda: self._lessons.walk.write(text, lesson, step))
+                self._session.post(lambda: self._lessons.walk.write(text, lesson, step), ("words", lesson, step))
 
         return box
 

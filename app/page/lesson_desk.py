@@ -62,7 +62,7 @@ class LessonDesk:
         @self._door.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             del event
-            session.post(run.enter)
+            session.post(run.enter, "lessons")
 
     # ---- keys --------------------------------------------------------------------------------------------------------------
 
@@ -97,7 +97,7 @@ class LessonDesk:
         @command.on_trigger
         async def _(event: viser.CommandEvent) -> None:
             del event
-            self._session.post(lambda: self._run.act(hotkey.action))
+            self._post(hotkey.action)
 
         return command
 
@@ -139,14 +139,14 @@ class LessonDesk:
             value = event.target.value
             if value in self._names:
                 index = self._names.index(value)
-                self._session.post(lambda: run.act("go", index, 0))
+                self._post("go", index, 0)
 
     def _go_step(self, index: int) -> None:
         run = self._run
-        self._session.post(lambda: run.act("go", run.book.lessons.index(run.walk.lesson), index))
+        self._session.post(lambda: run.act("go", run.book.lessons.index(run.walk.lesson), index), ("lesson", "go"))
 
     def _post(self, action: str, *given: object) -> None:
-        self._session.post(lambda: self._run.act(action, *given))
+        self._session.post(lambda: self._run.act(action, *given), ("lesson", action))
 
     def _button(self, name: str, action: str, *given: object, order: float) -> viser.GuiButtonHandle:
         button = self._client.gui.add_button(name, visible=False, order=order)

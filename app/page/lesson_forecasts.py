@@ -36,7 +36,7 @@ class Forecasts:
         async def _(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
                 number = read_number(event.target.value)
-                self._session.post(lambda: self._say(index, number))
+                self._session.post(lambda: self._say(index, number), ("forecast", index))
 
         return box
 

@@ -11,7 +11,7 @@ from app.lessons.lesson import LessonBook
 from app.page.controls import Controls
 from app.page.gizmos import NUDGE, SWING, Gizmos
 from app.page.keep import ReplayBar
-from app.page.keys import HOTKEYS
+from app.page.keys import HOTKEYS, control_of
 from app.page.lab import LabDesk
 from app.page.lesson_desk import LessonDesk
 from app.page.link import LinkBox
@@ -85,7 +85,7 @@ class Operation:
         @command.on_trigger
         async def _(event: viser.CommandEvent) -> None:
             del event
-            self._session.post(lambda: self.act(action))
+            self._session.post(lambda: self.act(action), control_of(action))
 
         return command
 

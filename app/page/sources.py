@@ -39,7 +39,7 @@ class Sources:
         @self._upload.on_upload
         async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
             file = event.target.value
-            session.post(lambda: self._take_in(file.name, file.content))
+            session.post(lambda: self._take_in(file.name, file.content), "person")
 
     def _take_in(self, name: str, content: bytes) -> None:
         try:

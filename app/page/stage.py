@@ -16,7 +16,7 @@ from app.page.trace import STAY, TRAVEL, Trace
 from app.settings import PageSettings
 from controllers.kinematics import Array
 from scenes.history import Sample
-from scenes.rigs import ALONE
+from scenes.rigs import ALONE, Rig
 from scenes.room_shells import table_glb, torso_glb
 from scenes.simulation import Simulation
 
@@ -37,16 +37,23 @@ class Part(Protocol):
         ...
 
 
+def furniture_glb(rig: Rig, coarse: bool) -> bytes:
+    """Return what the arms of a rig stand on; coarse for a browser without a graphics card."""
+    if rig.name == "torso":
+        return torso_glb(coarse=coarse)
+    if rig is ALONE:
+        return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
+    return table_glb(coarse=coarse)
+
+
 class Stage:
     """What is seen of a simulation; nothing here can be operated.
 
     Args:
         scene: of one visitor, or of everybody in a lecture.
-        simulation: what is shown.
-        page: how it is to look.
     """
 
-    def __init__(self, scene: viser.SceneApi, simulation: Simulation, page: PageSettings) -> None:
+    def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene
         self._room: viser.GlbHandle | None = None
         self._arms: tuple[ArmView, ...] = ()
@@ -56,7 +63,6 @@ class Stage:
         self._built: tuple[object, ...] | None = None
         self._lit: tuple[str, ...] | None = None
         self._dressed: tuple[str, ...] | None = None
-        self.show(simulation, simulation.sample(), page)
 
     def show(
         self,
@@ -123,13 +129,7 @@ class Stage:
     def _build(self, simulation: Simulation, fine: bool) -> None:
         """Put up the room with its arms; what is yours is orange, everything else is silver."""
         room, settings, coarse = simulation.room, simulation.settings, not fine
-        if room.rig.name == "torso":
-            furniture = torso_glb(coarse=coarse)
-        elif room.rig is ALONE:
-            furniture = table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
-        else:
-            furniture = table_glb(coarse=coarse)
-        self._room = self.scene.add_glb("/room", furniture)
+        self._room = self.scene.add_glb("/room", furniture_glb(room.rig, coarse))
         yours = simulation.guided if room.ball is None else None
         self._arms = tuple(
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, robot_of(simulation))

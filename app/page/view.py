@@ -92,7 +92,7 @@ class View:
         self._experiment = self._present_experiment()
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._configure_theme()
-        self._stage = Stage(host.scene, session.simulation, page)
+        self._stage = Stage(host.scene)
         private = isinstance(host, viser.ClientHandle)
         narrow = isinstance(host, viser.ClientHandle) and canvas_size(host)[0] < NARROW
         width = (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile)

@@ -40,12 +40,14 @@ class Received:
         bytes: their size.
         messages: viser messages by type; stays empty unless frames are decoded.
         lags: from the server's `perf_counter` at sending to ours at receipt, in seconds; means something on one machine only.
+        times: when each frame came, on our `perf_counter` [s].
     """
 
     frames: int = 0
     bytes: int = 0
     messages: Counter[str] = field(default_factory=Counter)
     lags: list[float] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
 
 
 class Visitor:
@@ -121,6 +123,7 @@ class Visitor:
                 assert isinstance(frame, bytes)
                 self.received.frames += 1
                 self.received.bytes += len(frame)
+                self.received.times.append(time.perf_counter())
                 if self._decode:
                     messages, sent_at = decode_frame(frame)
                     self.received.lags.append(time.perf_counter() - sent_at)

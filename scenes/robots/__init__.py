@@ -23,11 +23,9 @@ def robot(name: RobotName) -> Robot:
         return build_lwr()
     if name not in get_args(RobotName):
         raise BadSetting("There is no robot {name!r}; choose from {known}.", name=name, known=", ".join(get_args(RobotName)))
-    # Brings scipy's optimiser with it, which is slow to import; the LWR does without.
-    from scenes.robots.example_data import EXAMPLES
-    from scenes.robots.fitting import build_example
+    from scenes.robots.stored import stored_example
 
-    return build_example(EXAMPLES[name])
+    return stored_example(name)
 
 
 def lwr() -> Robot:

@@ -112,18 +112,33 @@ UR5: Final = Example(
 EXAMPLES: Final[dict[RobotName, Example]] = {"panda": PANDA, "ur5": UR5}
 
 
+def load_model(example: Example) -> pin.Model:
+    """Return a robot's model without its locked joints.
+
+    Raises:
+        BadSetting: the package is not installed, or not all of it.
+    """
+    return _load(example, None)[0]
+
+
 def load_example(example: Example, kind: pin.GeometryType) -> tuple[pin.Model, pin.GeometryModel]:
     """Return a robot's model without its locked joints, and its collision or visual shapes, whose meshes are read.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.
     """
+    return _load(example, kind)
+
+
+def _load(example: Example, kind: pin.GeometryType | None) -> tuple[pin.Model, pin.GeometryModel]:
     folder = _robots_folder()
     file = str(folder / example.urdf)
     try:
         model = pin.buildModelFromUrdf(file)
         # Meshes are named package://example-robot-data/robots/…, so the package's own folder is two above.
-        shapes = pin.buildGeomFromUrdf(model, file, kind, package_dirs=[str(folder.parent.parent)])
+        shapes = pin.GeometryModel()
+        if kind is not None:
+            shapes = pin.buildGeomFromUrdf(model, file, kind, package_dirs=[str(folder.parent.parent)])
     except (ValueError, RuntimeError) as error:
         reason = str(error).splitlines()[0]
         raise BadSetting(

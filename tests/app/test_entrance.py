@@ -1,0 +1,195 @@
+"""Newcomers are let in one a frame and piece by piece, and what a tab asked for goes with it. Every frame is made by hand here."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from app import entrance
+from app.hosts import House
+from app.lecture import LectureHost
+from app.private_host import PrivateHost
+from app.settings import Settings
+from app.stand import Stand
+from app.visitor.sync_visitor import SyncVisitor
+from scenes.settings import specs
+from tests.app.conftest import OpenHouse
+
+FRAME = 1.0 / 32.0
+TRIES, PAUSE = 6000, threading.Event()
+
+
+class ByHand:
+    """A house whose frames are made by hand, and those who come to it."""
+
+    def __init__(self, house: House) -> None:
+        # The thread that makes them has come to its end.
+        house._loop.stop()
+        self.house, self.host, self.now = house, house.host, 0.0
+        self.visitors: list[SyncVisitor] = []
+
+    def frame(self) -> None:
+        self.now += FRAME
+        self.host.frame(self.now, FRAME)
+
+    def come(self, query: str = "") -> SyncVisitor:
+        """A browser that is connected, and about which the next frame knows."""
+        before = len(self.host._arrivals)
+        self.visitors.append(SyncVisitor(self.house.url, query=query))
+        self.visitors[-1].wait_for(lambda _: len(self.host._arrivals) > before)
+        return self.visitors[-1]
+
+    def leave(self, visitor: SyncVisitor) -> None:
+        """The browser is gone, and the next frame knows."""
+        before = len(self.host._departures)
+        visitor.close()
+        for _ in range(TRIES):
+            if len(self.host._departures) > before:
+                return
+            PAUSE.wait(0.01)
+        raise TimeoutError
+
+    def let_in(self, query: str = "") -> SyncVisitor:
+        visitor = self.come(query)
+        self.frame()
+        while self.host._entrance.busy:
+            self.frame()
+        self.frame()
+        visitor.wait_for(lambda v: v.mirror.replayed and any("/arms/" in name for name in v.mirror.nodes))
+        return visitor
+
+
+@pytest.fixture
+def by_hand(house: OpenHouse) -> Iterator[Callable[..., ByHand]]:
+    """`by_hand(lecture=True)` is a house whose frames are made by hand."""
+    made: list[ByHand] = []
+
+    def make(**options: Any) -> ByHand:
+        made.append(ByHand(house(**options)))
+        return made[-1]
+
+    yield make
+    for one in made:
+        for visitor in one.visitors:
+            visitor.close()
+
+
+@pytest.fixture
+def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
+    """What is done in order, on a machine on which every piece takes as long as there is: (piece or frame, client id)."""
+    monkeypatch.setattr(entrance, "SLICE", 0.0)
+    done: list[tuple[str, int]] = []
+    build, frame = Stand.build, Stand.frame
+
+    def building(stand: Stand) -> entrance.Pieces:
+        for _ in build(stand):
+            done.append(("piece", stand.client.client_id))
+            yield
+
+    def drawing(stand: Stand, now: float, elapsed: float) -> None:
+        done.append(("frame", stand.client.client_id))
+        frame(stand, now, elapsed)
+
+    monkeypatch.setattr(Stand, "build", building)
+    monkeypatch.setattr(Stand, "frame", drawing)
+    return done
+
+
+def test_those_who_are_here_have_a_frame_between_any_two_pieces(
+    by_hand: Callable[..., ByHand], pieces: list[tuple[str, int]]
+) -> None:
+    opened = by_hand(sessions=8)
+    assert isinstance(opened.host, PrivateHost)
+    opened.let_in()
+    (neighbour,) = opened.host.sessions
+    pieces.clear()
+    newcomers = [opened.come() for _ in range(3)]
+    while len(opened.host.sessions) < 4:
+        before = len(opened.host.sessions)
+        opened.frame()
+        assert len(opened.host.sessions) <= before + 1
+    built = [number for what, number in pieces if what == "piece"]
+    # One after the other, each in several pieces.
+    assert sorted(built) == built and all(built.count(number) >= 3 for number in set(built)) and len(set(built)) == 3
+    places = [place for place, (what, _) in enumerate(pieces) if what == "piece"]
+    assert all(("frame", neighbour) in pieces[a:b] for a, b in itertools.pairwise(places))
+    for visitor in newcomers:
+        # A page is sent as a whole.
+        visitor.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/arms/left/base" in v.mirror.nodes)
+
+
+def test_several_pieces_are_built_in_a_frame_while_there_is_time_but_of_one_newcomer(
+    by_hand: Callable[..., ByHand], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(entrance, "SLICE", 1e9)
+    opened = by_hand(sessions=8)
+    assert isinstance(opened.host, PrivateHost)
+    for _ in range(3):
+        opened.come()
+    for count in (1, 2, 3):
+        opened.frame()
+        assert len(opened.host.sessions) == count and opened.host._entrance.busy == (count < 3)
+
+
+def test_a_page_that_is_closed_half_built_is_given_up_and_the_next_one_is_built(
+    by_hand: Callable[..., ByHand], pieces: list[tuple[str, int]]
+) -> None:
+    opened = by_hand(sessions=8)
+    assert isinstance(opened.host, PrivateHost)
+    hasty, patient = opened.come(), opened.come()
+    while not pieces:
+        opened.frame()
+    opened.leave(hasty)
+    gone = pieces[-1][1]
+    opened.frame()
+    while opened.host._entrance.busy:
+        opened.frame()
+    assert gone not in opened.host.sessions and len(opened.host.sessions) == 1
+    opened.frame()
+    patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
+
+
+def test_a_class_is_seated_one_a_frame(by_hand: Callable[..., ByHand]) -> None:
+    opened = by_hand(lecture=True)
+    assert isinstance(opened.host, LectureHost)
+    opened.let_in()
+    for _ in range(3):
+        opened.come()
+    for count in (2, 3, 4):
+        opened.frame()
+        assert len(opened.host._seats) == count
+
+
+def test_what_a_tab_asked_for_goes_with_it(by_hand: Callable[..., ByHand]) -> None:
+    opened = by_hand()
+    assert isinstance(opened.host, PrivateHost)
+    visitor = opened.let_in("resume=0123456789abcdef0123456789abcdef")
+    (session,) = opened.host.sessions.values()
+    settings = session.settings
+    visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
+    visitor.set_value(specs(Settings)["scene"].label, "A ball in the way (Fig. 1)")
+    visitor.wait_for(lambda _: len(session.posts))
+    opened.leave(visitor)
+    opened.frame()
+    assert not len(session.posts)
+    session.advance(FRAME)
+    assert session.settings == settings
+
+
+def test_what_the_lecturer_asked_for_goes_with_the_tab_but_no_answer_of_a_student(by_hand: Callable[..., ByHand]) -> None:
+    opened = by_hand(lecture=True)
+    assert isinstance(opened.host, LectureHost)
+    lecturer = opened.let_in()
+    session, decisions = opened.host.session, opened.host._decisions
+    settings = session.settings
+    session.post(lambda: session.change("dm", 0.2), "dm")
+    decisions.post_answer("a student", 0)
+    decisions.post_answer("a student", 1)
+    opened.leave(lecturer)
+    assert len(decisions.answers) == 1
+    opened.frame()
+    assert session.settings == settings and not len(session.posts) and not len(decisions.answers)
