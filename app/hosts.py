@@ -15,6 +15,7 @@ from app.page.lesson_resume import resume_script
 from app.page.replay_box import box_script
 from app.page.software import software_script
 from app.page.teacher_script import class_script
+from app.page.without_webgl import without_webgl_script
 from app.people import NOBODY_ELSE, People
 from app.private_host import PrivateHost
 from app.server.server import DuetServer, start_server
@@ -89,7 +90,13 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=None if lecture else sessions,
-        script=software_script() + relay_script() + resume_script() + box_script() + language_script() + class_script(),
+        script=without_webgl_script()
+        + software_script()
+        + relay_script()
+        + resume_script()
+        + box_script()
+        + language_script()
+        + class_script(),
     )
     server.scene.world_axes.visible = False
     background = Background()
