@@ -41,6 +41,7 @@ class House:
         self.server, self.host, self.background, self.url = server, host, background, server.url
         self._people = people
         self._loop = FrameLoop(host)
+        server.is_at_work = self._loop.is_at_work
         self._loop.start()
         self._closed = threading.Event()
 

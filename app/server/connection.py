@@ -10,6 +10,7 @@ import types
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
+import msgspec
 import viser.infra._infra as viser_infra
 import websockets
 import websockets.asyncio.server
@@ -17,13 +18,19 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Response
 
 from app.server.gate import Traffic
+from app.server.index import QUESTION
 from app.server.refusal import Malformed, Refused
 from app.server.reporter import Forwarder
+from app.server.sending import pack
 
 if TYPE_CHECKING:
     from app.server.server import DuetServer
 
 SEND_BUFFER_BYTES: Final = 64 * 1024
+
+_QUESTION: Final = msgspec.msgpack.encode({"type": QUESTION})
+_ANSWER: Final = pack(())
+"""A window without messages: word from the server that changes nothing on the page."""
 
 
 class FilteredConnection(ServerConnection):
@@ -65,6 +72,10 @@ class FilteredConnection(ServerConnection):
             if pause > 0.0:
                 self.duet.report("slowed down", f"client {self._client_id} sends too fast")
                 await asyncio.sleep(pause)
+            if raw == _QUESTION:
+                if self.duet.is_at_work():
+                    await self.send(_ANSWER)
+                continue
             if self._client_id is None:
                 self._client_id = self.duet._client_id(self)
             try:

@@ -2,7 +2,8 @@
 
 viser's client is one HTML file that opens its websocket from a worker. A short script put before it
 - hands the page's own query (`/?dm=0.1`) to the websocket, so that every tab brings its own deep link along,
-- says in large letters when the connection is lost, and clears that when it is back,
+- says in large letters when the connection is lost, when the server is silent for 3 s, and when it does not know the page's address,
+  and clears that when it is back,
 - keeps trying while the tab is not in front (a projector next to the window one types in), which viser itself does not,
 - reloads the page when it meets another server than the one it came from, when the room is full, and when a class moves.
 """
@@ -14,10 +15,12 @@ import json
 import re
 from urllib.parse import parse_qsl, quote, urlsplit
 
-from app.languages.client import LOST, client_script
+from app.languages.client import KEPT_OUT, LOST, SILENT, client_script
 
 ROOM_IS_FULL = "duet: every place is taken"
 ELSEWHERE = "duet: this tab belongs somewhere else"
+QUESTION = "DuetQuestion"
+"""Kind of the message by which a page that hears nothing asks whether the server is still there."""
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
@@ -27,7 +30,7 @@ _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(_DRAWING)}">'
 
 _STYLE = """
 #duet-connection{position:fixed;top:18px;left:50%;transform:translateX(-50%);z-index:2147483647;display:flex;align-items:center;
- gap:.7em;padding:.62em 1.25em;border-radius:999px;white-space:nowrap;max-width:calc(100vw - 24px);
+ gap:.7em;padding:.62em 1.25em;border-radius:1.5em;width:max-content;max-width:calc(100vw - 24px);overflow-wrap:anywhere;
  font:600 19px/1.25 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans",sans-serif;
  box-sizing:border-box;color:#3a1d00;background:#fff4e5;border:2px solid #e07a10;
  box-shadow:0 6px 28px rgba(0,0,0,.28);pointer-events:none}
@@ -46,13 +49,16 @@ canvas[data-engine]{opacity:1!important}
 _SCRIPT = """
 (() => {
   const ours = __SETTINGS__;
+  ours.keptOut = ours.keptOut.replace("{name}", location.origin);
   // viser rewrites the address bar a moment from now.
   const given = new URLSearchParams(location.search);
   given.delete("websocket");
   for (const [key, value] of Object.entries(window.duetQuery)) if (!given.has(key)) given.set(key, value);
   let query = given.toString();
   if (query.length > ours.longest) query = "";
-  let retry = 0, leaving = false;
+  let retry = 0, leaving = false, said = "";
+  // When the server was last heard [ms]; null without a connection.
+  let heard = null;
   const pill = () => {
     let node = document.getElementById("duet-connection");
     if (!node && document.body) {
@@ -67,11 +73,30 @@ _SCRIPT = """
   addEventListener("DOMContentLoaded", pill);
   const say = (text) => {
     const node = pill();
-    if (!node) return;
+    if (!node || text === said) return;
+    said = text;
     node.textContent = "";
     if (text) node.append(document.createElement("i"), text);
   };
+  const hear = () => {
+    heard = performance.now();
+    if (said === ours.silent) say("");
+  };
+  const watch = (worker) => {
+    let looked = performance.now();
+    setInterval(() => {
+      const now = performance.now();
+      // A page in the background, or one that was held up itself, cannot tell how long the server has been silent.
+      if (heard !== null && (document.hidden || now - looked > 2500)) heard = now;
+      looked = now;
+      if (heard === null || now - heard < 900) return;
+      worker.postMessage({ type: "send", message: { type: ours.question } });
+      if (now - heard > 3000) say(ours.silent);
+    }, 1000);
+  };
+  const ask = (query) => fetch("healthz" + query, { cache: "no-store" }).then((answer) => answer.json());
   const lost = (worker, reason) => {
+    heard = null;
     if (leaving) return;
     if (reason === ours.full || reason === ours.elsewhere) {
       leaving = true;
@@ -79,15 +104,17 @@ _SCRIPT = """
       setTimeout(() => location.reload(), reason === ours.full ? 300 + 700 * Math.random() : 600 * Math.random());
       return;
     }
-    say(ours.lost);
+    if (said !== ours.keptOut) say(ours.lost);
+    // Why a connection was refused, a browser does not tell its page.
+    ask("?origin=" + encodeURIComponent(location.origin))
+      .then((state) => { if (heard === null) say(state.admitted === false ? ours.keptOut : ours.lost); }).catch(() => {});
     if (!retry) retry = setInterval(() => { if (!document.hasFocus()) worker.postMessage({ type: "retry" }); }, 3000);
   };
   const found = () => {
     say("");
     clearInterval(retry);
     retry = 0;
-    fetch("healthz", { cache: "no-store" }).then((answer) => answer.json())
-      .then((state) => { if (state.run && state.run !== ours.run) location.reload(); }).catch(() => {});
+    ask("").then((state) => { if (state.run && state.run !== ours.run) location.reload(); }).catch(() => {});
   };
   const Native = window.Worker;
   window.Worker = class extends Native {
@@ -96,9 +123,12 @@ _SCRIPT = """
       if (leaving && message && message.type === "retry") return;
       if (message && message.type === "set_server" && typeof message.server === "string") {
         this.addEventListener("message", ({ data }) => {
-          if (data && data.type === "connected") found();
-          else if (data && data.type === "closed") lost(this, data.closeReason);
+          if (!data) return;
+          if (data.type === "closed") lost(this, data.closeReason);
+          else hear();
+          if (data.type === "connected") found();
         });
+        watch(this);
         if (query && !message.server.includes("?")) {
           message = { ...message, server: message.server.replace(/\\/*$/, "/") + "?" + query };
         }
@@ -126,7 +156,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
     if not mark:
         raise ValueError("viser's page has no title to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "longest": _LONGEST_QUERY}
-    settings["lost"] = LOST
+    settings |= {"lost": LOST, "silent": SILENT, "keptOut": KEPT_OUT, "question": QUESTION}
     what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
     script = what_we_see + script + _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)

@@ -58,6 +58,7 @@ class DuetServer(viser.ViserServer):
         limits: how much one browser may ask for.
         max_clients: places, None for any number.
         run: a random word, new for every start.
+        is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class DuetServer(viser.ViserServer):
         self.run = secrets.token_hex(8)
         self.gate = Gate(ViserElements(self), limits)
         self.report = Reporter()
+        self.is_at_work: Callable[[], bool] = lambda: True
         self._doorway = doorway
         self._ready = threading.Event()
         self._taken: set[ServerConnection] = set()
@@ -127,7 +129,7 @@ class DuetServer(viser.ViserServer):
             self.report("refused origin", f"{origins!r:.120} from {peer[0] if peer else 'unknown'}")
             return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
         if path == "/healthz":
-            state = {"ok": True, "clients": self.count_clients(), "room": self._has_room()}
+            state = {"ok": self.is_at_work(), "clients": self.count_clients(), "room": self._has_room()}
             state |= {"version": duet_version(), "run": self.run}
             return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
         if path in ("", "/"):
