@@ -158,6 +158,8 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
     settings = {"run": run, "full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "longest": _LONGEST_QUERY}
     settings |= {"lost": LOST, "silent": SILENT, "keptOut": KEPT_OUT, "question": QUESTION}
     what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
+    # A proxy may have us in a folder of its own, which our address needs.
+    what_we_see += "{const at=location.pathname.replace(/\\/[^/]*$/,'');if(at)duetQuery.folder=at}"
     script = what_we_see + script + _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')

@@ -11,7 +11,7 @@ import logging
 import secrets
 import socket
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
 
 import viser
@@ -25,7 +25,7 @@ from app.languages.speaking import text
 from app.languages.visitor import language_asked
 from app.languages.words import words_of
 from app.server.connection import served_by
-from app.server.doorway import LOOPBACK_NAMES, Doorway
+from app.server.doorway import LOOPBACK_NAMES, Doorway, check_origin
 from app.server.elements import ViserElements
 from app.server.gate import Gate
 from app.server.index import ROOM_IS_FULL, full_page, page_query
@@ -113,6 +113,10 @@ class DuetServer(viser.ViserServer):
     def _has_room(self) -> bool:
         return self.max_clients is None or len(self._taken) < self.max_clients
 
+    def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
+        peer = connection.remote_address
+        return self._doorway.admits(origins, request.headers.get_all("Host"), str(peer[0]) if peer else "")
+
     async def _document(self, name: str, language: Language) -> Response:
         # Its formulas take a second to draw; meanwhile everybody else is served.
         return respond(200, HTML, await asyncio.to_thread(document_page, name, language), {"Vary": "Accept-Language"})
@@ -123,14 +127,19 @@ class DuetServer(viser.ViserServer):
         """Answer a request, or return None to let it become a websocket."""
         path, _, query = request.path.partition("?")
         if request.headers.get("Upgrade", "").lower() == "websocket":
-            origins, peer = request.headers.get_all("Origin"), connection.remote_address
-            if self._doorway.admits(origins, request.headers.get_all("Host"), str(peer[0]) if peer else ""):
+            origins = request.headers.get_all("Origin")
+            if self._admits(connection, request, origins):
                 return None
-            self.report("refused origin", f"{origins!r:.120} from {peer[0] if peer else 'unknown'}")
+            peer = connection.remote_address
+            remedy = self._doorway.remedy(origins)
+            self.report("refused origin", f"{origins!r:.120} from {peer[0] if peer else 'unknown'}{remedy:.200}")
             return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
         if path == "/healthz":
             state = {"ok": self.is_at_work(), "clients": self.count_clients(), "room": self._has_room()}
             state |= {"version": duet_version(), "run": self.run}
+            origin = page_query(request.path).get("origin")
+            if origin is not None:
+                state["admitted"] = self._admits(connection, request, [origin])
             return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
         if path in ("", "/"):
             if not self._has_room():
@@ -211,8 +220,7 @@ def start_server(
     if max_clients is not None and max_clients < 1:
         raise BadSetting(f"max_clients {max_clients} leaves no place; valid: 1 or more")
     for origin in allowed_origins:
-        if not origin.startswith(("http://", "https://")):
-            raise BadSetting(f"allowed origin {origin!r} is no web address; valid: http://name:port or https://name")
+        check_origin(origin)
     listener = listen(host, port)
     doorway = Doorway(host, listener.getsockname()[1], tuple(allowed_origins))
     if not doorway.is_private and host not in LOOPBACK_NAMES:
