@@ -30,7 +30,7 @@ _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(_DRAWING)}">'
 
 _STYLE = """
 #duet-connection{position:fixed;top:18px;left:50%;transform:translateX(-50%);z-index:2147483647;display:flex;align-items:center;
- gap:.7em;padding:.62em 1.25em;border-radius:1.5em;width:max-content;max-width:calc(100vw - 24px);overflow-wrap:anywhere;
+ gap:.7em;padding:.62em 1.25em;border-radius:1.5em;width:max-content;max-width:calc(100vw - 24px);overflow-wrap:anywhere;text-wrap:balance;
  font:600 19px/1.25 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans",sans-serif;
  box-sizing:border-box;color:#3a1d00;background:#fff4e5;border:2px solid #e07a10;
  box-shadow:0 6px 28px rgba(0,0,0,.28);pointer-events:none}

@@ -90,8 +90,11 @@ def test_a_frame_that_does_not_end_is_noticed(house: OpenHouse, arrive: Arrive, 
     def is_well() -> bool:
         return json.loads(get(f"{opened.url}/healthz")[2])["ok"]
 
+    def stick() -> None:
+        let_go.wait(60.0)
+
     one.visitor.wait_for(lambda _: is_well())
-    one.session.post(lambda: let_go.wait() and None)
+    one.session.post(stick)
     one.visitor.wait_for(lambda _: not is_well())
     let_go.set()
     one.visitor.wait_for(lambda _: is_well())

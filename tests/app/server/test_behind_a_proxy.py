@@ -41,17 +41,17 @@ class Proxy(socketserver.ThreadingTCPServer):
 
 
 class _Handing(socketserver.StreamRequestHandler):
-    server: Proxy
-
     def handle(self) -> None:
+        proxy = self.server
+        assert isinstance(proxy, Proxy)
         method, _, rest = self.rfile.readline().decode().partition(" ")
-        if not rest.startswith(self.server.folder + "/"):
+        if not rest.startswith(proxy.folder + "/"):
             return
-        lines = [f"{method} {rest.removeprefix(self.server.folder)}"]
+        lines = [f"{method} {rest.removeprefix(proxy.folder)}"]
         while (line := self.rfile.readline().decode()).strip():
-            rewritten = self.server.host is not None and line.lower().startswith("host:")
-            lines.append(f"Host: {self.server.host}\r\n" if rewritten else line)
-        with socket.create_connection(("127.0.0.1", self.server.behind)) as behind, suppress(OSError):
+            rewritten = proxy.host is not None and line.lower().startswith("host:")
+            lines.append(f"Host: {proxy.host}\r\n" if rewritten else line)
+        with socket.create_connection(("127.0.0.1", proxy.behind)) as behind, suppress(OSError):
             behind.sendall("".join([*lines, "\r\n"]).encode())
             threading.Thread(target=self._hand_back, args=(behind,), daemon=True).start()
             while data := self.rfile.read1():
