@@ -43,8 +43,9 @@ class Serve:
     """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
     """Who opens the page with ?key=KEY is a teacher: has the notes to the lessons, and in a lecture leads the class."""
-    allow_origin: tuple[str, ...] = ()
-    """Further web addresses whose pages may connect, such as https://duet.example.org behind a proxy."""
+    allow_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    """A further web address under which the page may be opened, such as https://duet.example.org behind a proxy; may be given several
+    times."""
     bvh: Path | None = None
     """A person's recorded motion to imitate, as BVH; it is there when `source` is `file`."""
     camera: int | None = None

@@ -17,6 +17,9 @@ FRAME: Final = 1.0 / 32.0
 SOONEST: Final = 0.008
 """Least wall time between two frames when what a visitor does asks for one at once [s]."""
 
+STUCK: Final = 3.0
+"""A frame that takes longer than this does not end any more, as far as a visitor can tell [s]."""
+
 
 class Host(Protocol):
     """What is advanced and drawn.
@@ -42,6 +45,7 @@ class FrameLoop:
     def __init__(self, host: Host) -> None:
         self._host = host
         self._stopped = False
+        self._began = perf_counter()
         self._news = threading.Event()
         self._mishaps = Mishaps(log)
         self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
@@ -50,6 +54,10 @@ class FrameLoop:
     def start(self) -> None:
         """Begin."""
         self._thread.start()
+
+    def is_at_work(self) -> bool:
+        """Return whether frames are being made."""
+        return perf_counter() - self._began < STUCK
 
     def stop(self) -> None:
         """End, and wait until the last frame is done."""
@@ -61,7 +69,7 @@ class FrameLoop:
         last = due = perf_counter()
         while not self._stopped:
             self._news.clear()
-            now = perf_counter()
+            now = self._began = perf_counter()
             try:
                 self._host.frame(now, now - last)
             except Exception as error:

@@ -18,6 +18,7 @@ from app.page.loading import loading_html
 from app.page.replay_box import box_script
 from app.page.software import software_script
 from app.page.teacher_script import class_script
+from app.page.without_webgl import without_webgl_script
 from app.people import NOBODY_ELSE, People
 from app.preparation import Preparation
 from app.private_host import PrivateHost
@@ -50,6 +51,7 @@ class House:
         self._people = people
         self._preparation = preparation
         self._loop = FrameLoop(host)
+        server.is_at_work = self._loop.is_at_work
         self._loop.start()
         self._closed = threading.Event()
 
@@ -106,7 +108,8 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=watchers if lecture else sessions,
-        script=software_script()
+        script=without_webgl_script()
+        + software_script()
         + relay_script()
         + resume_script()
         + box_script()

@@ -24,8 +24,8 @@ from app.page.teacher import ClassState, TeacherPanel
 from app.page.teacher_answers import Answers, Banner, is_narrow
 from app.page.view import View
 from app.people import NOBODY_ELSE, People
-from app.seat import Seat, origin_of
-from app.server.request import request_query
+from app.seat import Seat
+from app.server.request import request_address, request_query
 from app.server.server import DuetServer
 from app.session import Session
 from app.settings import Language, Settings
@@ -218,7 +218,7 @@ class LectureHost(Visitors):
 
     def _give_panel(self, seat: Seat) -> TeacherPanel:
         notes = self._notes if seat.teacher else None
-        self._address = find_address(origin_of(seat.client), self._listening, self._server.get_port())
+        self._address = find_address(request_address(seat.client), self._listening, self._server.get_port())
         seat.panel = TeacherPanel(seat.client, self._decisions.post, self._address, notes)
         return seat.panel
 

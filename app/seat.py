@@ -92,11 +92,3 @@ class Seat:
                 return "wait", say(NAMELESS)
             return "wait", say(WATCHING, most=room.places.most)
         return "follow", say(FOLLOWING)
-
-
-def origin_of(client: viser.ClientHandle) -> str:
-    """Return the page's own address as a visitor's browser reached it; "" if it did not say."""
-    connection = client._viser_server._websock_server._live_connections.get(client.client_id)
-    if connection is None or connection.request is None:
-        return ""
-    return str(connection.request.headers.get("Origin", ""))[:300]

@@ -190,7 +190,8 @@ WHOLE = "whole"
 """Key of a link that says all that is not as Duet starts by itself."""
 
 FOREIGN_KEYS = frozenset(
-    {"window", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
+    {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
     | {"lesson", "step", "resume", WHOLE}
 )
-"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the lesson, how much it says."""
+"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has
+the page in, the lesson, how much it says."""

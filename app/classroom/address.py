@@ -32,7 +32,8 @@ def find_address(origin: str, listening: str, port: int, own: str | None = None)
     """Return the address for the students.
 
     Args:
-        origin: the page's own, as the teacher's browser reached it (`https://duet.example.org`); "" if it did not say.
+        origin: the page's own, as the teacher's browser reached it (`https://duet.example.org`), with the folder that a proxy has it in;
+            "" if it did not say.
         listening: the address that the server is bound to.
         port: its port.
         own: this computer's address in its network; None finds out.

@@ -12,7 +12,20 @@ from app.languages.words import words_of
 from app.settings import Language
 
 LOST: Final = text("Connection lost – trying again…")
-"""What `app.server.index` says when the server is gone."""
+"""What `app.server.index` says when the server is gone, …"""
+SILENT: Final = text("The server does not answer – waiting…")
+"""… when it is there and says nothing, …"""
+KEPT_OUT: Final = text("Duet does not know this address. Start it with --allow-origin {name}")
+"""… and when it does not let the page in."""
+
+NO_PICTURE: Final = text("No picture: WebGL is switched off in this browser")
+WHAT_WORKS: Final = text(
+    "Lessons, plots, numbers and controls work all the same; the arrow keys move the hand, J and K the elbow."
+)
+WHAT_TO_SWITCH_ON: Final = text(
+    "To see the arms, switch on graphics acceleration in the browser’s settings and start the browser again, or use another browser."
+)
+"""What `app.page.without_webgl` says."""
 
 LOADING: Final = text("Loading …")
 """What `app.page.loading` says until the page is there."""
@@ -28,6 +41,11 @@ OURS: Final = (
     LOADING,
     SOFTWARE,
     CROWDED,
+    SILENT,
+    KEPT_OUT,
+    NO_PICTURE,
+    WHAT_WORKS,
+    WHAT_TO_SWITCH_ON,
     text("every command by name"),
     text("connection and camera"),
     text("back to the controls"),

@@ -19,10 +19,11 @@ from websockets.frames import OP_BINARY, OP_CONT, OP_TEXT, Frame
 from websockets.http11 import Response
 
 from app.server.gate import Traffic
-from app.server.index import HELLO
+from app.server.index import HELLO, QUESTION
 from app.server.methods import FirstLine
 from app.server.refusal import Malformed, Refused
 from app.server.reporter import Forwarder
+from app.server.sending import pack
 
 if TYPE_CHECKING:
     from app.server.server import DuetServer
@@ -33,6 +34,10 @@ READ_BYTES: Final = 16 * 1024
 
 _SCRAP_BYTES: Final = 1000
 _HELLO: Final = msgspec.msgpack.encode({"type": HELLO})
+
+_QUESTION: Final = msgspec.msgpack.encode({"type": QUESTION})
+_ANSWER: Final = pack(())
+"""A window without messages: word from the server that changes nothing on the page."""
 
 
 class FilteredConnection(ServerConnection):
@@ -105,6 +110,10 @@ class FilteredConnection(ServerConnection):
             if pause > 0.0:
                 self.duet.report("slowed down", f"client {self._client_id} sends too fast")
                 await asyncio.sleep(pause)
+            if raw == _QUESTION:
+                if self.duet.is_at_work():
+                    await self.send(_ANSWER)
+                continue
             if raw == _HELLO:
                 continue
             if self._client_id is None:

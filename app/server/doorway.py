@@ -8,12 +8,17 @@ the `Host` header.
 from __future__ import annotations
 
 import ipaddress
+import re
 import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+from controllers.errors import BadSetting
+
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
+_PORTS = {"http": 80, "https": 443}
+_NAME = re.compile(r"[\w.:-]+", re.ASCII)
 
 
 def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | None] | None:
@@ -23,9 +28,31 @@ def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | N
         name, port = parts.hostname, parts.port
     except ValueError:
         return None
-    if not name or parts.path or parts.query or parts.fragment or parts.username is not None:
+    if not name or not _NAME.fullmatch(name) or parts.path or parts.query or parts.fragment or parts.username is not None:
         return None
     return name, default_port if port is None else port
+
+
+def _parse(origin: str) -> tuple[str, str, int | None] | None:
+    """Split an origin into scheme, name and port; None if it is no web page's."""
+    scheme, _, rest = origin.strip().lower().partition("://")
+    place = _host_and_port(rest.removesuffix("/"), _PORTS[scheme]) if scheme in _PORTS else None
+    return place and (scheme, *place)
+
+
+def check_origin(address: str) -> None:
+    """Check that an address is an origin: scheme, name, and perhaps a port.
+
+    Raises:
+        BadSetting: it is none; the message says what is.
+    """
+    if _parse(address) is not None:
+        return
+    parts = urlsplit(address) if address.startswith(("http://", "https://")) else None
+    short = f"{parts.scheme}://{parts.netloc}" if parts is not None else ""
+    if short and _parse(short) is not None:
+        raise BadSetting(f"allowed origin {address!r} has a path, and an origin has none; give {short}")
+    raise BadSetting(f"allowed origin {address!r} is no web address; valid: http://name:port or https://name")
 
 
 def _may_name_us(name: str) -> bool:
@@ -58,6 +85,12 @@ class Doorway:
         """Whether only this computer can reach the server."""
         return self.host in LOOPBACK_NAMES or self.host.startswith("127.")
 
+    def remedy(self, origins: Sequence[str]) -> str:
+        """Return what lets a refused page in, for the log; "" if nothing does."""
+        if len(origins) != 1 or _parse(origins[0]) is None:
+            return ""
+        return f"; if this is where Duet is opened, start it with --allow-origin {origins[0].strip()}"
+
     def admits(self, origins: Sequence[str], hosts: Sequence[str], peer: str) -> bool:
         """Decide on one websocket request.
 
@@ -70,15 +103,13 @@ class Doorway:
             return False
         if not origins:
             return peer in ("", "::1") or peer.startswith(("127.", "::ffff:127."))
-        origin = origins[0].strip().lower().rstrip("/")
-        if origin in {entry.strip().lower().rstrip("/") for entry in self.extra}:
-            return True
-        scheme, separator, rest = origin.partition("://")
-        if not separator or scheme not in ("http", "https"):
+        origin = _parse(origins[0])
+        if origin is None:
             return False
-        default = 443 if scheme == "https" else 80
-        page, asked = _host_and_port(rest, default), _host_and_port(hosts[0].strip().lower(), default)
-        if page is None or asked is None:
+        if origin in map(_parse, self.extra):
+            return True
+        page, asked = origin[1:], _host_and_port(hosts[0].strip().lower(), _PORTS[origin[0]])
+        if asked is None:
             return False
         # A loopback server that is asked for by another name is being tricked by somebody's name server.
         if self.is_private and not (asked[0] in LOOPBACK_NAMES or asked[0] == self.host):

@@ -2,7 +2,8 @@
 
 viser's client is one HTML file that opens its websocket from a worker. A short script put before it
 - hands the page's own query (`/?dm=0.1`) to the websocket, so that every tab brings its own deep link along,
-- says in large letters when the connection is lost, and clears that when it is back,
+- says in large letters when the connection is lost, when the server is silent for 3 s, and when it does not know the page's address,
+  and clears that when it is back,
 - keeps trying while the tab is not in front (a projector next to the window one types in), which viser itself does not,
 - reloads the page when it meets another server than the one it came from, when the room is full, and when a class moves,
 - says hello at once, as the server does not wait long for that, and a tab in the background draws no scene.
@@ -15,13 +16,15 @@ import json
 import re
 from urllib.parse import parse_qsl, quote, urlsplit
 
-from app.languages.client import CROWDED, LOST, client_script
+from app.languages.client import CROWDED, KEPT_OUT, LOST, SILENT, client_script
 
 ROOM_IS_FULL = "duet: every place is taken"
 ELSEWHERE = "duet: this tab belongs somewhere else"
 OPEN_TOO_OFTEN = "duet: too many connections of one tab"
 HELLO = "DuetHello"
 """Kind of the message by which a page says that it is one: what viser's client says first waits until the scene is in view."""
+QUESTION = "DuetQuestion"
+"""Kind of the message by which a page that hears nothing asks whether the server is still there."""
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
@@ -31,7 +34,7 @@ _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
 
 _STYLE = """
 #duet-connection{position:fixed;top:18px;left:50%;transform:translateX(-50%);z-index:2147483647;display:flex;align-items:center;
- gap:.7em;padding:.62em 1.25em;border-radius:1.4em;width:max-content;max-width:calc(100vw - 24px);
+ gap:.7em;padding:.62em 1.25em;border-radius:1.5em;width:max-content;max-width:calc(100vw - 24px);overflow-wrap:anywhere;text-wrap:balance;
  font:600 19px/1.25 system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans",sans-serif;
  box-sizing:border-box;color:#3a1d00;background:#fff4e5;border:2px solid #e07a10;
  box-shadow:0 6px 28px rgba(0,0,0,.28);pointer-events:none}
@@ -50,13 +53,16 @@ canvas[data-engine]{opacity:1!important}
 _SCRIPT = """
 (() => {
   const ours = __SETTINGS__;
+  ours.keptOut = ours.keptOut.replace("{name}", location.origin);
   // viser rewrites the address bar a moment from now.
   const given = new URLSearchParams(location.search);
   given.delete("websocket");
   for (const [key, value] of Object.entries(window.duetQuery)) if (!given.has(key)) given.set(key, value);
   let query = given.toString();
   if (query.length > ours.longest) query = "";
-  let retry = 0, leaving = false;
+  let retry = 0, leaving = false, said = "";
+  // When the server was last heard [ms]; null without a connection.
+  let heard = null;
   const pill = () => {
     let node = document.getElementById("duet-connection");
     if (!node && document.body) {
@@ -71,12 +77,32 @@ _SCRIPT = """
   addEventListener("DOMContentLoaded", pill);
   const say = (text, waits = true) => {
     const node = pill();
-    if (!node) return;
+    if (!node || text === said) return;
+    said = text;
     node.textContent = "";
     if (text && waits) node.append(document.createElement("i"));
     node.append(text);
   };
+  const hear = () => {
+    heard = performance.now();
+    if (said === ours.silent) say("");
+  };
+  const watch = (worker) => {
+    let looked = performance.now();
+    setInterval(() => {
+      const now = performance.now();
+      // A page in the background, or one that was held up itself, cannot tell how long the server has been silent.
+      if (heard !== null && (document.hidden || now - looked > 2500)) heard = now;
+      looked = now;
+      if (heard === null || now - heard < 900) return;
+      worker.postMessage({ type: "send", message: { type: ours.question } });
+      if (now - heard > 3000) say(ours.silent);
+    }, 1000);
+  };
+  const ask = (query) => fetch("healthz" + query, { cache: "no-store" }).then((answer) => answer.json());
   const lost = (worker, reason) => {
+    heard = null;
+    if (leaving) return;
     if (reason === ours.full || reason === ours.elsewhere) {
       leaving = true;
       // A class comes back in its own time, but nobody waits for long.
@@ -88,7 +114,10 @@ _SCRIPT = """
       say(ours.crowded, false);
       return;
     }
-    say(ours.lost);
+    if (said !== ours.keptOut) say(ours.lost);
+    // Why a connection was refused, a browser does not tell its page.
+    ask("?origin=" + encodeURIComponent(location.origin))
+      .then((state) => { if (heard === null) say(state.admitted === false ? ours.keptOut : ours.lost); }).catch(() => {});
     if (!retry) retry = setInterval(() => { if (!document.hasFocus()) worker.postMessage({ type: "retry" }); }, 3000);
   };
   const found = () => {
@@ -96,8 +125,7 @@ _SCRIPT = """
     say("");
     clearInterval(retry);
     retry = 0;
-    fetch("healthz", { cache: "no-store" }).then((answer) => answer.json())
-      .then((state) => { if (state.run && state.run !== ours.run) location.reload(); }).catch(() => {});
+    ask("").then((state) => { if (state.run && state.run !== ours.run) location.reload(); }).catch(() => {});
   };
   const Native = window.Worker;
   window.Worker = class extends Native {
@@ -106,13 +134,15 @@ _SCRIPT = """
       if (leaving && message && message.type === "retry") return;
       if (message && message.type === "set_server" && typeof message.server === "string") {
         this.addEventListener("message", ({ data }) => {
-          if (leaving) return;
-          if (data && data.type === "connected") {
+          if (leaving || !data) return;
+          if (data.type === "closed") lost(this, data.closeReason);
+          else hear();
+          if (data.type === "connected") {
             super.postMessage({ type: "send", message: { type: ours.hello } });
             found();
           }
-          else if (data && data.type === "closed") lost(this, data.closeReason);
         });
+        watch(this);
         if (query && !message.server.includes("?")) {
           message = { ...message, server: message.server.replace(/\\/*$/, "/") + "?" + query };
         }
@@ -143,7 +173,10 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "", b
         raise ValueError("viser's page has no title in its head to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "longest": _LONGEST_QUERY}
     settings |= {"lost": LOST, "often": OPEN_TOO_OFTEN, "crowded": CROWDED, "hello": HELLO}
+    settings |= {"lost": LOST, "silent": SILENT, "keptOut": KEPT_OUT, "question": QUESTION}
     what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
+    # A proxy may have us in a folder of its own, which our address needs.
+    what_we_see += "{const at=location.pathname.replace(/\\/[^/]*$/,'');if(at)duetQuery.folder=at}"
     script = what_we_see + script + _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')

@@ -11,6 +11,7 @@ from app.server.index import page_query
 from app.server.server import DuetServer
 
 _ADDRESS: Final = re.compile(r"https?://[A-Za-z0-9.\-]+(:\d{1,5})?|https?://\[[0-9A-Fa-f:.]+\](:\d{1,5})?")
+_FOLDER: Final = re.compile(r"(/[\w.~%-]+)*", re.ASCII)
 
 
 def request_query(client: viser.ClientHandle) -> dict[str, str]:
@@ -23,10 +24,14 @@ def request_query(client: viser.ClientHandle) -> dict[str, str]:
 
 
 def request_address(client: viser.ClientHandle) -> str:
-    """The address under which this browser knows the page, such as http://localhost:8080: a proxy may have given it another one."""
+    """The address under which this browser knows the page, such as http://localhost:8080 or https://example.org/duet.
+
+    A proxy may have given it another name, and put it into a folder.
+    """
     connection = client._viser_server._websock_server._live_connections.get(client.client_id)
     headers = {} if connection is None or connection.request is None else connection.request.headers
     origin, host = headers.get("Origin", ""), headers.get("Host", "")
+    folder = request_query(client).get("folder", "")
     if _ADDRESS.fullmatch(origin):
-        return origin
+        return origin + (folder if _FOLDER.fullmatch(folder) else "")
     return f"http://{host}" if _ADDRESS.fullmatch(f"http://{host}") else cast(DuetServer, client._viser_server).url

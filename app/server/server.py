@@ -11,7 +11,7 @@ import logging
 import secrets
 import socket
 import threading
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any
 
 import viser
@@ -25,7 +25,7 @@ from app.languages.speaking import text
 from app.languages.visitor import language_asked
 from app.languages.words import words_of
 from app.server.connection import FilteredConnection, served_by
-from app.server.doorway import LOOPBACK_NAMES, Doorway
+from app.server.doorway import LOOPBACK_NAMES, Doorway, check_origin
 from app.server.elements import ViserElements
 from app.server.gate import Gate
 from app.server.index import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query
@@ -60,6 +60,7 @@ class DuetServer(viser.ViserServer):
         max_clients: places, None for any number.
         always_admits: whether a page with a query gets in though every place is taken.
         run: a random word, new for every start.
+        is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
     """
 
     def __init__(
@@ -80,6 +81,7 @@ class DuetServer(viser.ViserServer):
         self.run = secrets.token_hex(8)
         self.gate = Gate(ViserElements(self), limits)
         self.report = Reporter()
+        self.is_at_work: Callable[[], bool] = lambda: True
         self._doorway = doorway
         self._ready = threading.Event()
         self._taken: dict[ServerConnection, tuple[str, str]] = {}
@@ -115,6 +117,10 @@ class DuetServer(viser.ViserServer):
     def _has_room(self, path: str = "") -> bool:
         return self.max_clients is None or len(self._taken) < self.max_clients or self.always_admits(page_query(path))
 
+    def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
+        peer = connection.remote_address
+        return self._doorway.admits(origins, request.headers.get_all("Host"), str(peer[0]) if peer else "")
+
     async def _document(self, name: str, language: Language) -> Response:
         # Its formulas take a second to draw; meanwhile everybody else is served.
         return respond(200, HTML, await asyncio.to_thread(document_page, name, language), {"Vary": "Accept-Language"})
@@ -128,14 +134,19 @@ class DuetServer(viser.ViserServer):
         if method not in ALLOWED or (upgrades and method != "GET"):
             return respond(405, "text/plain", b"Only GET and HEAD are possible.\n", {"Allow": ", ".join(ALLOWED)})
         if upgrades:
-            origins, peer = request.headers.get_all("Origin"), connection.remote_address
-            if self._doorway.admits(origins, request.headers.get_all("Host"), str(peer[0]) if peer else ""):
+            origins = request.headers.get_all("Origin")
+            if self._admits(connection, request, origins):
                 return None
-            self.report("refused origin", f"{origins!r:.120} from {peer[0] if peer else 'unknown'}")
+            peer = connection.remote_address
+            remedy = self._doorway.remedy(origins)
+            self.report("refused origin", f"{origins!r:.120} from {peer[0] if peer else 'unknown'}{remedy:.200}")
             return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
         if path == "/healthz":
-            state = {"ok": True, "clients": self.count_clients(), "room": self._has_room()}
+            state = {"ok": self.is_at_work(), "clients": self.count_clients(), "room": self._has_room()}
             state |= {"version": duet_version(), "run": self.run}
+            origin = page_query(request.path).get("origin")
+            if origin is not None:
+                state["admitted"] = self._admits(connection, request, [origin])
             return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
         if path in ("", "/"):
             if not self._has_room(request.path):
@@ -226,8 +237,7 @@ def start_server(
     if max_clients is not None and max_clients < 1:
         raise BadSetting(f"max_clients {max_clients} leaves no place; valid: 1 or more")
     for origin in allowed_origins:
-        if not origin.startswith(("http://", "https://")):
-            raise BadSetting(f"allowed origin {origin!r} is no web address; valid: http://name:port or https://name")
+        check_origin(origin)
     listener = listen(host, port)
     doorway = Doorway(host, listener.getsockname()[1], tuple(allowed_origins))
     if not doorway.is_private and host not in LOOPBACK_NAMES:

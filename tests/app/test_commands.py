@@ -183,6 +183,10 @@ ERRORS: list[tuple[list[str], list[str]]] = [
     (["serve", "--no-open", "--port", "70000"], ["port 70000"]),
     (["serve", "--no-open", "--port", "0", "--host", "no.such.host.invalid"], ["no.such.host.invalid", "127.0.0.1"]),
     (["serve", "--no-open", "--port", "0", "--allow-origin", "duet.example.org"], ["duet.example.org", "https://"]),
+    (
+        ["serve", "--no-open", "--port", "0", "--allow-origin", "https://a.org", "--allow-origin", "https://b.org/duet"],
+        ["'https://b.org/duet' has a path", "give https://b.org"],
+    ),
 ]
 
 

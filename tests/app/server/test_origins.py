@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 import websockets
 
-from app.server.doorway import Doorway
+from app.server.doorway import Doorway, check_origin
 from app.visitor.sync_visitor import SyncVisitor
+from controllers.errors import BadSetting
 from tests.app.server.conftest import Room
 
 ORIGINS = [
@@ -19,6 +20,11 @@ ORIGINS = [
     ("127.0.0.1", "localhost:9000", "http://localhost:9000", True),  # ssh -L 9000:localhost:8080
     ("127.0.0.1", "127.0.0.1:{}", None, True),
     ("127.0.0.1", "127.0.0.1:{}", "https://lab.example.org", True),  # listed explicitly
+    ("127.0.0.1", "upstream", "https://lab.example.org", True),  # a proxy that writes another Host
+    ("127.0.0.1", "127.0.0.1:{}", "https://LAB.example.org:443", True),
+    ("127.0.0.1", "127.0.0.1:{}", "http://lab.example.org", False),
+    ("127.0.0.1", "127.0.0.1:{}", "https://lab.example.org:8443", False),
+    ("127.0.0.1", "127.0.0.1:{}", "https://lab.example.org/duet", False),
     ("127.0.0.1", "127.0.0.1:{}", "https://evil.example", False),
     ("127.0.0.1", "127.0.0.1:{}", "http://localhost:3000", False),
     ("127.0.0.1", "127.0.0.1:{}", "http://localhost", False),
@@ -46,6 +52,30 @@ def test_origin_rules(bound: str, host: str, origin: str | None, admitted: bool)
     doorway = Doorway(bound, 8080, ("https://lab.example.org",))
     origins = [] if origin is None else [origin.replace("{}", "8080")]
     assert doorway.admits(origins, [host.replace("{}", "8080")], "127.0.0.1") is admitted
+
+
+@pytest.mark.parametrize("origin", ["https://duet.example.org", "http://duet.example.org:8443/", "http://[::1]:80"])
+def test_an_origin_is_scheme_and_name(origin: str) -> None:
+    check_origin(origin)
+
+
+@pytest.mark.parametrize(
+    ("address", "remedy"),
+    [
+        ("https://duet.example.org/lab", "has a path, and an origin has none; give https://duet.example.org$"),
+        ("https://duet.example.org:8443/lab/?n=1", "give https://duet.example.org:8443$"),
+        ("https://duet.example.org?n=1", "give https://duet.example.org$"),
+        ("duet.example.org", "no web address; valid: http://name:port or https://name$"),
+        ("ftp://duet.example.org", "no web address"),
+        ("https://", "no web address"),
+        ("https://me@duet.example.org", "no web address"),
+        ("https://duet.example.org:port/lab", "no web address"),
+        ("*", "no web address"),
+    ],
+)
+def test_what_is_no_origin_is_an_error_that_names_one(address: str, remedy: str) -> None:
+    with pytest.raises(BadSetting, match=remedy):
+        check_origin(address)
 
 
 def test_a_program_without_origin_is_let_in_from_this_computer_only() -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 import viser
 
-from app.server.index import ROOM_IS_FULL, full_page, page_query, patched_index
+from app.server.index import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
 from app.server.request import request_query
 from app.server.server import DuetServer
 from app.visitor.sync_visitor import SyncVisitor
@@ -22,6 +22,18 @@ def test_health(room: Room, join: Callable[..., SyncVisitor]) -> None:
     state = json.loads(body)
     assert (status, headers["content-type"]) == (200, "application/json")
     assert state["ok"] is True and state["clients"] == 1 and state["room"] is True and re.match(r"\d", state["version"])
+
+
+def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, join: Callable[..., SyncVisitor]) -> None:
+    visitor = join()
+    before = visitor.received.frames
+    for at_work in (True, False, True):
+        asked: list[bool] = []
+        room.server.is_at_work = lambda at_work=at_work, asked=asked: asked.append(at_work) or at_work
+        visitor.send({"type": QUESTION})
+        visitor.wait_for(lambda _, asked=asked: asked)
+    visitor.wait_for(lambda v: v.received.frames >= before + 2)
+    assert visitor.received.frames == before + 2 and visitor.closed is None
 
 
 def test_pages_carry_the_headers(room: Room) -> None:

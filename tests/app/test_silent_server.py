@@ -1,0 +1,100 @@
+"""A server that hangs is noticed on the page, in the visitor's language; one that is merely quiet is not taken for one that hangs."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.app.conftest import HAND, Arrive, OpenHouse
+from tests.app.server.conftest import get
+from tests.browser import PageAt, free_port, wait_ready
+
+WATCH = """
+window.seen = { said: [], answers: 0, connected: 0 };
+const Native = window.Worker;
+window.Worker = class extends Native {
+  constructor(...given) {
+    super(...given);
+    this.addEventListener("message", ({ data }) => {
+      if (data.type === "connected") seen.connected += 1;
+      if (data.type === "message_batch" && data.messages.length === 0) seen.answers += 1;
+    });
+  }
+};
+addEventListener("DOMContentLoaded", () => new MutationObserver(() => {
+  const text = document.getElementById("duet-connection")?.textContent;
+  if (text) seen.said.push(text);
+}).observe(document.body, { childList: true, subtree: true, characterData: true }));
+"""
+"""What the page says of its connection, how often it was connected, and how many answers without news it got."""
+
+
+@pytest.fixture
+def server() -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A server in a process of its own, and its address."""
+    port = free_port()
+    command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", str(port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+        assert process.stdout is not None and process.stdout.readline().startswith("Duet is at")
+        yield process, f"http://127.0.0.1:{port}"
+        process.send_signal(signal.SIGCONT)
+        process.terminate()
+
+
+def answers(page: Page, more: int) -> None:
+    """Return when the page has asked and been answered so often again."""
+    page.wait_for_function("([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more])
+
+
+def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(
+    server: tuple[subprocess.Popen[str], str], page_at: PageAt
+) -> None:
+    process, url = server
+    page = page_at(700, 500, locale="de-DE")
+    page.add_init_script(WATCH)
+    page.goto(url)
+    wait_ready(page, HAND)
+    note = page.locator("#duet-connection")
+
+    def hang_and_go_on() -> None:
+        process.send_signal(signal.SIGSTOP)
+        expect(note).to_have_text("Der Server antwortet nicht – bitte warten …", timeout=60_000)
+        process.send_signal(signal.SIGCONT)
+        expect(note).to_be_empty(timeout=60_000)
+
+    hang_and_go_on()
+    page.get_by_role("button", name="Pause", exact=True).click()
+    page.get_by_text("angehalten", exact=True).wait_for()
+    # Nothing moves any more, so that it is an answer that takes the note away.
+    hang_and_go_on()
+    page.evaluate("seen.said.length = 0")
+    answers(page, 3)
+    # A page that was held up itself has heard nothing for long.
+    page.evaluate("const end = performance.now() + 4000; while (performance.now() < end);")
+    answers(page, 1)
+    assert page.evaluate("seen.said") == [] and page.evaluate("seen.connected") == 1
+
+
+def test_a_frame_that_does_not_end_is_noticed(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.frame_loop.STUCK", 0.5)
+    opened, let_go = house(), threading.Event()
+    one = arrive(opened)
+
+    def is_well() -> bool:
+        return json.loads(get(f"{opened.url}/healthz")[2])["ok"]
+
+    def stick() -> None:
+        let_go.wait(60.0)
+
+    one.visitor.wait_for(lambda _: is_well())
+    one.session.post(stick)
+    one.visitor.wait_for(lambda _: not is_well())
+    let_go.set()
+    one.visitor.wait_for(lambda _: is_well())
