@@ -29,7 +29,7 @@ BLOCKS: Final = {
     "integral": Block(6.85, 3.6, 1.1, 1.05, "arm", r"$\int \dot q\,\mathrm{d}t$", INK),
     "kinematics": Block(6.85, 1.85, 1.95, 1.05, "forward kinematics", r"$x = f(q)$", INK),
     "proximity": Block(6.85, 0.45, 1.95, 0.85, "proximity detection", r"$d,\ n_0$", COLOURS.distance),
-    "activation": Block(1.1, 1.15, 1.9, 1.05, "activation", r"$\lambda=\min(1,(d_m/d)^n)$", COLOURS.activation),
+    "activation": Block(1.1, 1.15, 1.9, 1.05, "activation", r"$\lambda(d)$, eq. (31)", COLOURS.activation),
 }
 
 SUM: Final = (5.4, 3.6)

@@ -1,25 +1,27 @@
 """`lwr-duet lessons --check`: every path through every lesson, walked without a page. The right one has to pass, wrong ones have to
-fail for the reason that the lesson declares."""
+fail for the reason that the lesson declares, and no challenge may pass with nothing changed."""
 
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Final, Literal
 
-from app.lessons.lesson import Lesson, LessonBook, Step, Trial
-from app.lessons.loading import load_lessons
+from app.lessons.lesson import Challenge, Lesson, LessonBook, Step, Trial
+from app.lessons.loading import LANGUAGES, load_lessons
 from app.lessons.options import Lessons
-from app.lessons.own_law import examine, stand_in
+from app.lessons.own_law import StandIn, examine, stand_in
 from app.lessons.phases import Phase
+from app.lessons.runs import Input, Setup
 from app.lessons.trials import measured, simulated, wanted
 from app.lessons.walkthrough import Walkthrough
+from app.own_law import template
 from controllers.errors import BadSetting
 
 WRONG_PATHS: Final = 3
 """Wrong paths that a lesson has to have, at least."""
 
-Kind = Literal["reference", "answer", "attempt", "lesson"]
+Kind = Literal["reference", "answer", "untouched", "attempt", "lesson"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Walk:
 
     Attributes:
         lesson, step: where.
-        kind: the reference, a wrong answer, a declared attempt, or what holds for the lesson as a whole.
+        kind: the reference, a wrong answer, a challenge with nothing changed, a declared attempt, or what holds for the lesson as a whole.
         name: of the path.
         wrong: whether it is meant to fail.
         ok: whether it went as declared.
@@ -53,24 +55,26 @@ def lessons(command: Lessons) -> int:
         BadSetting: there is no such lesson, or the JSON file cannot be written.
     """
     book = load_lessons(command.folder)
-    for problem in book.problems:
+    # Every translation, too: what is wrong with the English file is found each time.
+    problems = tuple(dict.fromkeys(p for language in LANGUAGES for p in load_lessons(command.folder, language).problems))
+    for problem in problems:
         print(f"left out: {problem}")
     chosen = _chosen(book, command.only)
     if not command.check:
         for lesson in chosen:
             print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
-        return 1 if book.problems else 0
+        return 1 if problems else 0
     if command.out is not None and not command.out.resolve().parent.is_dir():
         raise BadSetting(f"out = {command.out}: there is no folder {command.out.resolve().parent}; make it first.")
     walks = [walk for lesson in chosen for walk in check_lesson(book, lesson)]
     print(table_text(walks))
     if command.out is not None:
-        data = {"problems": [str(p) for p in book.problems], "walks": [asdict(walk) for walk in walks]}
+        data = {"problems": [str(p) for p in problems], "walks": [asdict(walk) for walk in walks]}
         try:
             command.out.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         except OSError as error:
             raise BadSetting(f"out = {command.out}: cannot be written ({error.strerror}).") from None
-    return 0 if walks and not book.problems and all(walk.ok for walk in walks) else 1
+    return 0 if walks and not problems and all(walk.ok for walk in walks) else 1
 
 
 def _chosen(book: LessonBook, only: tuple[str, ...]) -> tuple[Lesson, ...]:
@@ -89,11 +93,14 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
             if question is not None and i != question.right:
                 name = f"answer {i + 1}"
                 walks += _timed(lesson, step, "answer", name, True, lambda n=number, i=i: _wrong_answer(book, lesson, n, i))
+        if step.challenge is not None:
+            name = "as the step starts it"
+            walks += _timed(lesson, step, "untouched", name, True, lambda n=number: _untouched(book, lesson, n))
         for trial in step.trials:
             walks += _timed(
                 lesson, step, "attempt", trial.name, bool(trial.fails), lambda n=number, t=trial: _attempt(book, lesson, n, t)
             )
-    wrong = sum(walk.wrong and walk.ok for walk in walks)
+    wrong = sum(walk.wrong and walk.ok for walk in walks if walk.kind in ("answer", "attempt"))
     text = f"{wrong} wrong paths fail as declared; at least {WRONG_PATHS} are asked for"
     walks.append(Walk(lesson.id, "", "lesson", "wrong paths", False, wrong >= WRONG_PATHS, text, 0.0))
     untried = [s.id for s in lesson.steps if s.challenge is not None and not any(not t.fails for t in s.trials)]
@@ -186,16 +193,52 @@ def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) ->
     return text
 
 
-def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str:
-    """Try a challenge in a declared way; return what was said to it."""
+def _at_challenge(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
     walk = Walkthrough(book)
     walk.go(lesson.id, number)
-    step = walk.step
-    if step.question is not None:
-        walk.choose(step.question.right)
+    if walk.step.question is not None:
+        walk.choose(walk.step.question.right)
     while walk.phase is not Phase.CHALLENGE and walk.next():
         pass
-    failed = _tried(walk, step, trial)
+    return walk
+
+
+def _untouched(book: LessonBook, lesson: Lesson, number: int) -> str:
+    """Try a challenge without having changed anything; return what was said to it."""
+    walk = _at_challenge(book, lesson, number)
+    challenge, texts = walk.step.challenge, list[str]()
+    assert challenge is not None
+    if challenge.own_law:
+        attempts = [walk.attempt_own_law(examine(StandIn(template.law)).judgements)]
+    else:
+        attempts = [walk.attempt(simulated(setup)) for setup in untouched(challenge, walk.step.trials)]
+    for attempt in attempts:
+        assert attempt is not None
+        _ensure(not attempt.passed, f"passes with nothing changed: {attempt.text}")
+        texts.append(attempt.text)
+    return " / ".join(texts)
+
+
+def untouched(challenge: Challenge, trials: tuple[Trial, ...]) -> Iterator[Setup]:
+    """Yield the runs of a challenge in which nothing was changed.
+
+    Where the student moves, these are the run in which nothing moves, and the movements of the attempts that pass: if each of these
+    takes other settings or another start, the movement alone must not do.
+    """
+    asked = challenge.setup
+    if asked.input.kind != "yours":
+        yield asked
+        return
+    yield replace(asked, input=Input("nobody"))
+    passing = [trial.setup for trial in trials if not trial.fails]
+    if all((setup.run, setup.start) != (asked.run, asked.start) for setup in passing):
+        yield from (replace(asked, input=setup.input, seconds=setup.seconds) for setup in passing)
+
+
+def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str:
+    """Try a challenge in a declared way; return what was said to it."""
+    walk = _at_challenge(book, lesson, number)
+    failed = _tried(walk, walk.step, trial)
     attempt = walk.done.last
     assert attempt is not None
     _ensure(

@@ -1,6 +1,7 @@
 """A folder of Markdown files → lessons. A file that cannot be read is named with its line; the others still load."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final, Literal
@@ -8,7 +9,8 @@ from typing import Final, Literal
 from app.lessons import FOLDER
 from app.lessons.lesson import Lesson, LessonBook, Problem, Step
 from app.lessons.markdown import Fault, Sheet, StepPart, read_items, read_sheet
-from app.lessons.steps import read_lesson, read_step, step_texts
+from app.lessons.picture import picture_problems
+from app.lessons.steps import check_head, read_lesson, read_step, step_texts
 
 Language = Literal["en", "de", "sl"]
 
@@ -54,6 +56,8 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
             problems.append(Problem(path.name, 1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}."))
         elif not (folder / f"{name[1]}-{name[2]}.md").is_file():
             problems.append(Problem(path.name, 1, f"belongs to {name[1]}-{name[2]}.md, which is not there."))
+        elif name[3] == "notes":
+            problems += _pictures_of_notes(path)
     if language != "en":
         lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
     if not lessons and not problems:
@@ -80,6 +84,17 @@ def load_notes(folder: Path = FOLDER) -> dict[str, str]:
             except Fault:
                 continue
     return notes
+
+
+def _pictures_of_notes(path: Path) -> Iterator[Problem]:
+    """Yield what is wrong with the pictures of a teacher's notes; `load_notes` leaves out a file that cannot be read."""
+    try:
+        lines = _text(path).splitlines()
+    except Fault:
+        return
+    for number, line in enumerate(lines, 1):
+        for problem in picture_problems(line, path.parent, not line.startswith("#")):
+            yield Problem(path.name, number, problem)
 
 
 def _text(path: Path) -> str:
@@ -116,6 +131,7 @@ def _translated(folder: Path, lesson: Lesson, language: Language, problems: list
     try:
         sheet = read_sheet(_text(path))
         _compare(sheet, lesson)
+        check_head(sheet.head, folder)
         steps = tuple(_with_texts(step, part) for step, part in zip(lesson.steps, sheet.steps, strict=True))
     except Fault as fault:
         problems.append(Problem(path.name, fault.line, fault.message))

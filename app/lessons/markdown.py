@@ -9,7 +9,9 @@ SECTIONS: Final = ("Goal", "Predict", "Do", "Observe", "Explain", "Challenge", "
 
 _FENCE: Final = re.compile(r"^ {0,3}(`{3,}|~{3,})\s*([\w-]*)\s*$")
 _HEADING: Final = re.compile(r"^(#{1,6})\s+(.*?)\s*#*\s*$")
-_ITEM: Final = re.compile(r"^ {0,3}(\d{1,3})[.)]\s+(\S.*)$")
+ITEM: Final = re.compile(r"^ {0,3}(\d{1,3})[.)]\s+(\S.*)$")
+"""A line that begins an answer or a hint."""
+
 _QUOTE: Final = re.compile(r"^\s*>\s?(.*)$")
 
 
@@ -161,7 +163,7 @@ def read_items(part: Part) -> tuple[str, tuple[Item, ...]]:
     before: list[str] = []
     items: list[tuple[list[str], list[str], int]] = []
     for number, line in enumerate(part.lines, part.line + 1):
-        entry, quote = _ITEM.match(line), _QUOTE.match(line)
+        entry, quote = ITEM.match(line), _QUOTE.match(line)
         if entry is not None:
             if int(entry[1]) != len(items) + 1:
                 raise Fault(number, f"the list says {entry[1]} where {len(items) + 1} comes next; number it 1, 2, 3 …")

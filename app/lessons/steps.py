@@ -20,11 +20,12 @@ from app.lessons.lesson import (
     Question,
     Step,
 )
-from app.lessons.markdown import Fault, Part, Sheet, StepPart, read_items
+from app.lessons.markdown import ITEM, Fault, Part, Sheet, StepPart, read_items
 from app.lessons.measures import QUANTITIES
+from app.lessons.picture import picture_problems
 from app.lessons.runs import Pairs, Setup
 from app.lessons.setups import read_changes, read_setup
-from app.lessons.texts import picture_problems, placeholder_problems
+from app.lessons.texts import placeholder_problems
 
 MOST_CHOICES: Final = 6
 MOST_MINUTES: Final = 90
@@ -48,6 +49,7 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
     """
     if not sheet.head.text:
         raise Fault(sheet.head.line, "the lesson has no goal; write it under the title.")
+    check_head(sheet.head, folder)
     if len(sheet.head.blocks) > 1:
         raise Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one.")
     if not sheet.head.blocks:
@@ -56,6 +58,17 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
     common = Common(folder, read_changes(table), table.text("equations", ""), table.whole("minutes", 10, 1, MOST_MINUTES))
     table.close()
     return common
+
+
+def check_head(head: Part, folder: Path) -> None:
+    """Complain of a picture in a lesson's title or goal, which are shown as a line.
+
+    Raises:
+        Fault: there is one.
+    """
+    for number, line in enumerate((head.title, *head.lines), head.line):
+        for problem in picture_problems(line, folder, False):
+            raise Fault(number, problem)
 
 
 def step_id(title: str) -> str:
@@ -102,7 +115,7 @@ def read_step(part: StepPart, common: Common) -> Step:
         _marks(table, setup),
     )
     table.close()
-    _check_placeholders(part, step)
+    _check_lines(part, step)
     return step
 
 
@@ -186,7 +199,7 @@ def step_texts(part: StepPart, step: Step) -> dict[str, str]:
         raise Fault(part.line, "the step has no section “### Hints”.")
     if step.question is not None and "Predict" not in part.sections:
         raise Fault(part.line, "the step has no section “### Predict”.")
-    _check_placeholders(part, step)
+    _check_lines(part, step)
     return texts
 
 
@@ -214,11 +227,20 @@ def _hints(part: StepPart, challenge: Challenge | None) -> tuple[str, ...]:
     return tuple(item.text for item in items)
 
 
-def _check_placeholders(part: StepPart, step: Step) -> None:
+def _check_lines(part: StepPart, step: Step) -> None:
     sections: list[Part] = list(part.sections.values())
+    folder = step.setup.folder
+    for problem in picture_problems(part.title, folder, False):
+        raise Fault(part.line, problem)
     for section in sections:
+        # Answers are buttons, and hints are a list.
+        listed = section.title == "Hints"
         for number, line in enumerate(section.lines, section.line + 1):
             # A reply, quoted under its answer, is read after the run.
-            before = section.title in ("Goal", "Predict", "Do") and not line.lstrip().startswith(">")
-            for problem in (*placeholder_problems(line, step, before), *picture_problems(line, step.setup.folder)):
+            reply = section.title == "Predict" and line.lstrip().startswith(">")
+            listed = listed or (section.title == "Predict" and ITEM.match(line) is not None)
+            before = section.title in ("Goal", "Predict", "Do") and not reply
+            text = line.lstrip(" \t>") if reply else line
+            pictures = picture_problems(text, folder, reply or not listed)
+            for problem in (*placeholder_problems(line, step, before), *pictures):
                 raise Fault(number, problem)

@@ -3,7 +3,6 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Final
 
 from app.lessons.lesson import Measurement, Step
@@ -11,11 +10,6 @@ from app.lessons.measures import Value
 from app.lessons.runs import Setup, page_value
 from app.settings import Settings
 from scenes.settings import specs, values
-
-_PICTURE: Final = re.compile(r"!\[([^\]]*)\]\(([^)]*)\)")
-_FORMATS: Final = (".svg", ".png")
-MOST_BYTES: Final = 300_000
-"""Largest picture."""
 
 _HOLE: Final = re.compile(r"\{(measured|setting):([^{}]*)\}")
 
@@ -49,20 +43,6 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
             continue
         elif number and not (number.isdecimal() and 1 <= int(number) <= len(by_id[id].compare)):
             yield f"{{measured:{name}}}: {id} has {len(by_id[id].compare)} comparisons; number them from 1."
-
-
-def picture_problems(line: str, folder: Path) -> Iterator[str]:
-    """Yield what is wrong with the pictures of a line of text: `![what is seen](pictures/name.svg)`."""
-    for description, name in _PICTURE.findall(line):
-        path = (folder / name).resolve()
-        if not description.strip():
-            yield f"the picture {name[:60]!r} says nothing to those who do not see it; write what is seen into the [ ]."
-        if not path.is_relative_to(folder.resolve()) or path.suffix not in _FORMATS:
-            yield f"{name[:60]!r} is no picture beside the lesson; it must be an .svg or .png in its folder or one below."
-        elif not path.is_file():
-            yield f"there is no picture {name[:60]!r} beside the lesson."
-        elif path.stat().st_size > MOST_BYTES:
-            yield f"the picture {name[:60]!r} is larger than {MOST_BYTES // 1000} kB; make it smaller."
 
 
 def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured, setup: Setup) -> str:

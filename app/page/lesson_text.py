@@ -3,7 +3,6 @@
 All that a file says is escaped; nothing of it reaches the page as HTML of its own.
 """
 
-import base64
 import html
 import logging
 import re
@@ -14,6 +13,7 @@ from typing import Final
 from ziamath import zmath
 from ziamath.config import config
 
+from app.lessons.picture import PICTURE, NoPicture, read_picture
 from app.page.theme import PALETTES
 
 log = logging.getLogger("duet.lessons")
@@ -35,10 +35,8 @@ _SYMBOLS: Final = {
 _WORDS: Final = re.compile(r"\\(?:text|mathrm|operatorname|mathbb|mathbf)\s*\{[^{}]*\}")
 _DISPLAY: Final = re.compile(r"\$\$(.+?)\$\$", re.DOTALL)
 _TAG: Final = re.compile(r"\\tag\s*\{([^{}]*)\}")
-_PICTURE: Final = re.compile(r"^!\[([^\]]*)\]\(([\w.-]+\.svg)\)$")
 _ENTRY: Final = re.compile(r"^\s{0,3}(?:[-*]|(\d+)[.)])\s+(.*)$")
 _INLINE: Final = re.compile(r"\$([^$\n]+?)\$|`([^`\n]+)`|\*\*(.+?)\*\*|\*(.+?)\*", re.DOTALL)
-_MOST_BYTES: Final = 200_000
 
 
 @lru_cache(maxsize=256)
@@ -57,11 +55,12 @@ def lesson_html(text: str, folder: Path | None = None) -> str:
 
 def _blocks(text: str, folder: Path | None) -> str:
     made: list[str] = []
-    for block in re.split(r"\n\s*\n", text.strip("\n")):
+    # A picture ends the paragraph before it.
+    for block in re.split(r"\n\s*\n", PICTURE.sub(r"\n\g<0>\n", text).strip("\n")):
         lines = block.strip().splitlines()
         if not lines:
             continue
-        picture = _PICTURE.match(block.strip())
+        picture = PICTURE.fullmatch(block.strip())
         if lines[0].startswith("```"):
             code = "\n".join(line for line in lines if not line.startswith("```"))
             made.append(f"<pre>{html.escape(code)}</pre>")
@@ -88,15 +87,17 @@ def _list(lines: list[str]) -> str:
 
 
 def _picture(words: str, name: str, folder: Path | None) -> str:
+    said = html.escape(words)
     try:
-        path = folder / name if folder is not None else Path(name)
-        data = path.read_bytes() if folder is not None and path.stat().st_size <= _MOST_BYTES else b""
-    except OSError:
-        data = b""
-    if not data:
-        return f"<p>{html.escape(words)}</p>"
-    # As a picture of its own an SVG runs no script.
-    return f'<img alt="{html.escape(words)}" src="data:image/svg+xml;base64,{base64.b64encode(data).decode()}">'
+        if folder is None:
+            raise NoPicture("there is no folder")
+        picture = read_picture(folder, name)
+    except NoPicture as problem:
+        log.warning("a picture cannot be shown: %s", problem)
+        return f"<p>{said}</p>"
+    if picture.svg:
+        return picture.svg.replace("<svg ", f'<svg class="picture" role="img" aria-label="{said}" ', 1)
+    return f'<img alt="{said}" src="{picture.address}">'
 
 
 def inline_html(text: str) -> str:

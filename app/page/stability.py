@@ -15,6 +15,9 @@ PERIOD: Final = 0.3
 NO_ERROR: Final = 5e-4
 """An error below this counts as none [m or rad]: half a millimetre, or 0.03 degrees."""
 
+DIED_OUT: Final = 5e-3
+"""An error below this, that changes by less than this in a second, has died out [m or rad]; the challenges of lesson 9 ask for as much."""
+
 AT_REST: Final = 1e-3
 """An error that changes more slowly than this stays where it is [m/s or rad/s]."""
 
@@ -106,6 +109,8 @@ def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
     holds = analysis.condition_holds
     size = f'<b class="e">|e|</b> = {_fixed(error_norm * scale, 0 if unit != "°" else 1)}{unit}'
     speed = f"{_fixed(error_rate * scale, 0 if unit != '°' else 1, sign=True)}{unit}/s"
+    if analysis.independent and error_norm < DIED_OUT and abs(error_rate) < DIED_OUT:
+        return say("The error has died out: {size}.", size=size)
     if abs(error_rate) < AT_REST:
         if analysis.independent:
             return say("The error stays as it is: {size}.", size=size)

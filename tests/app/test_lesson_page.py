@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from app.hosts import House
 from app.lecture import LectureHost
-from app.lessons.loading import load_lessons
+from app.lessons import FOLDER
+from app.lessons.loading import LANGUAGES, Language, load_lessons
 from app.lessons.phases import Phase
+from app.lessons.picture import PICTURE, read_picture
 from app.lessons.trials import person_of
+from app.lessons.walkthrough import Walkthrough
 from app.page.keys import HOTKEYS, LESSON_KEYS
 from app.page.lesson_forecasts import read_number
+from app.page.lesson_html import blocks_html
 from app.page.lesson_marks import reaches
 from app.page.lesson_resume import KEEP, Keeper, open_link, step_of
 from app.page.lesson_run import LessonRun
@@ -283,6 +288,56 @@ def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:
     for bad in ("<script", "<i>", "<d>", "<e>", "<f>"):
         assert bad not in made
     assert "<em>b" in made and "<svg" in made
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_picture_of_our_lessons_is_drawn_and_none_is_shown_as_it_is_written(language: Language) -> None:
+    """Every part of every step, as a student walks it."""
+    book = load_lessons(language=language)
+    walk, shown = Walkthrough(book), list[str]()
+    while True:
+        shown += blocks_html(walk.view(), (), False, False).values()
+        question = walk.step.question
+        if question is not None and walk.locked:
+            walk.choose(question.right)
+        while walk.hint():
+            pass
+        shown += blocks_html(walk.view(), (), False, False).values()
+        if not walk.next():
+            break
+    made = "".join(shown)
+    assert "![" not in made
+    named = {
+        name for lesson in book.lessons for step in lesson.steps for _, name in PICTURE.findall(f"{step.observe}\n{step.explain}")
+    }
+    assert {name.removesuffix(".svg").removesuffix(f".{language}") for name in named} == {
+        f"pictures/{name}" for name in ("elbow", "jump", "line", "lever", "kinks")
+    }
+    for name in named:
+        picture = read_picture(FOLDER, name).svg
+        assert 'class="d' in picture and "currentColor" in picture and picture.removeprefix("<svg ") in made
+
+
+def test_an_svg_that_holds_more_than_shapes_stays_a_picture_of_its_own(tmp_path: Path) -> None:
+    head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"'
+    for i, text in enumerate(
+        (
+            f"{head}><script>alert(1)</script></svg>",
+            f'{head} onload="alert(1)"/>',
+            f'{head}><g><path d="M0 0" onclick="alert(1)"/></g></svg>',
+            f'{head}><foreignObject><p xmlns="http://www.w3.org/1999/xhtml">x</p></foreignObject></svg>',
+            f'{head}><path style="fill:red" d="M0 0"/></svg>',
+            f'{head}><path fill="url(https://example.org/x)" d="M0 0"/></svg>',
+            f'{head}><path id="duet-say" d="M0 0"/></svg>',
+            f'{head} xmlns:xlink="http://www.w3.org/1999/xlink"><image xlink:href="https://example.org/x"/></svg>',
+        )
+    ):
+        (tmp_path / f"{i}.svg").write_text(text, encoding="utf-8")
+        made = lesson_html(f'![a "b" <c>]({i}.svg)', tmp_path)
+        assert re.fullmatch(r'<img alt="a &quot;b&quot; &lt;c&gt;" src="data:image/svg\+xml;base64,[\w+/=]+">', made)
+    (tmp_path / "plain.svg").write_text(f"{head}><title>x</title><text>&lt;b&gt;</text></svg>", encoding="utf-8")
+    made = lesson_html('![a "b"](plain.svg)', tmp_path)
+    assert made == '<svg class="picture" role="img" aria-label="a &quot;b&quot;" viewBox="0 0 1 1"><text>&lt;b&gt;</text></svg>'
 
 
 def test_every_formula_of_our_lessons_is_drawn() -> None:

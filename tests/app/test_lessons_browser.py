@@ -9,7 +9,7 @@ from app.page.lesson_run import LessonRun
 from app.private_host import PrivateHost
 from app.settings import Settings
 from scenes.settings import changed, values
-from tests.app.conftest import OpenHouse, live_sessions
+from tests.app.conftest import OpenHouse, ask, live_sessions
 from tests.app.lesson_hands import Clicks, Keys, press
 from tests.app.lessons_walk import Walker, enter, named, shown_step
 from tests.browser import PageAt, screenshot, until
@@ -39,6 +39,44 @@ def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageA
     others = {"picture", "lang"}
     mine = {key: value for key, value in values(session.settings).items() if key not in others}
     assert mine == {key: value for key, value in values(changed(Settings(), "dm", 0.12)).items() if key not in others}
+
+
+PICTURE = """(() => {
+  const picture = document.querySelector('.duet-l-text svg.picture'), box = picture.getBoundingClientRect();
+  const panel = picture.closest('.duet-lesson').parentElement.getBoundingClientRect();
+  const inside = [...picture.querySelectorAll('path, text, circle')].map(shape => shape.getBoundingClientRect())
+    .every(b => b.left > box.left - 2 && b.right < box.right + 2 && b.top > box.top - 2 && b.bottom < box.bottom + 2);
+  const colour = where => getComputedStyle(picture.querySelector(where)).stroke;
+  return [box.width / panel.width, box.width / box.height, inside, colour('path'), colour('.d > *')];
+})()"""
+"""The picture of a step: its share of the panel's width, its form, whether all of it is in view, and two of its colours."""
+
+
+@pytest.mark.parametrize(("lesson", "step", "language", "word"), [(1, 2, "de", "Ellbogen"), (10, 3, "en", "smooth")])
+def test_a_picture_is_seen_in_the_colours_of_the_page(
+    house: OpenHouse, page_at: PageAt, lesson: int, step: int, language: str, word: str
+) -> None:
+    page = page_at(1440, 900)
+    session, run = enter(page, house(), f"lesson={lesson}&step={step}&lang={language}&theme=light")
+    question = run.walk.step.question
+    assert question is not None
+    ask(session, lambda _: run.act("choose", question.right))
+    while run.walk.phase is not Phase.EXPLAIN:
+        ask(session, lambda _: run.act("next"))
+        until(page, lambda: run.walk.phase in (Phase.OBSERVE, Phase.EXPLAIN), "the outcome", 60.0)
+    picture = page.locator(".duet-l-text svg.picture")
+    picture.get_by_text(word, exact=True).wait_for()
+    assert "![" not in page.locator("body").inner_text()
+    colours: list[tuple[str, ...]] = []
+    for theme in ("light", "dark"):
+        ask(session, lambda s, theme=theme: s.change("theme", theme))
+        page.locator(f"[data-mantine-color-scheme={theme}]").first.wait_for()
+        picture.scroll_into_view_if_needed()
+        share, form, inside, *seen = page.evaluate(PICTURE)
+        assert 0.85 < share <= 1.0 and 1.5 < form < 2.3 and inside
+        colours.append(tuple(seen))
+        screenshot(page, f"lesson-picture-{lesson}-{theme}")
+    assert len({*colours[0], *colours[1]}) == 4, "ink and symbol differ, and both follow the theme"
 
 
 def test_an_elbow_swung_and_numbers_said_by_keys_alone(house: OpenHouse, page_at: PageAt) -> None:

@@ -188,6 +188,25 @@ def test_laws(table: Numbers) -> None:
     assert by_dt["strict_switched"][coarse] / by_dt["strict_switched"][fine] < 1.3
 
 
+def test_the_report_says_what_jumps_in_a_law_whose_acceleration_grows(folder: Path) -> None:
+    """Only the switch is called a law that jumps; and what is read from damaged text is said to be."""
+    report = (folder / "report.md").read_text(encoding="utf-8")
+    said = {line[2:].partition(":")[0]: line for line in report.splitlines() if "the largest q̈ is at" in line}
+    assert "it is the law that jumps" in said["Strict priority, switched at d_m"]
+    assert "J_d is singular" in said["Strict priority, always on"] and "d = 0.67" in said["Strict priority, always on"]
+    assert sum("it is the law that jumps" in line for line in said.values()) == 1
+    assert "damaged text" in report and "axis of e²" in report
+
+
+def test_null_space_avoidance_jumps_where_the_hands_lie_parallel() -> None:
+    """Measured over the full experiment: the hand leaves next to nothing of J_d, and the closest points slide along both hands."""
+    plan = Plan()
+    jump = laws.largest_jump(plan.run(plan.settings({"law": "null_space_avoidance"}, rig="table", dt=0.005), 37.5))
+    assert jump.left < 0.02 and jump.lever > 0.3 and jump.activation == 0.0
+    assert jump.pair == ("left hand", "right hand") and jump.slide > 0.05
+    assert "The law itself does not jump" in laws.cause("x", jump, True) and "slide by" in laws.cause("x", jump, True)
+
+
 def test_growth_of_a_jump_and_of_a_smooth_law() -> None:
     """p is 1 if q̈ doubles when dt is halved, 0 if it stays."""
     summary = Plan(quick=True).run(RunSettings(), 0.1).summary

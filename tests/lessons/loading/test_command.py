@@ -71,5 +71,20 @@ def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) 
     assert "does not speak for the right answer" in walks["reference", "the right answers"].text
     assert "speaks for the wrong answer" in walks["answer", "answer 2"].text
     assert "fails by nothing instead of ('n',)" in walks["attempt", "less"].text
+    assert "passes with nothing changed: n: 2, as asked" in walks["untouched", "as the step starts it"].text
     assert not walks["lesson", "wrong paths"].ok
     assert not any(walks[key].ok for key in (("reference", "the right answers"), ("answer", "answer 2"), ("attempt", "less")))
+
+
+def test_a_challenge_that_a_movement_alone_passes_is_noticed(tmp_path: Path) -> None:
+    """A bound that the step's own settings keep, however the student moves, where the lesson means it to take others."""
+    book = our_book()
+    lesson = book.lessons[0]
+    swing = lesson.steps[2]
+    assert swing.challenge is not None
+    lenient = tuple(dataclasses.replace(c, high=0.004) if c.measurement.id == "hand" else c for c in swing.challenge.criteria)
+    step = dataclasses.replace(swing, challenge=dataclasses.replace(swing.challenge, criteria=lenient))
+    lenient_lesson = dataclasses.replace(lesson, steps=(step,))
+    walks = check_lesson(dataclasses.replace(book, lessons=(lenient_lesson,)), lenient_lesson)
+    (walk,) = [walk for walk in walks if walk.kind == "untouched"]
+    assert not walk.ok and "passes with nothing changed" in walk.text and "3.42 mm, as asked" in walk.text

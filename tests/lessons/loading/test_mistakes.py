@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from app.lessons.check import lessons
 from app.lessons.loading import load_lessons, load_notes
+from app.lessons.options import Lessons
+from app.page.lesson_text import lesson_html
 from tests.lessons.helpers import SMALL, book_of
 
 
@@ -170,21 +173,72 @@ def test_notes_without_a_lesson_are_a_problem_and_bad_ones_are_left_out(tmp_path
     assert load_notes(tmp_path / "none") == {}
 
 
+HERE = "Because $x$."
+"""In the small lesson: where a picture may stand."""
+
+PICTURE = "![x](a.svg)"
+
+
 @pytest.mark.parametrize(
-    ("picture", "message"),
+    ("instead", "text", "message"),
     [
-        ("![](a.svg)", "says nothing"),
-        ("![x](b.svg)", "there is no picture"),
-        ("![x](../a.svg)", "no picture beside the lesson"),
-        ("![x](https://example.org/a.svg)", "there is no picture"),
-        ("![x](01-small.md)", "must be an .svg or .png"),
-        ("![x](large.svg)", "larger than"),
-        ("![x](a.svg)", ""),
+        (HERE, PICTURE, ""),
+        (HERE, f"Because\n{PICTURE}\nof it.", ""),
+        (HERE, "![x](below/a.png)", ""),
+        ("> No: {measured:d}.", f"> No.\n   > {PICTURE}", ""),
+        (HERE, "![](a.svg)", "says nothing"),
+        (HERE, "![x](b.svg)", "there is no picture"),
+        (HERE, "![x](below)", "no picture beside the lesson"),
+        (HERE, "![x](../a.svg)", "no picture beside the lesson"),
+        (HERE, "![x](/etc/passwd.svg)", "no picture beside the lesson"),
+        (HERE, "![x](link.svg)", "no picture beside the lesson"),
+        (HERE, "![x](https://example.org/a.svg)", "there is no picture"),
+        (HERE, "![x](01-small.md)", "must be an .svg or .png"),
+        (HERE, "![x](large.svg)", "larger than"),
+        (HERE, "![x](text.svg)", "is no SVG"),
+        (HERE, "![x](text.png)", "is no PNG"),
+        (HERE, f"Because {PICTURE}.", "a line of its own"),
+        (HERE, f"- {PICTURE}", "a line of its own"),
+        (HERE, "![x\n](a.svg)", "a line of its own"),
+        ("1. Near.", f"1. Near.\n{PICTURE}", "a line of its own"),
+        ("1. One.", f"1. One.\n{PICTURE}", "a line of its own"),
+        ("## First", f"## First {PICTURE}", "a line of its own"),
+        ("Find out something.", PICTURE, "a line of its own"),
     ],
 )
-def test_pictures_are_beside_the_lesson_and_described(tmp_path: Path, picture: str, message: str) -> None:
-    """What a student's page is asked to show is there, small, and can be told to those who do not see it."""
-    (tmp_path / "a.svg").write_text("<svg/>", encoding="utf-8")
-    (tmp_path / "large.svg").write_text("x" * 400_000, encoding="utf-8")
-    book = book_of(tmp_path, SMALL.replace("Because $x$.", f"Because {picture}."))
-    assert (message in book.problems[0].message) if message else not book.problems
+def test_pictures_are_beside_the_lesson_and_can_be_shown(tmp_path: Path, instead: str, text: str, message: str) -> None:
+    """What a student's page is asked to show is there, small, can be told to those who do not see it, and is shown by that page."""
+    folder = tmp_path / "lessons"
+    (folder / "below").mkdir(parents=True)
+    for path in (tmp_path / "a.svg", folder / "a.svg"):
+        path.write_text('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0"/></svg>', encoding="utf-8")
+    (folder / "link.svg").symlink_to(tmp_path / "a.svg")
+    (folder / "below" / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    (folder / "large.svg").write_text("x" * 400_000, encoding="utf-8")
+    for name in ("text.svg", "text.png"):
+        (folder / name).write_text("text", encoding="utf-8")
+    assert instead in SMALL
+    book = book_of(folder, SMALL.replace(instead, text))
+    if message:
+        assert message in book.problems[0].message
+        return
+    assert not book.problems
+    step = book.lessons[0].steps[0]
+    assert step.question is not None
+    made = lesson_html(step.explain + "\n\n" + step.question.choices[0].reply, folder)
+    assert "![" not in made and ('aria-label="x"' in made or 'alt="x"' in made)
+
+
+@pytest.mark.parametrize("ending", ["de", "notes"])
+def test_pictures_of_translations_and_notes_are_checked_too(
+    tmp_path: Path, ending: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With their file and line, by the command."""
+    book_of(tmp_path)
+    bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
+    text = bare.replace(HERE, "![x](gone.svg)") if ending == "de" else "# Notes\n\n![x](gone.svg)\n"
+    (tmp_path / f"01-small.{ending}.md").write_text(text, encoding="utf-8")
+    assert lessons(Lessons(folder=tmp_path)) == 1
+    line = text.splitlines().index("![x](gone.svg)") + 1
+    said = f"01-small.{ending}.md, line {line}: there is no picture 'gone.svg' beside the lesson."
+    assert said in capsys.readouterr().out

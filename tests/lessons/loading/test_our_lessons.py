@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from xml.etree import ElementTree
 
@@ -14,6 +15,9 @@ from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS
 from app.lessons.loading import LANGUAGES, load_notes
 from app.lessons.measures import QUANTITIES
 from app.lessons.words import WORDS
+from app.page.equations import ALONE
+from controllers.activation import activation
+from scenes.lwr.facts import JOINTS
 from tests.lessons.helpers import our_book
 
 
@@ -137,3 +141,24 @@ def test_the_documents_for_teachers_name_what_exists() -> None:
     assert sum(minutes) == 90
     model = (FOLDER / "model.md").read_text(encoding="utf-8")
     assert all(word in model for word in ("Simplified", "leaves open", "Euler", "out of authority"))
+
+
+def test_what_pulls_at_the_elbow_is_called_as_on_the_panel_beside_it() -> None:
+    """In lessons 1 and 2 the panel shows N q̇₀; q̇_n is what the whole task asks for."""
+    assert r"N\,\dot q_0" in ALONE.lines[0]
+    for path in [path for number in ("01", "02") for path in FOLDER.glob(f"{number}-*.md")]:
+        text = path.read_text(encoding="utf-8")
+        assert r"\dot q_n" not in text and (r"N\,\dot q_0" in text or path.name.endswith(".notes.md"))
+    for path in FOLDER.glob("03-*.md"):
+        assert not re.search(r"\bjerk|\bRuck\b|\bsunek\b", path.read_text(encoding="utf-8")), path.name
+
+
+def test_the_model_says_what_the_program_and_the_paper_do() -> None:
+    """Top speeds of the arm, λ in overlap, and who avoids."""
+    model = (FOLDER / "model.md").read_text(encoding="utf-8")
+    speeds = [round(math.degrees(joint.velocity_limit)) for joint in JOINTS]
+    assert f"({min(speeds)}° to {max(speeds)}° a second)" in model
+    for text in (model, (FOLDER.parents[1] / "README.md").read_text(encoding="utf-8")):
+        assert "min(1" not in text and r"\min\left(1" not in text and re.search(r"d \\?(leq|≤) 0", text)
+    assert activation(-0.05, 0.15, 3.0) == activation(0.0, 0.15, 6.0) == 1.0
+    assert "in Fig. 5 the left robot stays at its place and avoids" in model and "both robots avoid each other" in model

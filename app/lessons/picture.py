@@ -1,0 +1,114 @@
+"""Pictures of a lesson: `![what is seen](pictures/name.svg)` on a line of its own. One reader for the check and for the page."""
+
+import base64
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final, NamedTuple
+
+PICTURE: Final = re.compile(r"^[ \t]*!\[([^\]\n]*)\]\(([^)\n]*)\)[ \t]*$", re.MULTILINE)
+"""A line that is a picture: what is seen, and the name of the file."""
+
+MOST_BYTES: Final = 300_000
+"""Largest picture."""
+
+_KINDS: Final = {".svg": "image/svg+xml", ".png": "image/png"}
+_PNG: Final = b"\x89PNG\r\n\x1a\n"
+_SVG: Final = "{http://www.w3.org/2000/svg}"
+_SHAPES: Final = frozenset(("svg", "g", "path", "circle", "ellipse", "line", "rect", "polyline", "polygon", "text", "tspan"))
+_WORDS: Final = frozenset(("title", "desc"))
+
+
+class NoPicture(Exception):
+    """A picture that the page cannot show; the message names the remedy."""
+
+
+class Picture(NamedTuple):
+    """A picture as a page can hold it.
+
+    Attributes:
+        svg: an `<svg>` element of shapes and text alone, which takes its colours from the page; "" for any other picture.
+        address: everything else, for an `<img>`, in which nothing runs or loads.
+    """
+
+    svg: str
+    address: str
+
+
+def read_picture(folder: Path, name: str) -> Picture:
+    """Return a picture that lies in a lesson's folder or below.
+
+    Raises:
+        NoPicture: it lies elsewhere, is not there, is too large, or is no picture.
+    """
+    path, quoted = (folder / name).resolve(), repr(name[:60])
+    if not path.is_relative_to(folder.resolve()) or path.suffix not in _KINDS:
+        raise NoPicture(f"{quoted} is no picture beside the lesson; it must be an .svg or .png in its folder or one below.")
+    try:
+        size = path.stat().st_size if path.is_file() else None
+        data = path.read_bytes() if size is not None and size <= MOST_BYTES else b""
+    except OSError as error:
+        raise NoPicture(f"the picture {quoted} cannot be read ({error.strerror}).") from None
+    if size is None:
+        raise NoPicture(f"there is no picture {quoted} beside the lesson.")
+    if size > MOST_BYTES:
+        raise NoPicture(f"the picture {quoted} is larger than {MOST_BYTES // 1000} kB; make it smaller.")
+    if path.suffix == ".png" and not data.startswith(_PNG):
+        raise NoPicture(f"the picture {quoted} is no PNG, whatever it is called; save it as one.")
+    svg = _plain(_root(data, quoted)) if path.suffix == ".svg" else ""
+    return Picture(svg, "" if svg else f"data:{_KINDS[path.suffix]};base64,{base64.b64encode(data).decode()}")
+
+
+def _root(data: bytes, quoted: str) -> ET.Element:
+    try:
+        root = ET.fromstring(data)
+    except (ET.ParseError, ValueError) as error:
+        raise NoPicture(f"the picture {quoted} is no SVG: {error}.") from None
+    if root.tag != f"{_SVG}svg":
+        raise NoPicture(f'the picture {quoted} is no SVG; begin it with <svg xmlns="{_SVG[1:-1]}" viewBox="…">.')
+    return root
+
+
+def _plain(root: ET.Element) -> str:
+    """Return an SVG of shapes and text as an element of a page; "" if it holds anything else."""
+    for element in list(root.iter()):
+        for child in list(element):
+            if str(child.tag).removeprefix(_SVG) in _WORDS:
+                # What is seen is said by the lesson, in its own language.
+                element.remove(child)
+    for element in root.iter():
+        element.tag = str(element.tag).removeprefix(_SVG)
+        attributes = element.attrib.items()
+        if element.tag not in _SHAPES or any(_may_act(key, value) for key, value in attributes):
+            return ""
+    for key in ("width", "height", "class", "role"):
+        root.attrib.pop(key, None)
+    return ET.tostring(root, encoding="unicode") if root.get("viewBox") else ""
+
+
+def _may_act(key: str, value: str) -> bool:
+    """Return whether an attribute runs or loads something, or reaches beyond its element."""
+    return key.startswith(("on", "{")) or key in ("id", "style", "href") or "url(" in value
+
+
+def picture_problems(line: str, folder: Path, alone: bool = True) -> Iterator[str]:
+    """Yield what keeps a page from showing the picture of a line.
+
+    Args:
+        line: of a lesson.
+        folder: where its pictures are.
+        alone: whether a picture may stand here at all.
+    """
+    if "![" not in line:
+        return
+    found = PICTURE.match(line)
+    if found is None or not alone:
+        yield "a picture, ![what is seen](name.svg), stands on a line of its own, in no title, list, answer or hint; move it there."
+        return
+    if not found[1].strip():
+        yield f"the picture {found[2][:60]!r} says nothing to those who do not see it; write what is seen into the [ ]."
+    try:
+        read_picture(folder, found[2])
+    except NoPicture as problem:
+        yield str(problem)
