@@ -144,8 +144,10 @@ class Session:
     @property
     def own_law_slow(self) -> tuple[float, float] | None:
         """How long a call of the law of one's own takes, and how long it may in real time [s]; None unless it slows down the run."""
-        law, pace = self._own_law, self._clock.pace(self.paused)
-        if law is None or not self._calls_own_law or not pace.slowed or law.need <= self._law_time:
+        law = self._own_law
+        if law is None or not self._calls_own_law or self.paused:
+            return None
+        if not self._clock.pace(False).slowed or law.need <= self._law_time:
             return None
         return law.need, self._law_time
 

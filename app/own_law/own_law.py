@@ -22,6 +22,9 @@ LOOK: Final = 0.5
 LARGEST: Final = 2**20
 """Size of a file [bytes]; more is none that somebody wrote."""
 
+MOST: Final = 0.0125
+"""Time that the calls of one frame may wait at most [s]."""
+
 LONG: Final = 0.1
 """Time after which it is worth a word that a call waits [s]."""
 
@@ -128,8 +131,8 @@ class OwnLaw:
         return self._since is not None and monotonic() - self._since > LONG
 
     def allow(self, seconds: float) -> None:
-        """Let the calls from now on wait so long together [s]."""
-        self._left = seconds
+        """Let the calls from now on wait so long together, and as long as was left over before, at most `MOST` [s]."""
+        self._left = min(self._left + seconds, MOST)
 
     def step_made(self) -> int:
         """Note that the step which was asked about was made; return how often the law was called for it."""
@@ -283,11 +286,12 @@ class OwnLaw:
             if question in self._answers:
                 # Whoever waits makes no step twice, and a law may answer the same question in another way the next time.
                 return self._answers.pop(question) if self._waits else self._answers[question]
-            if not process.asked(Question(question[0])):
+            kind = Question(question[0])
+            # A law that took longer the last time, or did not answer in an earlier frame, would be waited for in vain.
+            in_vain = process.asked(kind) or (kind is Question.LAW and process.seconds > self._left)
+            if not process.asked(kind):
                 self._post(process, question)
             begin = monotonic()
-            # A law that took longer the last time is not waited for in vain.
-            in_vain = process.seconds > self._left and not self._waits
             there = self._take_in(process, math.inf if self._waits else 0.0 if in_vain else self._left)
             self._left = max(self._left - (monotonic() - begin), 0.0)
             if not there and not self._idle:

@@ -3,7 +3,7 @@
 from time import monotonic
 from typing import Final
 
-SHARE: Final = 0.2
+SHARE: Final = 0.4
 """Part of the wall time that the frame thread waits for all laws of one's own together."""
 
 _LATELY: Final = 0.5

@@ -78,8 +78,8 @@ GOOD = "def law(s):\n    return s.nominal * 2"
 
 
 def soon(law: OwnLaw) -> Array:
-    """q̇ of a law that nobody waits for, after 0.1 s at most; zeros where it has not answered by then."""
-    law.allow(0.1)
+    """q̇ of a law that nobody waits for, after a moment at most; zeros where it has not answered by then."""
+    law.allow(1.0)
     try:
         law.activation(0.1)
         velocities = law(SITUATION)
