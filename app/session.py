@@ -189,7 +189,8 @@ class Session:
     def pace(self) -> Pace:
         """How the clock runs now; where it waits for a law of one's own, the machine is not slow."""
         pace = self._clock.pace(self.paused)
-        return replace(pace, slowed=False) if self.own_law_waits or self.own_law_slow is not None else pace
+        held_up = self.own_law_waits or self.own_law_slow is not None or self.own_law_problem
+        return replace(pace, slowed=False) if held_up else pace
 
     def change(self, key: str, value: object) -> None:
         """Set one setting, from the next step on.

@@ -187,8 +187,11 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
         session.toggle_pause()
         assert "runs my_law.py" in own_law_html(session)
         session.toggle_pause()
+        write(file, "def law(s): return None")
+        advanced(session, lambda: session.own_law_problem)
+        assert not session.pace.slowed
         write(file, PAPER)
-        advanced(session, lambda: session.own_law_slow is None)
+        advanced(session, lambda: session.own_law_slow is None and not session.own_law_problem)
 
 
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
