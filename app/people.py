@@ -1,9 +1,10 @@
 """Whom the server brought along: who can be imitated beside the built-in clips and the figure, and whose law runs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from app.own_law.share import Share
 from controllers.errors import BadInputFile, BadSetting
 from scenes.person.bvh import BvhMotion, read_bvh
 from scenes.person.camera import CameraSource
@@ -43,11 +44,13 @@ class People:
         bvh: a person from a file, None if none was named.
         camera: the person in front of the camera or in the video, shared by every visitor.
         law_file: a law of one's own; every session runs it in a process of its own.
+        law_share: how long all of them together may be waited for.
     """
 
     bvh: Imitated | None = None
     camera: CameraSource | None = None
     law_file: Path | None = None
+    law_share: Share = field(default_factory=Share, compare=False)
 
     def close(self) -> None:
         """Let go of the camera."""

@@ -1,21 +1,24 @@
 """One visitor's experiment: its run and the ghost beside it, paused, stepped, reset, changed, and advanced with the wall clock."""
 
+import math
 from collections.abc import Callable, Hashable
 from dataclasses import replace
 from time import perf_counter
 from typing import Final
 
 from app.background import Background
-from app.clock import BUDGET, Clock, Pace, next_speed
+from app.clock import BUDGET, LONGEST_GAP, Clock, Pace, next_speed
 from app.mover import Mover, nudged, who
 from app.own_law.examination import Examination
 from app.own_law.own_law import OwnLaw
+from app.own_law.share import SHARE
 from app.people import NOBODY_ELSE, People
 from app.posts import Posts
 from app.settings import Settings
 from app.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
 from app.trade_off import TradeOffMap
 from controllers.kinematics import Array
+from controllers.laws.situation import Unanswered
 from scenes.cast import Person
 from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.rerun import WhatIf
@@ -72,6 +75,12 @@ class Session:
         self._frozen = settings.run.law, settings.run.gain
         self._own_law = OwnLaw(people.law_file) if people.law_file is not None else None
         self._own_law_runs = True
+        self._law_part = SHARE
+        """Part of the wall time that its calls may be waited for."""
+        self._law_time = math.inf
+        """Time that a call of it may take in real time [s]."""
+        self._wish: tuple[Target | None] | None = None
+        """The target of a step that its law has not answered yet."""
         self.examination: Examination | None = None
         """The tests of a law of one's own; None where there is none."""
         if people.law_file is not None and background is not None:
@@ -134,6 +143,25 @@ class Session:
         """Whether the file of one's own law is gone; what it said last stays in force."""
         return self._own_law is not None and self._own_law.away
 
+    @property
+    def own_law_waits(self) -> bool:
+        """Whether everything stands still because the law of one's own has not answered yet."""
+        return self._own_law is not None and self._calls_own_law and self._own_law.waiting
+
+    @property
+    def own_law_slow(self) -> tuple[float, float] | None:
+        """How long a call of the law of one's own takes, and how long it may in real time [s]; None unless it slows down the run."""
+        law = self._own_law
+        if law is None or not self._calls_own_law or self.paused:
+            return None
+        if not self._clock.pace(False).slowed or law.need <= self._law_time:
+            return None
+        return law.need, self._law_time
+
+    @property
+    def _calls_own_law(self) -> bool:
+        return (self._law_of_run() or self._law_of_ghost()) is not None
+
     def let_own_law_run(self, runs: bool) -> None:
         """Have a law of one's own in force, where there is one, or (in lessons, until it is its turn) not. The run begins anew."""
         if self._own_law is not None and runs != self._own_law_runs:
@@ -166,8 +194,10 @@ class Session:
 
     @property
     def pace(self) -> Pace:
-        """How the clock runs now."""
-        return self._clock.pace(self.paused)
+        """How the clock runs now; where it waits for a law of one's own, the machine is not slow."""
+        pace = self._clock.pace(self.paused)
+        held_up = self.own_law_waits or self.own_law_slow is not None or self.own_law_problem
+        return replace(pace, slowed=False) if held_up else pace
 
     def change(self, key: str, value: object) -> None:
         """Set one setting, from the next step on.
@@ -177,7 +207,7 @@ class Session:
         """
         before, after = self.settings, changed(self.settings, key, value)
         room_of(after.run)  # May be impossible here: a robot's package may be missing.
-        self.settings = after
+        self.settings, self._wish = after, None
         if _built_of(before) != _built_of(after):
             self.posts.rebuilt()
         cast = self.simulation.cast
@@ -260,7 +290,7 @@ class Session:
             self._studies.forget()
         self._mover.begin_anew()
         self._clock.forget()
-        self._hurries_to = 0.0
+        self._hurries_to, self._wish = 0.0, None
 
     def hurry(self, until: float) -> None:
         """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
@@ -318,27 +348,48 @@ class Session:
         """Return what the person, or whoever stands in for them, wants now."""
         return self._mover.target(self.simulation, self.settings.page.autopilot)
 
-    def _step(self) -> None:
-        simulation, ghost, target = self.simulation, self.ghost, self.target()
-        self.inputs.record(simulation, target)
-        simulation.step(target)
-        if ghost is not None:
-            self._ghost_inputs.record(ghost, target)
-            ghost.step(target)
+    def _step(self) -> bool:
+        """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
+        target = self.target() if self._wish is None else self._wish[0]
+        runs = [(self.simulation, self.inputs)]
+        if self.ghost is not None:
+            # Whoever may have to be waited for goes first.
+            runs.insert(0 if self._law_of_ghost() is not None else 1, (self.ghost, self._ghost_inputs))
+        for simulation, inputs in runs:
+            inputs.record(simulation, target)
+            try:
+                simulation.step(target)
+            except Unanswered:
+                inputs.take_back()
+                self._wish = (target,)
+                return False
+        self._wish = None
+        if self._own_law is not None:
+            calls = max(self._own_law.step_made(), 1)
+            self._law_time = self._law_part * self.settings.run.dt / self.settings.page.speed / calls
+        return True
+
+    def _allow_own_law(self, elapsed: float) -> None:
+        """Let the law of one's own have its share of a frame; `elapsed`: wall time since the last one [s]."""
+        if self._own_law is None:
+            return
+        self._own_law.refresh()
+        if self._calls_own_law and not (self.paused or self.halted):
+            self._law_part = self.people.law_share.part(id(self))
+        self._own_law.allow(self._law_part * min(elapsed, LONGEST_GAP))
 
     def _make(self, due: int) -> int:
         """Make so many steps, or as many as there is time for in one frame; return how many were made."""
-        deadline = perf_counter() + BUDGET
-        for made in range(1, due + 1):
-            self._step()
+        deadline, made = perf_counter() + BUDGET, 0
+        while made < due and self._step():
+            made += 1
             if made % 8 == 0 and perf_counter() > deadline:
-                return made
-        return due
+                break
+        return made
 
     def advance(self, elapsed: float) -> int:
         """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made."""
-        if self._own_law is not None:
-            self._own_law.refresh()
+        self._allow_own_law(elapsed)
         if self._studies is not None:
             self._studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
         self.posts.do()
@@ -355,7 +406,7 @@ class Session:
         ahead = round((self._hurries_to - self.simulation.time) / dt)
         due = ahead if ahead > 0 else self._clock.due(elapsed, dt, self.settings.page.speed)
         made = self._make(due)
-        if ahead > 0:
+        if ahead > 0 or self.own_law_waits:
             self._clock.forget()
         else:
             self._clock.note(made, due, elapsed, dt)

@@ -167,6 +167,14 @@ class InputsLog:
             self._numbers.append(numbers)
         self._expected = steps + 1
 
+    def take_back(self) -> None:
+        """Forget the newest note: its step was not made."""
+        self._counts[-1] -= 1
+        if not self._counts[-1]:
+            for notes in (self._codes, self._counts, self._numbers):
+                notes.pop()
+        self._expected -= 1
+
     def _turn_over(self, simulation: Simulation) -> None:
         if simulation.steps != self._expected or simulation.cast is not self._cast:
             self.forget()

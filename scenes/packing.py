@@ -73,6 +73,14 @@ class PackedTargets(NamedTuple):
             yield decoded(code, numbers[begin:end]), count
             begin = end
 
+    def since(self, step: int) -> "PackedTargets":
+        """Return those from a step on, which is one of them."""
+        ends = np.cumsum(self.counts)
+        first = int(np.searchsorted(ends, step, side="right"))
+        counts = self.counts[first:].copy()
+        counts[0] = ends[first] - step
+        return PackedTargets(self.codes[first:], counts, self.numbers[self.offsets[first] :])
+
 
 def joined(parts: list[PackedTargets]) -> PackedTargets:
     """Return several as one, in their order."""

@@ -132,6 +132,42 @@ def rerun(
     return Rerun(table, summarise(simulation, table), tuple(sorted(set(seams))))
 
 
+def newest_steps(recorded: Recorded, seconds: float) -> int:
+    """Return how many steps the last so many seconds of a piece are, at least one."""
+    kept, left = 0, seconds
+    for settings, targets in reversed(recorded.stretches):
+        steps = min(targets.steps, int(left / settings.dt + 1e-6)) if math.isfinite(left) else targets.steps
+        kept, left = kept + steps, left - steps * settings.dt
+        if steps < targets.steps:
+            break
+    return max(kept, 1)
+
+
+def newest_piece(recorded: Recorded, seconds: float, stopped: Callable[[], bool] = never) -> Recorded:
+    """Return the last so many seconds of a piece, to the step, as a piece of its own; for its first state, what is before it is made.
+
+    Raises:
+        Stopped: see `rerun`.
+    """
+    ahead = recorded.steps - newest_steps(recorded, seconds)
+    if not ahead:
+        return recorded
+    simulation = Simulation(recorded.settings, 1)
+    simulation.resume(recorded.snapshot)
+    for i, (settings, targets) in enumerate(recorded.stretches):
+        simulation.apply(settings)
+        wishes = (target for target, count in targets.runs() for _ in range(count))
+        for target in itertools.islice(wishes, ahead):
+            if simulation.steps % LOOK == 0 and stopped():
+                raise Stopped
+            simulation.step(target)
+        if ahead < targets.steps:
+            rest = Stretch(settings, targets.since(ahead)), *recorded.stretches[i + 1 :]
+            return Recorded(simulation.snapshot(), rest)
+        ahead -= targets.steps
+    raise AssertionError("a piece has at least one step")
+
+
 def what_if(
     recorded: Recorded,
     overrides: Mapping[str, object],

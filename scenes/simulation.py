@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Arm, Array, Kinematics
-from controllers.laws.situation import Law, row_damping
+from controllers.laws.situation import Law, Unanswered, row_damping
 from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
 from scenes.avoider import Avoider, form_avoiders
@@ -163,19 +163,37 @@ class Simulation:
         return arm.labels[column - arm.joints.start]
 
     def step(self, target: Target | None) -> None:
-        """Advance by dt. `target` is what the person wants; None leaves everything alone."""
+        """Advance by dt. `target` is what the person wants; None leaves everything alone.
+
+        Raises:
+            Unanswered: the law has not answered yet. No step was made and nothing has changed, so the same step can be made later.
+        """
+        if self._own_law is None:
+            self._advance(target)
+            return
+        velocities, memories = self.velocities.copy(), [mover.memory() for mover in self.cast.movers]
+        try:
+            self._advance(target)
+        except Unanswered:
+            self.velocities[:] = velocities
+            for mover, memory in zip(self.cast.movers, memories, strict=True):
+                mover.remember(memory)
+            raise
+
+    def _advance(self, target: Target | None) -> None:
         settings, law, world = self.settings, self.law, self.world
         world.update()
         near = self.detector.detect(settings.law.pairs, settings.law.beta)
         for mover, wanted in self._asked:
             wanted[:] = mover.nominal(target, settings, self.time)
         lam = law.activation(near.law_distance)
-        self.bound_bites = False
         first = self._avoiders[0]
         situation = first.situation(law, near)
         w_law = situation.approach
         w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
-        self.bounded = bounded = self._bound(first, situation.row, law(situation), lam)
+        wanted = law(situation)
+        self.bound_bites = False
+        self.bounded = bounded = self._bound(first, situation.row, wanted, lam)
         second = self._second_keeps_clear(law, near, lam) if len(self._avoiders) > 1 else None
         first.velocities[:] = bounded.velocities
         for follower in self._followers:
@@ -262,7 +280,10 @@ class Simulation:
     def _measured(self) -> Sample:
         self.kinematics.update(self.positions)
         near = self.detector.detect(self.settings.law.pairs, self.settings.law.beta)
-        lam = self.law.activation(near.law_distance)
+        try:
+            lam = self.law.activation(near.law_distance)
+        except Unanswered:
+            lam = 0.0
         q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
         second = Second(0.0, 0.0, 0.0, 0.0, 0, -1) if len(self._avoiders) > 1 else None
         return Sample(

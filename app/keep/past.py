@@ -20,8 +20,8 @@ class Past:
         trade_off: of the live session.
     """
 
-    ghost = held = what_if = smoothness = own_law = own_ghost = None
-    computing = own_law_away = False
+    ghost = held = what_if = smoothness = own_law = own_ghost = own_law_slow = None
+    computing = own_law_away = own_law_waits = False
     study_message = own_law_problem = ""
 
     def __init__(self, replay: Replay, settings: Settings, trade_off: TradeOffMap | None = None) -> None:

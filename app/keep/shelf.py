@@ -14,7 +14,7 @@ from app.keep.lab import Done, lab_bytes
 from app.keep.past import Past
 from app.keep.replay import Film, Replay, film
 from app.keep.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
-from app.keep.snippet import as_python
+from app.keep.snippet import Snippet, as_python
 from app.keep.table import csv_bytes, csv_suffix
 from app.keep.take_home import file_name, not_again, picture, player
 from app.languages.speaking import spoken, text
@@ -111,10 +111,8 @@ class Shelf:
             case "html":
                 self._submit(kind, lambda data: self._keep(name + ".html", data), player, language, recorded, seconds, page)
             case "python":
-                whole = self._shown(KEEP)
-                fresh = whole is not None and whole.snapshot.steps == 0 and len(whole.stretches) == 1
-                chosen = whole if fresh and whole is not None else recorded
-                self._submit(kind, self._tell, as_python, chosen.settings, chosen, name + SUFFIX)
+                whole = self._shown(KEEP) or recorded
+                self._submit(kind, lambda made: self._tell(made, name), as_python, whole, recorded, seconds, name)
             case _:
                 arguments = language, recorded, seconds, page.details, kind, table
                 self._submit(kind, lambda data: self._keep(f"{name}.{kind}", data), picture, *arguments)
@@ -147,8 +145,10 @@ class Shelf:
     def _keep(self, name: str, data: bytes) -> None:
         self._files.append(File(name, data))
 
-    def _tell(self, snippet: str) -> None:
-        self._snippet = snippet
+    def _tell(self, snippet: Snippet, name: str) -> None:
+        self._snippet = snippet.text
+        if snippet.inputs is not None:
+            self._keep(name + SUFFIX, snippet.inputs)
 
     def _take(self, loaded: Loaded, name: str) -> None:
         self._news.append(

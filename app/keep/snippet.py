@@ -1,75 +1,132 @@
-"""A run as a few lines of Python that make it again without a page."""
+"""A piece of a run as a few lines of Python that make it again without a page, and plot it."""
 
 import base64
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
+from app.keep.run_file import SUFFIX, saved_bytes
+from app.page.relevance import OBSTACLE
+from scenes.experiments import EXPERIMENTS
 from scenes.inputs import Recorded, encoded
 from scenes.inputs_file import recorded_bytes
-from scenes.rerun import LOOK, Stopped, never
+from scenes.rerun import LOOK, Stopped, never, newest_piece, newest_steps
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 MOST_CHARACTERS: Final = 40_000
 """Of recorded inputs in the text; more than that are read from a file."""
 
-SECONDS: Final = 20.0
-"""Length of a run of which nothing is recorded [s]."""
+
+class Snippet(NamedTuple):
+    """A program, and what it reads.
+
+    Attributes:
+        text: of it.
+        inputs: content of the file that it names, beside which it is to be run; None if it needs none.
+    """
+
+    text: str
+    inputs: bytes | None = None
 
 
 def as_python(
-    settings: RunSettings, recorded: Recorded | None = None, file: str = "run.duet.npz", stopped: Callable[[], bool] = never
-) -> str:
-    """Return a program of at most 15 lines that prints the run's summary, for a folder where Duet is installed.
+    whole: Recorded, recorded: Recorded, seconds: float, name: str = "run", stopped: Callable[[], bool] = never
+) -> Snippet:
+    """Return a short program that makes the last seconds of a run again, prints their summary and plots them.
 
-    Where the autopilot did everything from a fresh start, the settings say it all. Otherwise the inputs stand in the text, or, if
-    there are too many, the program reads them from a saved run.
+    It runs where Duet is installed. Where the autopilot did everything from a fresh start, the settings say it all. Otherwise it goes on
+    from the state at the beginning, with the inputs, which stand in the text, or, if they are too many, in a file beside it.
 
     Args:
-        settings: of a run of which nothing is recorded.
-        recorded: the run; None for a fresh start with the settings.
-        file: name of the saved run.
+        whole: all that is kept of the run.
+        recorded: its newest piece, at least as long as what is wanted, or all that there is.
+        seconds: what is wanted of it.
+        name: of the files that belong to the program, without an ending.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
         Stopped: see there.
     """
-    if recorded is None:
-        return _fresh(settings, SECONDS)
-    if is_fresh(recorded, stopped):
-        return _fresh(recorded.settings, recorded.seconds)
-    text = base64.b64encode(recorded_bytes(recorded)).decode()
-    about = f"# {recorded.seconds:.6g} s from t = {recorded.begin:.6g} s on: the state at the beginning, all inputs and settings."
+    steps = newest_steps(recorded, seconds)
+    if is_fresh(whole, stopped):
+        lines = _fresh(whole.settings, whole.seconds, whole.steps, steps)
+        return Snippet(_lines(*lines, *_plot(whole.settings, name, "[settings.law.critical_distance] * len(table)")))
+    piece = newest_piece(recorded, seconds, stopped)
+    data = recorded_bytes(piece)
+    text = base64.b64encode(data).decode()
+    span = f"from t = {piece.begin:.6g} s to {piece.begin + piece.seconds:.6g} s"
+    about = f"# The run {span}: its state at the beginning, all inputs and settings"
     if len(text) > MOST_CHARACTERS:
-        return _lines(
+        file = name + SUFFIX
+        head = (
             "from pathlib import Path",
             "",
+            *_PLOT,
+            _COLUMN,
             "from scenes.inputs_file import read_recorded",
             "from scenes.rerun import rerun",
             "",
-            about + " Save the run under this name first.",
+            f"{about},",
+            "# which stand in a file that was saved with these lines.",
             f"recorded = read_recorded(Path({file!r}))",
-            *_AGAIN,
         )
-    return _lines(
-        "import base64",
-        "",
-        "from scenes.inputs_file import recorded_from",
-        "from scenes.rerun import rerun",
-        "",
-        about,
-        f'inputs = "{text}"',
-        'recorded = recorded_from(base64.b64decode(inputs), "the inputs above")',
-        *_AGAIN,
-    )
+        inputs = saved_bytes(piece, stopped=stopped)
+    else:
+        head = (
+            "import base64",
+            "",
+            *_PLOT,
+            _COLUMN,
+            "from scenes.inputs_file import recorded_from",
+            "from scenes.rerun import rerun",
+            "",
+            f"{about}.",
+            f'inputs = "{text}"',
+            'recorded = recorded_from(base64.b64decode(inputs), "the inputs above")',
+        )
+        inputs = None
+    d_m = "[part.settings.law.critical_distance for part in recorded.stretches for _ in range(part.targets.steps)]"
+    return Snippet(_lines(*head, *_AGAIN, *_plot(piece.settings, name, d_m)), inputs)
 
+
+_PLOT: Final = ("import matplotlib.pyplot as plt", "")
+_COLUMN: Final = "from scenes.history import COLUMN"
 
 _AGAIN: Final = (
     "again = rerun(recorded)",
     "print(again.summary)",
-    "# again.table has one row a step; see scenes.history.SCALARS.",
+    "table = again.table  # one row a step, see scenes.history.SCALARS",
 )
+
+
+def _plot(settings: RunSettings, name: str, d_m: str) -> tuple[str, ...]:
+    """Return the lines that draw d over time with d_m (an expression), and e²; of an arm alone, e²."""
+    unit = EXPERIMENTS[settings.scene].error_unit
+    end = (
+        f'lower.set(xlabel="t [s]", ylabel="e² [{unit}]")',
+        f'figure.savefig("{name}.png")  # A notebook shows it by itself, too.',
+    )
+    if settings.scene not in OBSTACLE:
+        return (
+            "",
+            't, e2 = table[:, COLUMN["t"]], table[:, COLUMN["e2"]]',
+            "figure, lower = plt.subplots()",
+            "lower.plot(t, e2)",
+            *end,
+        )
+    return (
+        "",
+        f"d_m = {d_m}",
+        't, d, e2 = (table[:, COLUMN[name]] for name in ("t", "d", "e2"))',
+        "figure, (upper, lower) = plt.subplots(2, sharex=True)",
+        'upper.plot(t, 1000 * d, label="d")',
+        'upper.plot(t, [1000 * each for each in d_m], "--", label="$d_m$")',
+        'upper.set(ylabel="distance [mm]")',
+        "upper.legend()",
+        "lower.plot(t, e2)",
+        *end,
+    )
 
 
 def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
@@ -101,17 +158,22 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
     return True
 
 
-def _fresh(settings: RunSettings, seconds: float) -> str:
-    made = settings_python(settings)
-    names = "LawSettings, RunSettings" if "LawSettings(" in made else "RunSettings"
-    return _lines(
-        "from scenes.headless import run",
+def _fresh(settings: RunSettings, seconds: float, made: int, steps: int) -> tuple[str, ...]:
+    """Return the lines that make a run of so many seconds and steps from its start, and keep the last steps of it."""
+    given = settings_python(settings)
+    names = "LawSettings, RunSettings" if "LawSettings(" in given else "RunSettings"
+    kept = f", and its last {steps * settings.dt:.6g} s are kept" if steps < made else ""
+    return (
+        *_PLOT,
+        "from scenes.headless import run, summarise",
+        _COLUMN,
         f"from scenes.settings import {names}",
         "",
-        f"settings = {made}",
+        f"settings = {given}",
+        f"# The settings say it all: the run is made from its start{kept}.",
         f"done = run(settings, seconds={seconds!r})",
-        "print(done.summary)",
-        "# done.table has one row a step; see scenes.history.SCALARS.",
+        f"table = done.table[-{steps}:]  # one row a step, see scenes.history.SCALARS",
+        "print(summarise(done.simulation, table))",
     )
 
 

@@ -1,5 +1,6 @@
 """A student's file, as it is read and called in its own process, and what is wrong with it in the student's words."""
 
+import contextlib
 import inspect
 import traceback
 from collections.abc import Callable
@@ -20,7 +21,7 @@ LONGEST: Final = 300
 """Characters of a message."""
 
 CURVE: Final = 0.02
-"""Time for a whole curve of rates [s]; what is missing then is left out of the picture."""
+"""Time for a whole curve of a chart [s]; what is missing then is left out of the picture."""
 
 BALLAST: Final = 4 * 2**20
 """Memory kept for saying that there is no more [bytes]."""
@@ -189,20 +190,19 @@ class LawFile:
             )
         return lam
 
+    def activations(self, distances: Array) -> Array:
+        """Return λ (k,) at distances (k,) [m]; nan where the function fails, or time is up."""
+        return _curve(self.activation, distances)
+
     def rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
         """Return J_d q̇ (k,) [m/s] of one pair at distances (k,), see `Law.line_rate`; nan where the law fails, or time is up."""
-        found = np.full(len(distances), np.nan)
-        end = perf_counter() + CURVE
-        for i, distance in enumerate(distances.tolist()):
+
+        def rate(distance: float) -> float:
             situation = one_joint(distance, pull, approach, square)
             row = situation.row.copy()
-            try:
-                found[i] = float(row.dot(self.velocities(situation)[0]))
-            except Wrong:
-                continue
-            if perf_counter() > end:
-                break
-        return found
+            return float(row.dot(self.velocities(situation)[0]))
+
+        return _curve(rate, distances)
 
     def _explained(self, error: BaseException, otherwise: int | None) -> Wrong:
         """Return what an exception in the file says, and on which of its lines; `otherwise` if on none."""
@@ -218,6 +218,18 @@ class LawFile:
         else:
             what = "".join(traceback.format_exception_only(error)).strip().splitlines()[-1]
         return Wrong(joined((what, quoted(self._text, line)), ""), line)
+
+
+def _curve(function: Callable[[float], float], distances: Array) -> Array:
+    """Return a function's values (k,) at distances (k,) [m]; nan where it fails, or time is up."""
+    found = np.full(len(distances), np.nan)
+    end = perf_counter() + CURVE
+    for i, distance in enumerate(distances.tolist()):
+        with contextlib.suppress(Wrong):
+            found[i] = function(distance)
+        if perf_counter() > end:
+            break
+    return found
 
 
 def quoted(text: bytes, line: int | None) -> str:

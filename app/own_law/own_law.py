@@ -1,5 +1,6 @@
 """A law that stands in a file of one's own."""
 
+import math
 import struct
 from pathlib import Path
 from time import monotonic
@@ -10,16 +11,22 @@ import numpy as np
 
 from app.own_law.limits import Limits, Problem, problem_of
 from app.own_law.process import LawFailed, LawProcess
-from app.own_law.wire import pack_activation, pack_rates, pack_situation
+from app.own_law.wire import Question, pack_activation, pack_activations, pack_rates, pack_situation
 from controllers.errors import BadInputFile, Message
 from controllers.kinematics import Array
-from controllers.laws.situation import Situation
+from controllers.laws.situation import Situation, Unanswered
 
 LOOK: Final = 0.5
 """Time between two looks at the file [s]."""
 
 LARGEST: Final = 2**20
 """Size of a file [bytes]; more is none that somebody wrote."""
+
+MOST: Final = 0.0125
+"""Time that the calls of one frame may wait at most [s]."""
+
+LONG: Final = 0.1
+"""Time after which it is worth a word that a call waits [s]."""
 
 _MISSED: Final = 4
 """Looks in a row without a file, after which it is away."""
@@ -32,21 +39,23 @@ class OwnLaw:
     """A law (see `controllers.laws.situation.Law`) that calls `law(situation)` of a file, in a process of its own.
 
     The process is started by the first call, and anew when the file has changed; there is never more than one. Where the law
-    fails, q̇ = 0: the arm freezes, and `problem` says why. It stays so until the file has changed, or `restart`. An exception never
-    leaves any method. All methods belong to one thread; one `OwnLaw` may be the law of several simulations of that thread.
+    fails, q̇ = 0: the arm freezes, and `problem` says why. It stays so until the file has changed, or `restart`. Of what the law
+    does, no exception but `Unanswered` leaves any method. All methods belong to one thread; one `OwnLaw` may be the law of several
+    simulations of that thread.
 
     The same situations give the same bits as long as the law itself keeps nothing in mind between two calls.
 
     Args:
         path: of the file.
         limits: of time and memory.
-        waits: whether a call waits until the file is loaded. If not, nobody is ever held up by more than two calls' limit (on a busy
-            machine, by the time in which the law gets as much of a core), and the arm stands still until then.
+        waits: whether a call waits for its answer as long as the limits allow. If not, all calls until the next `allow` wait no longer
+            than that says, and one that is not answered by then raises `Unanswered`: it is to be made again, and does not ask again.
         text: of the file, if it is known already; None to read it.
 
     Attributes:
         problem: why it is not in force; None if all is well. After the file has changed, the old one's stays until the new one has
             given velocities; `refresh` asks it for some, so that it goes while nothing moves, too.
+        need: time that a call takes inside the law, averaged over the last ten or so [s]; 0 before the first one.
 
     Raises:
         BadInputFile: there is no such file, or it cannot be read.
@@ -66,6 +75,7 @@ class OwnLaw:
         self.path = path.absolute()
         self.limits = limits
         self.problem: Problem | None = None
+        self.need = 0.0
         self._waits = waits
         self._process: LawProcess | None = None
         self._stamp = _stamp(self.path)
@@ -77,6 +87,14 @@ class OwnLaw:
         self._known: dict[float, float] = {}
         self._question: bytes | None = None
         """The newest situation, as it was asked about."""
+        self._answers: dict[bytes, bytes] = {}
+        """What has been answered of the present step, which may have to be made again."""
+        self._curves: dict[Question, tuple[bytes, bytes]] = {}
+        """The newest curves for charts: question and answer."""
+        self._left = 0.0
+        """How long calls may still wait [s]."""
+        self._since: float | None = None
+        """Since when a call has waited."""
         self._answered = False
         """Whether the present process has given velocities."""
         self._missed = 0
@@ -107,23 +125,43 @@ class OwnLaw:
         """Whether the file is loaded and has not failed; nothing is loaded before the first call or `restart`."""
         return self._process is not None and self._ready(False) is not None
 
+    @property
+    def waiting(self) -> bool:
+        """Whether a call has been waiting for so long that it is worth a word."""
+        return self._since is not None and monotonic() - self._since > LONG
+
+    def allow(self, seconds: float) -> None:
+        """Let the calls from now on wait so long together, and as long as was left over before, at most `MOST` [s]."""
+        self._left = min(self._left + seconds, MOST)
+
+    def step_made(self) -> int:
+        """Note that the step which was asked about was made; return how often the law was called for it."""
+        calls = sum(question[0] == Question.LAW for question in self._answers)
+        self._answers.clear()
+        return calls
+
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]; zeros where the law does not give any."""
+        """Return q̇ (n,) [rad/s]; zeros where the law fails.
+
+        Raises:
+            Unanswered: there is no answer yet.
+        """
         self._question = pack_situation(situation)
         payload = self._ask(self._question)
-        if payload is None:
-            return np.zeros(len(situation.nominal))
-        velocities = np.frombuffer(payload, np.float64).copy()
-        self._answered, self.problem = True, None
-        return velocities
+        return np.zeros(len(situation.nominal)) if payload is None else np.frombuffer(payload, np.float64).copy()
 
     def activation(self, distance: float) -> float:
-        """Return what the file's `activation(distance)` says, in [0, 1]; 0 if it has none, or has failed."""
-        if not self._has_activation():
-            return 0.0
+        """Return what the file's `activation(distance)` says, in [0, 1]; 0 if it has none, or has failed.
+
+        Raises:
+            Unanswered: there is no answer yet.
+        """
         known = self._known.get(distance)
         if known is not None:
             return known
+        process = self._loaded()
+        if process is None or not process.has_activation:
+            return 0.0
         payload = self._ask(pack_activation(distance))
         if payload is None:
             return 0.0
@@ -133,14 +171,20 @@ class OwnLaw:
         self._known[distance] = lam
         return lam
 
+    def activations(self, distances: Array) -> Array:
+        """Return λ (k,) at distances (k,) for a chart: the newest answer to this; nan until there is one."""
+        process = self._ready(self._waits)
+        if process is not None and not process.has_activation:
+            return np.zeros(len(distances))
+        return self._curve(Question.ACTIVATIONS, pack_activations(distances), len(distances))
+
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """Return J_d q̇ [m/s] of an arm of which only one joint moves the distance, see `Law.line_rate`; nan where the law fails."""
+        """Return J_d q̇ [m/s] of an arm of which only one joint moves the distance, see `Law.line_rate`; nan where it is not known."""
         return float(self.line_rates(np.array([distance]), pull, approach, square)[0])
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """Return `line_rate` (k,) at many distances (k,) at once, which costs one way there and back instead of k."""
-        payload = self._ask(pack_rates(distances, pull, approach, square))
-        return np.full(len(distances), np.nan) if payload is None else np.frombuffer(payload, np.float64).copy()
+        """Return `line_rate` (k,) at distances (k,) for a chart: the newest answer, of a moment ago; nan until there is one."""
+        return self._curve(Question.RATES, pack_rates(distances, pull, approach, square), len(distances))
 
     def refresh(self) -> bool:
         """Return whether the file has changed, and if so load it. It looks no more often than every 0.5 s, so call it every frame."""
@@ -149,7 +193,7 @@ class OwnLaw:
             return False
         if self._process is not None:
             # So that a file that has been broken, or mended, is noticed while nothing moves.
-            self._try()
+            self._listen()
         if now - self._looked < LOOK:
             return False
         self._looked = now
@@ -171,14 +215,19 @@ class OwnLaw:
             self.restart()
         return True
 
-    def _try(self) -> None:
-        """Look whether a process that has not given any velocities yet is loaded, and does so in the newest situation."""
-        if self._answered or self._ready(False) is None:
+    def _listen(self) -> None:
+        """Take in what the process has answered meanwhile; one that has not given any velocities yet is asked for the newest ones."""
+        process = self._ready(False)
+        if process is None:
             return
-        if self._question is None:
+        if not self._answered and self._question is None:
             self.problem = None
-        elif self._ask(self._question) is not None:
-            self._answered, self.problem = True, None
+        elif not self._answered and self._question is not None and not process.asked(Question.LAW):
+            self._post(process, self._question)
+        while self._take_in(process, 0.0):
+            pass
+        if not process.busy:
+            self._since = None
 
     def load(self) -> bool:
         """Return whether the file could be loaded; waits for it, whatever `waits` is."""
@@ -216,19 +265,78 @@ class OwnLaw:
         self.__dict__["wants_all_pairs"] = self._process.wants_all_pairs
         return self._process
 
-    def _has_activation(self) -> bool:
+    def _loaded(self) -> LawProcess | None:
+        """Return the process if it is there to be asked; None if the law has failed.
+
+        Raises:
+            Unanswered: the file is not loaded yet.
+        """
         process = self._ready(self._waits)
-        return process is not None and process.has_activation
+        if process is None and not self._idle:
+            raise self._unanswered()
+        return process
 
     def _ask(self, question: bytes) -> bytes | None:
+        """Return the answer to a question of the present step; None if the law has failed.
+
+        Raises:
+            Unanswered: it is not there yet.
+        """
+        while (process := self._loaded()) is not None:
+            if question in self._answers:
+                # Whoever waits makes no step twice, and a law may answer the same question in another way the next time.
+                return self._answers.pop(question) if self._waits else self._answers[question]
+            kind = Question(question[0])
+            # A law that took longer the last time, or did not answer in an earlier frame, would be waited for in vain.
+            in_vain = process.asked(kind) or (kind is Question.LAW and process.seconds > self._left)
+            if not process.asked(kind):
+                self._post(process, question)
+            begin = monotonic()
+            there = self._take_in(process, math.inf if self._waits else 0.0 if in_vain else self._left)
+            self._left = max(self._left - (monotonic() - begin), 0.0)
+            if not there and not self._idle:
+                raise self._unanswered()
+        return None
+
+    def _unanswered(self) -> Unanswered:
+        self._since = self._since or monotonic()
+        return Unanswered()
+
+    def _curve(self, kind: Question, question: bytes, count: int) -> Array:
+        """Return the newest curve (count,) of a kind, nan until there is one; ask for this one if it is another."""
         process = self._ready(self._waits)
-        if process is None:
-            return None
+        if process is not None and self._curves.get(kind, (b"", b""))[0] != question and not process.asked(kind):
+            self._post(process, question)
+            while self._take_in(process, math.inf if self._waits else 0.0):
+                pass
+        values = np.frombuffer(self._curves.get(kind, (b"", b""))[1], np.float64)
+        return values.copy() if len(values) == count else np.full(count, np.nan)
+
+    def _post(self, process: LawProcess, question: bytes) -> None:
         try:
-            return process.ask(question, self._waits)
+            process.ask(question)
         except LawFailed as failed:
             self._fail(failed.problem)
-            return None
+
+    def _take_in(self, process: LawProcess, seconds: float) -> bool:
+        """Take in the next answer; return whether it came in time [s]."""
+        try:
+            news = process.answer(seconds) if process is self._process else None
+        except LawFailed as failed:
+            self._fail(failed.problem)
+            return False
+        if news is None:
+            return False
+        question, payload = news
+        kind = Question(question[0])
+        if kind in (Question.RATES, Question.ACTIVATIONS):
+            self._curves[kind] = news
+            return True
+        self._answers[question] = payload
+        if kind is Question.LAW:
+            self._answered, self.problem = True, None
+            self.need += (process.seconds - self.need) * (0.1 if self.need else 1.0)
+        return True
 
     def _fail(self, problem: Problem) -> None:
         self.problem = problem
@@ -237,7 +345,9 @@ class OwnLaw:
 
     def _end(self) -> None:
         self._known.clear()
-        self._answered = False
+        self._answers.clear()
+        self._curves.clear()
+        self._answered, self._since, self.need = False, None, 0.0
         process, self._process = self._process, None
         if process is not None:
             process.end()

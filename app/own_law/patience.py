@@ -14,16 +14,15 @@ class Patience:
     Args:
         process: id of the other process.
         limit: [s].
-        spent: how much of the limit has gone already, on this side's clock [s].
 
     Attributes:
         limit: [s].
     """
 
-    def __init__(self, process: int, limit: float, spent: float = 0.0) -> None:
+    def __init__(self, process: int, limit: float) -> None:
         self.limit = limit
         self._process = process
-        self._begin = time.monotonic() - spent
+        self._begin = time.monotonic()
         self._used = _used(process)
 
     @property

@@ -1,16 +1,19 @@
 """The page's side of a student's law: load the file, ask, and say what went wrong."""
 
 import contextlib
+import math
 import signal
 import struct
+from collections import deque
 from pathlib import Path
+from time import monotonic
 from typing import Final, Literal
 
 from app.own_law.child import Child
 from app.own_law.law_file import quoted
 from app.own_law.limits import Limits, Problem, problem_of
 from app.own_law.patience import Patience
-from app.own_law.wire import BROKEN, Outcome, pack_file, unpack_answer, unpack_failure
+from app.own_law.wire import BROKEN, Outcome, Question, pack_file, unpack_answer, unpack_failure
 from controllers.errors import Message, joined
 
 _SLICE: Final = 0.02
@@ -49,8 +52,8 @@ class LawProcess:
         self._child = Child(path, limits.memory)
         self._phase: Literal["starting", "loading", "ready"] = "starting"
         self._patience = Patience(self.pid, limits.start)
-        self._fresh = True
-        self._late: Patience | None = None
+        self._asked: deque[bytes] = deque()
+        self._first = set(Question)
 
     @property
     def pid(self) -> int:
@@ -71,7 +74,7 @@ class LawProcess:
             LawFailed: the file cannot be used.
         """
         while self._phase != "ready":
-            payload = self._answer(self._patience, wait)
+            payload = self._receive(math.inf if wait else 0.0)
             if payload is None:
                 return False
             if self._phase == "starting":
@@ -83,51 +86,71 @@ class LawProcess:
                 self.wants_all_pairs, self.has_activation = map(bool, payload)
         return True
 
-    def ask(self, question: bytes, wait: bool) -> bytes | None:
-        """Return the payload of the answer to a question of `app.own_law.wire`; only once it is ready.
+    @property
+    def busy(self) -> bool:
+        """Whether any question waits for its answer."""
+        return bool(self._asked)
+
+    def asked(self, kind: Question) -> bool:
+        """Return whether a question of a kind waits for its answer."""
+        return any(question[0] == kind for question in self._asked)
+
+    def ask(self, question: bytes) -> None:
+        """Ask a question of `app.own_law.wire`; only once it is ready.
+
+        Raises:
+            LawFailed: the process is gone.
+        """
+        self._send(question)
+        self._asked.append(question)
+        if len(self._asked) == 1:
+            self._be_patient()
+
+    def answer(self, seconds: float) -> tuple[bytes, bytes] | None:
+        """Return the question that was asked first, and the payload of its answer; None if that is not there in time.
 
         Args:
-            question: the body.
-            wait: for the first answer too, which may take as long as reading the file. Without, None is returned as long as that takes.
+            seconds: how long to wait, at most until the law has had its time [s].
 
         Raises:
             LawFailed: an exception, a result that is none, no answer in time, or the process is gone.
         """
-        if self._late is not None:
-            # What comes now answers a question of long ago.
-            if self._answer(self._late, wait) is None:
-                return None
-            self._late = None
-        self._fresh, fresh = False, self._fresh
-        self._send(question)
-        body = self._receive(self._limits.call)
-        if body is not None:
-            return self._payload(body)
-        if not fresh:
-            return self._answer(Patience(self.pid, self._limits.call, self._limits.call), True)
-        late = Patience(self.pid, self._limits.load, self._limits.call)
-        payload = self._answer(late, wait)
-        self._late = late if payload is None else None
-        return payload
+        payload = self._receive(seconds) if self._asked else None
+        if payload is None:
+            return None
+        question = self._asked.popleft()
+        if self._asked:
+            self._be_patient()
+        return question, payload
 
-    def _answer(self, patience: Patience, wait: bool) -> bytes | None:
-        """Return the payload of the next answer; None if it is not there yet and nobody waits."""
+    def _be_patient(self) -> None:
+        """Give the question that is answered next its time; the first of its kind may have to load a library."""
+        kind = Question(self._asked[0][0])
+        self._patience = Patience(self.pid, self._limits.load if kind in self._first else self._limits.call)
+        self._first.discard(kind)
+
+    def _receive(self, seconds: float) -> bytes | None:
+        """Return the payload of the next answer; None if it is not there in time."""
+        end = monotonic() + seconds
         while True:
-            body = self._receive(_SLICE if wait else 0.0)
-            if body is None and patience.over:
+            left = max(end - monotonic(), 0.0)
+            body = self._body(min(left, _SLICE))
+            if body is None and self._patience.over:
                 # It may have come while the clocks were read.
-                body = self._receive(0.0)
+                body = self._body(0.0)
                 if body is None:
-                    raise self._too_long(patience.limit)
+                    raise self._too_long(self._patience.limit)
             if body is not None:
                 return self._payload(body)
-            if not wait:
+            if left <= _SLICE:
                 return None
 
     def _payload(self, body: bytes) -> bytes:
         try:
-            outcome, payload, self.seconds = unpack_answer(body)
+            outcome, payload, seconds = unpack_answer(body)
             if outcome is not Outcome.FAILED:
+                if not math.isnan(seconds):
+                    self.seconds = seconds
                 return payload
             text, line = unpack_failure(payload)
         except (ValueError, struct.error):
@@ -141,7 +164,7 @@ class LawProcess:
         except OSError:
             raise self._died() from None
 
-    def _receive(self, seconds: float) -> bytes | None:
+    def _body(self, seconds: float) -> bytes | None:
         try:
             return self._child.line.receive(seconds)
         except (OSError, EOFError):

@@ -44,6 +44,8 @@ class Question(IntEnum):
     """λ at a distance."""
     RATES = 3
     """J_d q̇ of one pair at many distances."""
+    ACTIVATIONS = 4
+    """λ at many distances, for a chart."""
 
 
 class Outcome(IntEnum):
@@ -168,6 +170,16 @@ def pack_activation(distance: float) -> bytes:
 def unpack_activation(body: bytes) -> float:
     """Return the distance that is asked about [m]."""
     return struct.unpack("<Bd", body)[1]
+
+
+def pack_activations(distances: Array) -> bytes:
+    """Return the question for λ at many distances (k,)."""
+    return bytes((Question.ACTIVATIONS,)) + distances.tobytes()
+
+
+def unpack_activations(body: bytes) -> Array:
+    """Return the distances (k,) that are asked about [m]."""
+    return np.array(np.frombuffer(body, np.float64, offset=1))
 
 
 def pack_rates(distances: Array, pull: float, approach: float, square: float) -> bytes:

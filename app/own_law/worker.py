@@ -21,6 +21,7 @@ from app.own_law.wire import (
     pack_answer,
     pack_failure,
     unpack_activation,
+    unpack_activations,
     unpack_rates,
     unpack_situation,
 )
@@ -111,6 +112,8 @@ def _answer(law: LawFile, body: bytes) -> bytes:
             return pack_answer(Outcome.DONE, velocities.tobytes(), seconds)
         case Question.ACTIVATION:
             return pack_answer(Outcome.DONE, struct.pack("<d", law.activation(unpack_activation(body))))
+        case Question.ACTIVATIONS:
+            return pack_answer(Outcome.DONE, law.activations(unpack_activations(body)).tobytes())
         case _:
             return pack_answer(Outcome.DONE, law.rates(*unpack_rates(body)).tobytes())
 

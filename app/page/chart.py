@@ -50,11 +50,15 @@ class Chart:
         """Add a line; points that a straight line passes through are left out.
 
         Args:
-            xs, ys: (points,), ascending xs.
+            xs, ys: (points,), ascending xs; where y is nan, there is no point.
             kind: class of CSS whose `color` it takes.
             width: [px].
             dash: as in SVG, [px].
         """
+        known = ~np.isnan(ys)
+        if not known.any():
+            return
+        xs, ys = xs[known], ys[known]
         (x0, x1), (y0, y1) = self.frame.x, self.frame.y
         # Far outside the frame nothing can be seen, and large numbers cost bytes.
         y = np.minimum(np.maximum((y1 - ys) / (y1 - y0), -1.0), 2.0)

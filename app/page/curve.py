@@ -5,8 +5,10 @@ from typing import Final
 
 import numpy as np
 
+from app.own_law.own_law import OwnLaw
 from app.page.chart import Chart, Frame
 from controllers.activation import activation
+from controllers.laws.situation import Law
 from scenes.history import Sample
 from scenes.simulation import Simulation
 
@@ -54,8 +56,12 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
     if ghost is not None:
         other = ghost.settings.law
         ghost_xs = distances(other.critical_distance, other.influence_distance)
-        chart.line(ghost_xs, np.array([ghost.law.activation(d) for d in ghost_xs.tolist()]), "ghost", 2.0, "6 4")
-    chart.line(xs, np.array([simulation.law.activation(d) for d in xs.tolist()]), "lam", 2.6)
+        chart.line(ghost_xs, _activations(ghost.law, ghost_xs), "ghost", 2.0, "6 4")
+    chart.line(xs, _activations(simulation.law, xs), "lam", 2.6)
     if math.isfinite(sample.law_distance):
         chart.mark(sample.law_distance, sample.activation, "dot lam")
     return chart.html(height)
+
+
+def _activations(law: Law, xs: np.ndarray) -> np.ndarray:
+    return law.activations(xs) if isinstance(law, OwnLaw) else np.array([law.activation(d) for d in xs.tolist()])

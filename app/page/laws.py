@@ -8,6 +8,7 @@ from typing import Final, cast
 import numpy as np
 
 from app.languages.speaking import say
+from app.own_law.own_law import OwnLaw
 from app.page.chart import Chart, Frame
 from app.page.contact import Contact
 from app.page.curve import DISTANCES, FAR, distances
@@ -77,6 +78,8 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
 
 
 def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
+    if isinstance(law, OwnLaw):
+        return law.line_rates(xs, now.pull, now.approach, now.square)
     return np.array([law.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()])
 
 

@@ -111,6 +111,12 @@ def own_law_html(session: Shown) -> str:
     if why:
         still = say("the arm stands still: {why}", why=why) if session.own_law else say("the ghost stands still: {why}", why=why)
         return f'<span class="alarm">{still}</span>'
+    if session.own_law_waits:
+        return f'<span class="halt">{say("waiting for {file}", file=file)}</span>'
+    if session.own_law_slow is not None:
+        needs, allowed = (f"{1e3 * seconds:.2g}" for seconds in session.own_law_slow)
+        slow = say("slowed: your law needs {needs} ms a call; real time allows {allowed} ms", needs=needs, allowed=allowed)
+        return f'<span class="halt">{slow}</span>'
     if session.own_law_away:
         return f'<span class="past">{say("{file} is gone; what it said last runs on", file=file)}</span>'
     return (

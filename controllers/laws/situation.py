@@ -47,6 +47,10 @@ class Situation(NamedTuple):
         return -float(self.row.dot(self.nominal))
 
 
+class Unanswered(Exception):
+    """A law that is computed in another process has not answered yet: the same is to be asked again."""
+
+
 class Law(Protocol):
     """Anything that turns a situation into joint velocities (n,) [rad/s].
 
@@ -59,13 +63,20 @@ class Law(Protocol):
     wants_task: ClassVar[bool]
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]; where nothing has to be changed it may be the very array `situation.nominal`."""
+        """Return q̇ (n,) [rad/s]; where nothing has to be changed it may be the very array `situation.nominal`.
+
+        Raises:
+            Unanswered: see there; only a law that is computed elsewhere.
+        """
         ...
 
     def activation(self, distance: float) -> float:
         """Return how far avoidance has taken over at a distance [m], in [0, 1]; what the page shows as λ.
 
         0 at d = ∞, which is the distance in a room without obstacles.
+
+        Raises:
+            Unanswered: as a call.
         """
         ...
 

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from controllers.errors import BadSetting
 from scenes.headless import summarise
 from scenes.inputs import InputsLog, Recorded
-from scenes.rerun import COARSEST, LOOK, WHAT_IF_KEYS, Stopped, between, rerun, warm, what_if
+from scenes.rerun import COARSEST, LOOK, WHAT_IF_KEYS, Stopped, between, newest_piece, newest_steps, rerun, warm, what_if
 from scenes.settings import LawName, RunSettings, SceneName, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, Measured, Verdict, largest_step, unmeasured
@@ -52,6 +52,23 @@ def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: SceneName, law: L
     again = rerun(recorded)
     assert again.table.tobytes() == simulation.history.table(recorded.steps).tobytes()
     assert again.table.tobytes() == rerun(pickle.loads(pickle.dumps(recorded))).table.tobytes()
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_last_seconds_are_a_piece_of_their_own(scene: SceneName) -> None:
+    """To the step and the last bit: within one stretch, over changes of the settings and of the time step, and all of it."""
+    simulation, recorded = session(scene, "smooth_priority", 2.6, 1.6)
+    table = simulation.history.table(recorded.steps)
+    for seconds in (0.004, 1.0, recorded.seconds - recorded.dt, recorded.seconds, math.inf):
+        piece = newest_piece(recorded, seconds)
+        assert piece.steps == newest_steps(recorded, seconds)
+        # Two time steps may not fill the time to the end.
+        assert abs(piece.seconds - min(seconds, recorded.seconds)) < 0.005
+        assert rerun(piece).table.tobytes() == table[-piece.steps :].tobytes()
+    for one, other in zip(newest_piece(recorded, math.inf).stretches, recorded.stretches, strict=True):
+        assert one is other
+    with pytest.raises(Stopped):
+        newest_piece(recorded, 0.004, lambda: True)
 
 
 def test_the_summary_is_that_of_the_run() -> None:

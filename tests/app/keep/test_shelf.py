@@ -97,17 +97,25 @@ def test_a_run_that_would_come_out_differently_is_not_saved(desk: Desk) -> None:
     assert "does not come out the same" in news.text and not desk.shelf.take_files()
 
 
-def test_lines_of_python_are_of_the_whole_run_if_that_is_shorter(desk: Desk) -> None:
+def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Live and replayed; inputs that are too many for the text come as a file with them, of that piece as well."""
     desk.shelf.ask("python", 0.5)
     desk.work()
     snippet = desk.shelf.take_snippet()
-    assert snippet is not None and "seconds=2.0" in snippet and desk.shelf.take_snippet() is None
+    assert snippet is not None and "table[-100:]" in snippet and desk.shelf.take_snippet() is None
     desk.session.change("k", 3.0)
     desk.run(0.2)
-    desk.shelf.ask("python", 0.5)
-    desk.work()
-    snippet = desk.shelf.take_snippet()
-    assert snippet is not None and "b64decode" in snippet
+    monkeypatch.setattr("app.keep.snippet.MOST_CHARACTERS", 100)
+    for _ in range(2):
+        desk.shelf.ask("python", 0.5)
+        desk.work()
+        snippet = desk.shelf.take_snippet()
+        (file,) = desk.shelf.take_files()
+        assert snippet is not None and f"Path({file.name!r})" in snippet and "from t = 1.7 s to 2.2 s" in snippet
+        saved = saved_from(file.content, file.name).recorded
+        assert saved.begin == pytest.approx(1.7) and saved.steps == 100
+        desk.shelf.watch(KEEP)
+        desk.work()
 
 
 def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import io
+import os
 import subprocess
 import sys
-from contextlib import redirect_stdout
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from app.keep import snippet as snippet_module
-from app.keep.run_file import saved_bytes
-from app.keep.snippet import as_python, is_fresh, settings_python
-from scenes.headless import Summary, run
-from scenes.inputs import InputsLog, Recorded
-from scenes.rerun import Stopped, rerun
+from app.keep.snippet import Snippet, as_python, is_fresh, settings_python
+from controllers.kinematics import Array
+from scenes.history import COLUMN
+from scenes.inputs import KEEP, InputsLog, Recorded
+from scenes.rerun import Stopped
 from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
 from tests.app.keep.runs import piece
@@ -24,57 +24,65 @@ from tests.scenes.helpers import given_settings
 ROOT = Path(__file__).parents[3]
 
 
-def printed(text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """What the lines print, in a folder."""
-    assert len(text.splitlines()) <= 15
-    monkeypatch.chdir(folder)
-    out = io.StringIO()
-    with redirect_stdout(out):
-        exec(compile(text, "snippet", "exec"), {})
-    return out.getvalue()
-
-
-def test_the_lines_need_nothing_but_python(tmp_path: Path) -> None:
-    recorded, _ = piece("ball", 1.0)
-    code = f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{as_python(recorded.settings, recorded)}"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+def executed(snippet: Snippet, folder: Path, name: str) -> tuple[str, Array]:
+    """What the lines print, in a process of their own and a folder that holds nothing but what belongs to them, and their d."""
+    if snippet.inputs is not None:
+        (folder / f"{name}.duet.npz").write_bytes(snippet.inputs)
+    (folder / "snippet.py").write_text(
+        snippet.text + "import numpy\nnumpy.save('d.npy', table[:, COLUMN['d']])\n", encoding="utf-8"
+    )
+    done = subprocess.run(
+        [sys.executable, "snippet.py"],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith(plain(run(recorded.settings, 1.0).summary))
+    plot = (folder / f"{name}.png").read_bytes()
+    assert plot.startswith(b"\x89PNG") and len(plot) > 10_000
+    return done.stdout, np.load(folder / "d.npy")
 
 
-def plain(summary: Summary) -> str:
-    """A summary without the time that it took."""
-    return repr(summary).rsplit(", step_us_median", 1)[0]
+@pytest.mark.parametrize("how", ["settings", "in the text", "in a file"])
+def test_the_lines_make_the_chosen_piece_and_plot_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str) -> None:
+    """The last 0.4 s of two and a half, to the last bit, whatever it is made from; with the summary of nothing but that."""
+    if how == "in a file":
+        monkeypatch.setattr(snippet_module, "MOST_CHARACTERS", 100)
+    whole, table = piece("hold", 2.5, lively=how != "settings")
+    recorded, _ = piece("hold", 2.5, 0.5, lively=how != "settings")
+    assert recorded.seconds > 0.45
+    snippet = as_python(whole, recorded, 0.4, "mine")
+    assert len(snippet.text.splitlines()) <= 30 and (snippet.inputs is not None) == (how == "in a file")
+    said, d = executed(snippet, tmp_path, "mine")
+    steps = round(0.4 / recorded.stretches[-1].settings.dt)
+    assert d.tobytes() == table[-steps:, COLUMN["d"]].tobytes()
+    assert f"steps={steps}," in said and f"Summary(d_min={float(d.min())!r}," in said
+    if how != "settings":
+        assert f"from t = {table[-steps, COLUMN['t']]:.6g} s to 2.5" in snippet.text
 
 
-def test_settings_alone_make_the_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_piece_has_the_settings_that_were_in_force(tmp_path: Path) -> None:
+    """Those that changed during it as well, which the plot's d_m follows; a longer piece than there is, is all there is."""
+    whole, table = piece("hold", 2.5, lively=True)
+    snippet = as_python(whole, whole, KEEP, "mine")
+    _, d = executed(snippet, tmp_path, "mine")
+    assert d.tobytes() == table[:, COLUMN["d"]].tobytes()
+
+
+def test_an_arm_alone_is_plotted_without_a_distance(tmp_path: Path) -> None:
+    recorded, _ = piece("solo", 0.5)
+    snippet = as_python(recorded, recorded, 30.0, "alone")
+    assert "d_m" not in snippet.text and "e²" in snippet.text
+    executed(snippet, tmp_path, "alone")
+
+
+def test_settings_alone_make_the_run_again() -> None:
     recorded, _ = piece("ball", 1.0)
-    text = as_python(recorded.settings, recorded)
-    assert "base64" not in text and "scene='ball'" in text and "LawSettings" not in text
-    assert printed(text, tmp_path, monkeypatch).startswith(plain(run(recorded.settings, 1.0).summary))
-
-
-def test_nothing_recorded_is_a_fresh_run_of_the_settings() -> None:
-    text = as_python(given_settings(n=8.0, k=3.0))
-    assert "settings = RunSettings(gain=3.0, law=LawSettings(order=8.0))" in text
-    assert "from scenes.settings import LawSettings, RunSettings" in text and "seconds=20.0" in text
-    compile(text, "snippet", "exec")
-
-
-def test_what_a_person_did_stands_in_the_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    recorded, _ = piece("hold", 2.0, 0.9, lively=True)
-    text = as_python(recorded.settings, recorded)
-    assert "b64decode" in text and "t = 1" in text
-    assert printed(text, tmp_path, monkeypatch).startswith(plain(rerun(recorded).summary))
-
-
-def test_too_much_for_a_text_is_read_from_the_saved_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(snippet_module, "MOST_CHARACTERS", 100)
-    recorded, _ = piece("hold", 1.0, lively=True)
-    text = as_python(recorded.settings, recorded, "mine.duet.npz")
-    assert "Path('mine.duet.npz')" in text
-    (tmp_path / "mine.duet.npz").write_bytes(saved_bytes(recorded))
-    assert printed(text, tmp_path, monkeypatch).startswith(plain(rerun(recorded).summary))
+    text = as_python(recorded, recorded, 30.0).text
+    assert "base64" not in text and "scene='ball'" in text and "LawSettings" not in text and "seconds=1.0" in text
 
 
 def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:

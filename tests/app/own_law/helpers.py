@@ -14,7 +14,8 @@ from numpy.testing import assert_array_equal
 
 from app.own_law.limits import Limits
 from app.own_law.own_law import OwnLaw
-from controllers.laws.situation import Situation
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation, Unanswered
 
 SHORT = Limits(load=0.1, call=0.02, memory=96 * 2**20)
 """So that what never ends is ended soon."""
@@ -74,6 +75,18 @@ def gone(pid: int) -> bool:
 ZEROS = np.zeros(7)
 SITUATION = situation()
 GOOD = "def law(s):\n    return s.nominal * 2"
+
+
+def soon(law: OwnLaw) -> Array:
+    """q̇ of a law that nobody waits for, after a moment at most; zeros where it has not answered by then."""
+    law.allow(1.0)
+    try:
+        law.activation(0.1)
+        velocities = law(SITUATION)
+    except Unanswered:
+        return ZEROS
+    law.step_made()
+    return velocities
 
 
 def frozen(law: OwnLaw) -> str:

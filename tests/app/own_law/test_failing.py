@@ -15,7 +15,8 @@ from numpy.testing import assert_array_equal
 from app.own_law.limits import Limits
 from app.own_law.own_law import OwnLaw
 from controllers.errors import BadInputFile
-from tests.app.own_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, gone, until, write
+from controllers.laws.situation import Unanswered
+from tests.app.own_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, gone, soon, until, write
 
 
 @pytest.mark.parametrize(
@@ -54,8 +55,8 @@ def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[i
         pids: set[int | None] = set()
 
         def given_up() -> bool:
-            law.activation(0.1)
-            assert not np.any(law(SITUATION)) or "activation" in text
+            law.refresh()
+            assert not np.any(soon(law)) or "activation" in text
             pids.add(law.pid)
             return law.problem is not None
 
@@ -129,7 +130,7 @@ def test_a_python_that_cannot_be_started(file: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_a_slow_beginning_holds_nobody_up(file: Path, tmp_path: Path) -> None:
-    """While the file is read, and while the first call loads something, the arm stands still and calls return; then it moves."""
+    """While the file is read, and while the first call loads something, no call is answered or waits; then the arm moves."""
     text = f"""
         import pathlib, time
 
@@ -145,16 +146,21 @@ def test_a_slow_beginning_holds_nobody_up(file: Path, tmp_path: Path) -> None:
     """
     with OwnLaw(write(file, text), Limits(load=30.0, call=0.01)) as law:
         for _ in range(100):
-            assert_array_equal(law(SITUATION), ZEROS)
+            with pytest.raises(Unanswered):
+                law(SITUATION)
         assert law.problem is None and not law.ready
+        until(lambda: law.waiting)
         (tmp_path / "read").touch()
         until(lambda: law.ready)
         for _ in range(100):
-            assert_array_equal(law(SITUATION), ZEROS)
-        assert law.problem is None
+            with pytest.raises(Unanswered):
+                law(SITUATION)
+        assert law.problem is None and law.waiting
         (tmp_path / "call").touch()
-        until(lambda: np.any(law(SITUATION)))
-        assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
+        until(lambda: np.any(soon(law)))
+        assert_array_equal(soon(law), SITUATION.nominal * 2)
+        law.refresh()
+        assert not law.waiting
         assert law.problem is None
 
 

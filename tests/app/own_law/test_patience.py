@@ -48,15 +48,6 @@ def test_a_process_that_waits_for_a_core_is_not_but_not_for_ever(machine: Machin
     assert patience.over
 
 
-def test_what_is_spent_counts_on_the_clock_only(machine: Machine) -> None:
-    """The clock says at once that it is too long; the process may still have had no core, and gets its share now."""
-    patience = Patience(1, 1.0, spent=1.0)
-    machine.now = 0.01
-    assert not patience.over
-    machine.used = 1.1
-    assert patience.over
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="only there it is known")
 def test_this_process_by_its_own_number() -> None:
     """It runs, uses time, and what is no process neither runs nor does."""

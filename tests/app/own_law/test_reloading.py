@@ -11,7 +11,7 @@ from numpy.testing import assert_array_equal
 
 from app.own_law import own_law as own_law_module
 from app.own_law.own_law import OwnLaw
-from tests.app.own_law.helpers import GOOD, SHORT, SITUATION, gone, until, write
+from tests.app.own_law.helpers import GOOD, SHORT, SITUATION, gone, soon, until, write
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def test_it_is_reloaded_on_save(file: Path) -> None:
         def moves(factor: float) -> bool:
             law.refresh()
             pids.add(law.pid)
-            return bool(np.array_equal(law(SITUATION), SITUATION.nominal * factor))
+            return bool(np.array_equal(soon(law), SITUATION.nominal * factor))
 
         until(lambda: moves(2))
         save(GOOD.replace("2", "3.5"))
@@ -104,14 +104,14 @@ def test_nothing_is_started_before_it_is_needed(file: Path) -> None:
     with OwnLaw(write(file, "def law(s)")) as law:
         write(file, GOOD)
         assert law.refresh() and law.pid is None and not law.ready and law.problem is None
-        until(lambda: np.any(law(SITUATION)))
+        until(lambda: np.any(soon(law)))
 
 
 @pytest.mark.usefixtures("eager")
 def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
     """Paused: nobody calls the law, and the message comes, changes and goes all the same."""
     with OwnLaw(write(file, GOOD), SHORT) as law:
-        until(lambda: np.any(law(SITUATION)))
+        until(lambda: np.any(soon(law)))
         write(file, "def law(s)")
         until(lambda: law.refresh() or law.problem is not None)
         until(lambda: law.refresh() or law.problem is not None)
