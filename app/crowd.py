@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
+from scenes.children import deaf, leave_with_parent
+
 WARM_UP: Final = 60
 """Frames that every visitor has had before they are watched: their pages have been built by then."""
 
@@ -73,6 +75,7 @@ class Shares:
 
 
 def _keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
+    leave_with_parent()
     from app.hosts import open_house
     from app.settings import Settings
 
@@ -88,6 +91,7 @@ def _keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
 
 
 def _visit(pipe: Connection, url: str, count: int) -> None:
+    leave_with_parent()
     asyncio.run(_visit_all(pipe, url, count))
 
 
@@ -110,10 +114,14 @@ def _process(work: Callable[..., None], *given: Any) -> Iterator[Connection]:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=work, args=(theirs, *given), daemon=False)
-    process.start()
-    theirs.close()
     try:
+        with deaf():
+            process.start()
+        theirs.close()
         yield ours
+    except KeyboardInterrupt:
+        process.kill()
+        raise
     finally:
         try:
             ours.send("leave")

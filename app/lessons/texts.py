@@ -10,6 +10,7 @@ from app.lessons.lesson import Measurement, Step
 from app.lessons.measures import Value
 from app.lessons.runs import Setup, page_value
 from app.settings import Settings
+from scenes.files import path_inside
 from scenes.settings import specs, values
 
 _PICTURE: Final = re.compile(r"!\[([^\]]*)\]\(([^)]*)\)")
@@ -54,10 +55,10 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
 def picture_problems(line: str, folder: Path) -> Iterator[str]:
     """Yield what is wrong with the pictures of a line of text: `![what is seen](pictures/name.svg)`."""
     for description, name in _PICTURE.findall(line):
-        path = (folder / name).resolve()
+        path = path_inside(folder, name)
         if not description.strip():
             yield f"the picture {name[:60]!r} says nothing to those who do not see it; write what is seen into the [ ]."
-        if not path.is_relative_to(folder.resolve()) or path.suffix not in _FORMATS:
+        if path is None or path.suffix not in _FORMATS:
             yield f"{name[:60]!r} is no picture beside the lesson; it must be an .svg or .png in its folder or one below."
         elif not path.is_file():
             yield f"there is no picture {name[:60]!r} beside the lesson."

@@ -15,6 +15,7 @@ from ziamath import zmath
 from ziamath.config import config
 
 from app.page.theme import PALETTES
+from scenes.files import read_file
 
 log = logging.getLogger("duet.lessons")
 
@@ -89,8 +90,7 @@ def _list(lines: list[str]) -> str:
 
 def _picture(words: str, name: str, folder: Path | None) -> str:
     try:
-        path = folder / name if folder is not None else Path(name)
-        data = path.read_bytes() if folder is not None and path.stat().st_size <= _MOST_BYTES else b""
+        data = b"" if folder is None else read_file(folder / name, _MOST_BYTES)
     except OSError:
         data = b""
     if not data:
