@@ -24,7 +24,7 @@ from app.terminal import INTERRUPTED, ending_at_once
 from app.written import written
 from controllers.errors import BadInputFile, BadSetting, DuetError
 from scenes.cast import Person
-from scenes.files import readable_name
+from scenes.files import readable
 from scenes.settings import RunSettings, values
 
 
@@ -164,6 +164,7 @@ def serve(command: Serve) -> int:
         raise BadSetting("key is empty, so that everybody would have it; give a word that nobody guesses.")
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
+    key = None if command.key is None else readable(command.key)
     settings = chosen(command.settings, Settings())
     with ending_at_once():
         from app.classroom.address import find_address
@@ -178,7 +179,7 @@ def serve(command: Serve) -> int:
                 settings,
                 command.sessions,
                 command.lecture,
-                command.key,
+                key,
                 command.allow_origin,
                 people,
                 command.lessons,
@@ -187,7 +188,7 @@ def serve(command: Serve) -> int:
             people.close()
             raise
     try:
-        link = house.url + (f"/?key={quote(command.key, safe='')}" if command.key else "")
+        link = house.url + (f"/?key={quote(key, safe='')}" if key else "")
         print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
         if command.lecture:
             print(f"The class opens {find_address('', command.host, house.server.get_port()).url}", flush=True)
@@ -226,9 +227,9 @@ def run(command: Run) -> int:
     if command.csv is not None:
         header = {
             **values(settings),
-            **({"law_file": readable_name(command.law_file)} if command.law_file else {}),
+            **({"law_file": readable(command.law_file.name)} if command.law_file else {}),
             "seconds": command.seconds,
-            "inputs": next((readable_name(path) for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
+            "inputs": next((readable(path.name) for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
         }
         with written(command.csv, "csv") as new, new.open("w", encoding="utf-8", newline="\n") as out:
             write_table(out, done.simulation, done.table, header)

@@ -9,7 +9,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
@@ -119,18 +119,13 @@ def _process(work: Callable[..., None], *given: Any) -> Iterator[Connection]:
             process.start()
         theirs.close()
         yield ours
-    except KeyboardInterrupt:
-        process.kill()
-        raise
-    finally:
-        try:
+        with suppress(OSError):
             ours.send("leave")
             process.join(10.0)
-        except OSError:
-            pass
-        if process.is_alive():
+    finally:
+        if process.pid is not None:
             process.kill()
-        process.join()
+            process.join()
 
 
 def _answer(pipe: Connection) -> Any:

@@ -60,9 +60,9 @@ def replacing(path: Path) -> Iterator[Path]:
         raise
 
 
-def readable_name(path: Path) -> str:
-    """Return a file's name as text that UTF-8 can hold, whatever the locale made of it."""
-    return os.fsencode(path.name).decode("utf-8", "replace")
+def readable(text: str) -> str:
+    """Return a text of the command line or a file's name as UTF-8 has it, whatever the locale made of it."""
+    return os.fsencode(text).decode("utf-8", "replace")
 
 
 def path_inside(folder: Path, name: str) -> Path | None:

@@ -8,7 +8,7 @@ import tyro
 
 from app.terminal import ending_at_once
 from controllers.errors import BadSetting
-from scenes.files import readable_name, replacing
+from scenes.files import readable, replacing
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def new_law(command: NewLaw) -> int:
         BadSetting: it is there already, or cannot be written.
     """
     path = command.path
-    text = Path(__file__).with_name("template.py").read_text(encoding="utf-8").replace("my_law.py", readable_name(path))
+    text = Path(__file__).with_name("template.py").read_text(encoding="utf-8").replace("my_law.py", readable(path.name))
     if os.path.lexists(path):
         raise BadSetting(f"{path} is there already and is left alone; give another name.")
     try:

@@ -15,7 +15,7 @@ from app.own_law.wire import pack_activation, pack_rates, pack_situation
 from controllers.errors import BadInputFile, Message
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
-from scenes.files import read_file, readable_name
+from scenes.files import read_file, readable
 
 LOOK: Final = 0.5
 """Time between two looks at the file [s]."""
@@ -213,7 +213,7 @@ class OwnLaw:
             return None
         except OSError as error:
             self._fail(
-                problem_of(readable_name(self.path), Message("its process could not be started: {error}", error=str(error)))
+                problem_of(readable(self.path.name), Message("its process could not be started: {error}", error=str(error)))
             )
             return None
         # The file, not the class, has the last word.
