@@ -28,6 +28,7 @@ from app.version import duet_version
 from app.visitor.visitor import Visitor
 from controllers.errors import BadInputFile
 from scenes.cast import Person
+from scenes.files import read_file
 from scenes.settings import LawName, RunSettings, SceneName, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
@@ -36,6 +37,9 @@ Figures = dict[str, dict[str, float]]
 
 WARM_UP: Final = 500
 """Steps made before any is measured."""
+
+MOST_BYTES: Final = 10_000_000
+"""Largest file of figures."""
 
 RESTLESS: Final = "hold, soft minimum, bounds at work"
 """A person who jerks the arm to and fro at 1 m/s drives the avoiding arm into its velocity bounds."""
@@ -157,7 +161,7 @@ def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
         Besides that, the time from the command until the server answers, and until the arms have arrived at the visitor [s].
     """
     command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:
         try:
             assert server.stdout is not None
             begin = time.perf_counter()
@@ -193,7 +197,7 @@ async def _watch(url: str, pid: int, seconds: float, query: str, started: float)
 def _cpu_seconds(pid: int) -> float:
     """Return the processor time that a process has used [s]; nan where the system does not tell."""
     try:
-        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace").rsplit(")", 1)[1].split()
     except OSError:
         return float("nan")
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
@@ -248,12 +252,12 @@ def read_figures(path: Path) -> dict[str, Any]:
         BadInputFile: no such file, or not such a file.
     """
     try:
-        result = json.loads(path.read_text(encoding="utf-8"))
+        result = json.loads(read_file(path, MOST_BYTES))
         if not isinstance(result["figures"], dict):
             raise TypeError
     except OSError as error:
         raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         raise BadInputFile(f"{path}: is not a file that `bench --out` has written.") from None
     return result
 

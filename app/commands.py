@@ -20,8 +20,11 @@ from app.options import AllOptions, Flat, RunOptions, chosen
 from app.own_law.commands import LawTest, NewLaw, law_test, new_law
 from app.settings import Settings
 from app.sweep import Sweep, sweep
+from app.terminal import INTERRUPTED, ending_at_once
+from app.written import written
 from controllers.errors import BadInputFile, BadSetting, DuetError
 from scenes.cast import Person
+from scenes.files import readable
 from scenes.settings import RunSettings, values
 
 
@@ -138,14 +141,14 @@ def main(arguments: list[str] | None = None) -> int:
             case Run():
                 return run(command)
             case Figures():
-                from app.figures.command import figures
-
+                with ending_at_once():
+                    from app.figures.command import figures
                 return figures(command)
             case Sweep():
                 return sweep(command)
             case Lessons():
-                from app.lessons.check import lessons
-
+                with ending_at_once():
+                    from app.lessons.check import lessons
                 return lessons(command)
             case NewLaw():
                 return new_law(command)
@@ -158,11 +161,6 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
 
 
-def entry() -> None:
-    """Run as the installed command `lwr-duet`."""
-    sys.exit(main())
-
-
 def serve(command: Serve) -> int:
     """Serve the page until Ctrl+C."""
     if command.sessions < 1:
@@ -173,39 +171,41 @@ def serve(command: Serve) -> int:
         raise BadSetting("key is empty, so that everybody would have it; give a word that nobody guesses.")
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
+    key = None if command.key is None else readable(command.key)
     settings = chosen(command.settings, Settings())
-    from app.classroom.address import find_address
-    from app.hosts import open_house
-    from app.people import find_people
+    with ending_at_once():
+        from app.classroom.address import find_address
+        from app.hosts import open_house
+        from app.people import find_people
 
-    people = find_people(command.bvh, command.camera, command.video, command.pose_model, command.law_file)
+        people = find_people(command.bvh, command.camera, command.video, command.pose_model, command.law_file)
+        try:
+            house = open_house(
+                command.host,
+                command.port,
+                settings,
+                command.sessions,
+                command.lecture,
+                key,
+                command.allow_origin,
+                people,
+                command.lessons,
+                command.watchers,
+                ahead=True,
+            )
+        except Exception:
+            people.close()
+            raise
     try:
-        house = open_house(
-            command.host,
-            command.port,
-            settings,
-            command.sessions,
-            command.lecture,
-            command.key,
-            command.allow_origin,
-            people,
-            command.lessons,
-            command.watchers,
-            ahead=True,
-        )
-    except Exception:
-        people.close()
-        raise
-    link = house.url + (f"/?key={quote(command.key, safe='')}" if command.key else "")
-    print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
-    if command.lecture:
-        print(f"The class opens {find_address('', command.host, house.server.get_port()).url}", flush=True)
-    if command.open:
-        webbrowser.open(link)
-    try:
+        link = house.url + (f"/?key={quote(key, safe='')}" if key else "")
+        print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
+        if command.lecture:
+            print(f"The class opens {find_address('', command.host, house.server.get_port()).url}", flush=True)
+        if command.open:
+            webbrowser.open(link)
         house.wait()
     except KeyboardInterrupt:
-        print()
+        return INTERRUPTED
     finally:
         house.close()
     return 0
@@ -213,9 +213,10 @@ def serve(command: Serve) -> int:
 
 def run(command: Run) -> int:
     """Simulate, and print the summary."""
-    from app.own_law.own_law import OwnLaw
-    from scenes.headless import run as simulate
-    from scenes.recording import write_table
+    with ending_at_once():
+        from app.own_law.own_law import OwnLaw
+        from scenes.headless import run as simulate
+        from scenes.recording import write_table
 
     settings: RunSettings = chosen(command.settings, RunSettings())
     longest = MOST_STEPS * settings.dt
@@ -235,15 +236,12 @@ def run(command: Run) -> int:
     if command.csv is not None:
         header = {
             **values(settings),
-            **({"law_file": command.law_file.name} if command.law_file else {}),
+            **({"law_file": readable(command.law_file.name)} if command.law_file else {}),
             "seconds": command.seconds,
-            "inputs": next((path.name for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
+            "inputs": next((readable(path.name) for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
         }
-        try:
-            with command.csv.open("w", encoding="utf-8", newline="\n") as out:
-                write_table(out, done.simulation, done.table, header)
-        except OSError as error:
-            raise BadSetting(f"csv = {command.csv}: cannot be written ({error.strerror}).") from None
+        with written(command.csv, "csv") as new, new.open("w", encoding="utf-8", newline="\n") as out:
+            write_table(out, done.simulation, done.table, header)
     # JSON knows no infinity, which is the distance where nothing can be met.
     figures = {key: None if value == math.inf else value for key, value in asdict(done.summary).items()}
     print(json.dumps(figures, indent=2))
@@ -278,8 +276,9 @@ def _person(command: Run, settings: RunSettings) -> Person | None:
 
 def bench(command: Bench) -> int:
     """Measure, print and save."""
-    from app.bench import compare, measure, measure_fairness, read_figures, table_text
-    from app.peers import measure_peers, peers_table
+    with ending_at_once():
+        from app.bench import compare, measure, measure_fairness, read_figures, table_text
+        from app.peers import measure_peers, peers_table
 
     before = read_figures(command.compare) if command.compare else None
     if command.peers:
@@ -294,5 +293,6 @@ def bench(command: Bench) -> int:
     if before is not None:
         print(compare(result, before))
     if command.out is not None:
-        command.out.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+        with written(command.out, "out") as new:
+            new.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8", newline="\n")
     return 0

@@ -10,9 +10,11 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import Any, Final
+
+from scenes.children import deaf, leave_with_parent
 
 WARM_UP: Final = 60
 """Frames that every visitor has had before they are watched: their pages have been built by then."""
@@ -78,6 +80,7 @@ class Shares:
 
 
 def keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
+    leave_with_parent()
     from app.hosts import open_house
     from app.settings import Settings
 
@@ -94,6 +97,7 @@ def keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
 
 
 def _visit(pipe: Connection, url: str, count: int) -> None:
+    leave_with_parent()
     asyncio.run(_visit_all(pipe, url, count))
 
 
@@ -118,19 +122,18 @@ def process(work: Callable[..., None], *given: Any) -> Iterator[Connection]:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=work, args=(theirs, *given), daemon=False)
-    process.start()
-    theirs.close()
     try:
+        with deaf():
+            process.start()
+        theirs.close()
         yield ours
-    finally:
-        try:
+        with suppress(OSError):
             ours.send("leave")
             process.join(10.0)
-        except OSError:
-            pass
-        if process.is_alive():
+    finally:
+        if process.pid is not None:
             process.kill()
-        process.join()
+            process.join()
 
 
 def answer(pipe: Connection) -> Any:

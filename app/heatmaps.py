@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from app.written import written
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.experiments import EXPERIMENTS
@@ -58,10 +59,8 @@ def draw_maps(grid: Grid, rows: Mapping[int, Figures], folder: Path) -> list[Pat
             figure = _drawn(plan, name)
             for form, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
                 path = folder / f"{name}.{form}"
-                try:
-                    figure.savefig(path, dpi=160, metadata=metadata)
-                except OSError as error:
-                    raise BadSetting(f"out = {path}: cannot be written ({error.strerror}).") from None
+                with written(path, "out") as new:
+                    figure.savefig(new, format=form, dpi=160, metadata=metadata)
                 drawn.append(path)
     return drawn
 

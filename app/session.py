@@ -20,6 +20,7 @@ from app.trade_off import TradeOffMap
 from controllers.kinematics import Array
 from controllers.laws.situation import Unanswered
 from scenes.cast import Person
+from scenes.files import readable
 from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.rerun import WhatIf
 from scenes.room import room_of
@@ -124,13 +125,13 @@ class Session:
     def own_law(self) -> str | None:
         """Name of the file whose law runs instead of the settings'; None if theirs does."""
         law = self._law_of_run()
-        return law.path.name if law is not None else None
+        return readable(law.path.name) if law is not None else None
 
     @property
     def own_ghost(self) -> str | None:
         """Name of the file whose law the ghost runs; None if it runs another one, or there is no ghost."""
         law = self._law_of_ghost()
-        return law.path.name if law is not None else None
+        return readable(law.path.name) if law is not None else None
 
     @property
     def own_law_problem(self) -> str:

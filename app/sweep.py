@@ -12,13 +12,11 @@ from tqdm import tqdm
 from app.heatmaps import draw_maps, needs_matplotlib
 from app.options import Flat, RunOptions, chosen
 from app.sweep_files import Format, SweepFiles
+from app.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.grids import Grid, read_grid
 from scenes.settings import RunSettings
 from scenes.sweep import run_points
-
-INTERRUPTED = 130
-"""Exit code after Ctrl+C, as in a shell."""
 
 
 @dataclass(frozen=True)
@@ -51,15 +49,14 @@ def sweep(command: Sweep) -> int:
     if command.workers < 0:
         raise BadSetting(f"workers = {command.workers} cannot be; give a number from 1, or 0 for one a core.")
     if command.maps:
-        needs_matplotlib()
+        with ending_at_once():
+            needs_matplotlib()
     grid = read_grid(settings, command.over, command.seconds)
     files = SweepFiles(command.out, grid, command.format)
     try:
         _complete(grid, files, command.workers or _cores())
     except KeyboardInterrupt:
-        print(
-            f"\n{len(files.rows)} of {grid.size} runs are in {files.part}; the same command goes on from there.", file=sys.stderr
-        )
+        print(f"{len(files.rows)} of {grid.size} runs are in {files.part}; the same command goes on from there.", file=sys.stderr)
         return INTERRUPTED
     print(files.table)
     if command.maps:

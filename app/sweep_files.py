@@ -1,12 +1,14 @@
 """What a sweep writes: a row a point, at once while it runs, and one table in order at the end, CSV or Parquet."""
 
-import os
+import io
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, Literal
 
+from app.written import written
 from controllers.errors import BadInputFile, BadSetting
+from scenes.files import read_file
 from scenes.grids import Grid
 from scenes.sweep import FIGURES, Figures
 
@@ -16,6 +18,7 @@ Rows = Mapping[int, Figures]
 
 _WHOLE: Final = frozenset({"pair_switches"})
 _HEAD: Final = b"sweep"
+_MOST_BYTES: Final = 1_000_000_000
 
 
 def head_of(grid: Grid) -> tuple[str, ...]:
@@ -95,14 +98,14 @@ class SweepFiles:
         lines = [f"# {line}\n" for line in head_of(self.grid)]
         lines.append(",".join(columns_of(self.grid)) + "\n")
         lines += [self._line(index, rows[index]) for index in sorted(rows)]
-        with _replaced(path) as new:
+        with written(path, "out") as new:
             new.write_text("".join(lines), encoding="utf-8", newline="\n")
 
     def _write_parquet(self, path: Path, rows: Rows) -> None:
         pa, pq = _pyarrow()
         table = [(*self._points[index], *rows[index]) for index in sorted(rows)]
         columns = dict(zip(columns_of(self.grid), map(list, zip(*table, strict=True)), strict=True))
-        with _replaced(path) as new:
+        with written(path, "out") as new:
             pq.write_table(pa.table(columns).replace_schema_metadata({_HEAD: "\n".join(head_of(self.grid)).encode()}), new)
 
     def _kept(self, path: Path) -> dict[int, Figures]:
@@ -143,7 +146,7 @@ def _short(text: str | None) -> str:
 
 def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
     with _readable(path):
-        text = path.read_text(encoding="utf-8")
+        text = read_file(path, _MOST_BYTES).decode("utf-8")
     # What follows the last line break is a row that was being written.
     lines = text.split("\n")[:-1]
     head = tuple(line[2:] for line in lines if line.startswith("# "))
@@ -153,7 +156,7 @@ def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
 def _read_parquet(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
     _, pq = _pyarrow()
     with _readable(path):
-        table = pq.read_table(path)
+        table = pq.read_table(io.BytesIO(read_file(path, _MOST_BYTES)))
     head = (table.schema.metadata or {}).get(_HEAD, b"").decode()
     return tuple(head.split("\n")), [[_cell(value) for value in row.values()] for row in table.to_pylist()]
 
@@ -185,12 +188,3 @@ def _written(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise BadSetting(f"out = {path}: cannot be written ({error.strerror or error}).") from None
-
-
-@contextmanager
-def _replaced(path: Path) -> Iterator[Path]:
-    """Give a place to write to, which takes the path's place when all is written: a reader never sees half a table."""
-    new = path.with_name(path.name + ".new")
-    with _written(path):
-        yield new
-        os.replace(new, path)

@@ -7,9 +7,7 @@ import hashlib
 import importlib.metadata
 import itertools
 import json
-import os
 import struct
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -19,6 +17,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import platformdirs
 from numpy.typing import NDArray
+
+from scenes.files import replacing
 
 if TYPE_CHECKING:
     import trimesh
@@ -195,7 +195,9 @@ def cached(name: str, key: str, build: Callable[[], tuple[bytes, ...]]) -> tuple
         raise NotStored(name)
     blobs = build()
     with contextlib.suppress(OSError):
-        _write_whole(file, _pack(blobs, key))
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(file) as new:
+            new.write_bytes(_pack(blobs, key))
     return blobs
 
 
@@ -217,16 +219,3 @@ def _unpack(data: bytes, key: str) -> tuple[bytes, ...]:
         raise ValueError("stale or damaged cache")
     ends = np.cumsum([0, *head["sizes"]])
     return tuple(body[a:b] for a, b in itertools.pairwise(ends))
-
-
-def _write_whole(file: Path, data: bytes) -> None:
-    """Write beside the file and rename: a reader sees the old file or the new one, never half of one."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    handle, draft = tempfile.mkstemp(dir=file.parent, prefix=file.name)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        os.replace(draft, file)
-    except OSError:
-        Path(draft).unlink(missing_ok=True)
-        raise

@@ -1,5 +1,6 @@
 """Recorded inputs as a file: one .npz archive that numpy opens anywhere, checked thoroughly when it comes back."""
 
+import errno
 import io
 import json
 import math
@@ -15,9 +16,10 @@ import numpy as np
 from controllers.errors import BadInputFile, BadSetting, Message
 from controllers.kinematics import Array
 from scenes.cast import Person
+from scenes.files import read_file, replacing
 from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.packing import ANGLES, BALL, HAND, JOINTS, ROTATION, TURNED, WIDTHS, PackedTargets
-from scenes.recording import REACH, read_inputs
+from scenes.recording import REACH, inputs_from
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import AnglesTarget
@@ -81,7 +83,8 @@ def write_recorded(recorded: Recorded, path: Path) -> None:
         BadInputFile: it cannot be written.
     """
     try:
-        path.write_bytes(recorded_bytes(recorded))
+        with replacing(path) as new:
+            new.write_bytes(recorded_bytes(recorded))
     except OSError as error:
         raise BadInputFile("{name}: cannot be written ({reason}).", name=path, reason=error.strerror) from None
 
@@ -92,13 +95,7 @@ def read_recorded(path: Path) -> Recorded:
     Raises:
         BadInputFile: no such file, not such a file, damaged, or of something impossible.
     """
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise _too_large(str(path))
-        data = path.read_bytes()
-    except OSError as error:
-        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
-    return recorded_from(data, str(path))
+    return recorded_from(_content(path), str(path))
 
 
 def read_person(path: Path, settings: RunSettings) -> Person:
@@ -110,14 +107,10 @@ def read_person(path: Path, settings: RunSettings) -> Person:
     Raises:
         BadInputFile: neither, or recorded in a scene where other things are moved.
     """
-    try:
-        with path.open("rb") as file:
-            archive = file.read(2) == b"PK"
-    except OSError as error:
-        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
-    if not archive:
-        return read_inputs(path)
-    recorded = read_recorded(path)
+    data = _content(path)
+    if not data.startswith(b"PK"):
+        return inputs_from(data, str(path))
+    recorded = recorded_from(data, str(path))
     if recorded.settings.scene != settings.scene:
         scene = recorded.settings.scene
         raise BadInputFile(
@@ -127,6 +120,15 @@ def read_person(path: Path, settings: RunSettings) -> Person:
             here=settings.scene,
         )
     return RecordedPerson(recorded)
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return read_file(path, LARGEST_FILE)
+    except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise _too_large(str(path)) from None
+        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
 
 
 def recorded_from(data: bytes, name: str) -> Recorded:

@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
+from scenes.files import read_file
 from scenes.history import COLUMN
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
@@ -19,6 +20,8 @@ POSITION_HEADER: Final = ("t", "x", "y", "z")
 POSE_HEADER: Final = (*POSITION_HEADER, "qw", "qx", "qy", "qz")
 REACH: Final = 10.0
 """Largest believable coordinate of a hand [m]; more is a file in millimetres."""
+MOST_BYTES: Final = 64_000_000
+"""Largest CSV file of inputs."""
 
 
 class Recording:
@@ -55,9 +58,21 @@ def read_inputs(path: Path) -> Recording:
         BadInputFile: no such file, or not such a file; names the line.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        data = read_file(path, MOST_BYTES)
     except OSError as error:
         raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+    return inputs_from(data, str(path))
+
+
+def inputs_from(data: bytes, path: str) -> Recording:
+    """Return the recording in a CSV file's content; see `read_inputs`.
+
+    Args:
+        data: the content.
+        path: of the file, for messages.
+    """
+    try:
+        lines = data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise BadInputFile(f"{path}: is not a text file; give a CSV file with the header t,x,y,z.") from None
     rows: list[list[float]] = []
@@ -84,7 +99,7 @@ def read_inputs(path: Path) -> Recording:
     return Recording(table[:, 0], table[:, 1:4], quaternions)
 
 
-def _checked_row(path: Path, number: int, header: tuple[str, ...], cells: list[str], before: float) -> list[float]:
+def _checked_row(path: str, number: int, header: tuple[str, ...], cells: list[str], before: float) -> list[float]:
     where = f"{path}, line {number}"
     if len(cells) != len(header):
         raise BadInputFile(f"{where}: has {len(cells)} values, but the header names {len(header)}.")

@@ -45,11 +45,18 @@ def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tu
     # Not forked: this process may have threads, and a fork would copy their locks.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(workers, len(todo)), context, leave_with_parent)
+    others = multiprocessing.active_children()
     try:
         with inheriting():
             tasks = {pool.submit(figures, grid.at(points[index]), grid.seconds): index for index in todo}
         for task in as_completed(tasks):
             yield tasks[task], task.result()
+    except (KeyboardInterrupt, GeneratorExit):
+        # A run may take minutes.
+        for worker in multiprocessing.active_children():
+            if worker not in others:
+                worker.terminate()
+        raise
     except BrokenProcessPool:
         raise DuetError(
             "A worker was ended from outside (out of memory?); give the same command again, with fewer --workers."

@@ -10,6 +10,7 @@ from app.figures.plan import Plan
 from app.figures.report import Section, report
 from app.figures.style import STYLE
 from app.version import duet_version
+from app.written import written
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings, checked, specs
 
@@ -39,10 +40,8 @@ def figures(command: Figures) -> int:
             sections.append(Section(entry, drawn.found))
             bar.update()
     path = command.out / "report.md"
-    try:
-        path.write_text(report(sections, plan, duet_version()), encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise BadSetting(f"out = {command.out}: cannot be written to ({error.strerror}).") from None
+    with written(path, "out") as new:
+        new.write_text(report(sections, plan, duet_version()), encoding="utf-8", newline="\n")
     print(f"{len(sections)} figures and {path}")
     return 0
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from app.figures.style import DPI
-from controllers.errors import BadSetting
+from app.written import written
 from scenes.settings import RunSettings, values
 
 
@@ -59,10 +59,9 @@ def save(drawn: Drawn, folder: Path, stem: str) -> None:
     Raises:
         BadSetting: the folder cannot be written to.
     """
-    try:
-        drawn.figure.savefig(folder / f"{stem}.png", dpi=DPI, metadata={"Software": None})
-        drawn.figure.savefig(folder / f"{stem}.svg", metadata={"Date": None, "Creator": "lwr-duet"})
-        with (folder / f"{stem}.csv").open("w", encoding="utf-8", newline="\n") as out:
-            write_csv(out, drawn)
-    except OSError as error:
-        raise BadSetting(f"out = {folder}: cannot be written to ({error.strerror}).") from None
+    with written(folder / f"{stem}.png", "out") as new:
+        drawn.figure.savefig(new, format="png", dpi=DPI, metadata={"Software": None})
+    with written(folder / f"{stem}.svg", "out") as new:
+        drawn.figure.savefig(new, format="svg", metadata={"Date": None, "Creator": "lwr-duet"})
+    with written(folder / f"{stem}.csv", "out") as new, new.open("w", encoding="utf-8", newline="\n") as out:
+        write_csv(out, drawn)

@@ -16,6 +16,7 @@ from app.lessons.runs import Input, Setup
 from app.lessons.trials import measured, simulated, wanted
 from app.lessons.walkthrough import Walkthrough
 from app.own_law import template
+from app.written import written
 from controllers.errors import BadSetting
 
 WRONG_PATHS: Final = 3
@@ -64,16 +65,16 @@ def lessons(command: Lessons) -> int:
         for lesson in chosen:
             print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
         return 1 if problems else 0
-    if command.out is not None and not command.out.resolve().parent.is_dir():
-        raise BadSetting(f"out = {command.out}: there is no folder {command.out.resolve().parent}; make it first.")
+    if command.out is not None and not command.out.absolute().parent.is_dir():
+        raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
     walks = [walk for lesson in chosen for walk in check_lesson(book, lesson)]
     print(table_text(walks))
     if command.out is not None:
         data = {"problems": [str(p) for p in problems], "walks": [asdict(walk) for walk in walks]}
-        try:
-            command.out.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise BadSetting(f"out = {command.out}: cannot be written ({error.strerror}).") from None
+        with written(command.out, "out") as new:
+            text = json.dumps(data, indent=1, ensure_ascii=False) + "\n"
+            # What a file's name has that is no Unicode becomes an escape of JSON.
+            new.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
     return 0 if walks and not problems and all(walk.ok for walk in walks) else 1
 
 

@@ -1,5 +1,7 @@
 """A folder of Markdown files → lessons. A file that cannot be read is named with its line; the others still load."""
 
+import errno
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,6 +13,7 @@ from app.lessons.lesson import Lesson, LessonBook, Problem, Step
 from app.lessons.markdown import Fault, Sheet, StepPart, read_items, read_sheet
 from app.lessons.picture import picture_problems
 from app.lessons.steps import check_head, read_lesson, read_step, step_texts
+from scenes.files import read_file
 
 Language = Literal["en", "de", "sl"]
 
@@ -54,7 +57,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
                 problems.append(Problem(path.name, fault.line, fault.message))
         elif name[3] not in (*LANGUAGES[1:], "notes"):
             problems.append(Problem(path.name, 1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}."))
-        elif not (folder / f"{name[1]}-{name[2]}.md").is_file():
+        elif not os.path.lexists(folder / f"{name[1]}-{name[2]}.md"):
             problems.append(Problem(path.name, 1, f"belongs to {name[1]}-{name[2]}.md, which is not there."))
         elif name[3] == "notes":
             problems += _pictures_of_notes(path)
@@ -99,10 +102,10 @@ def _pictures_of_notes(path: Path) -> Iterator[Problem]:
 
 def _text(path: Path) -> str:
     try:
-        if path.stat().st_size > MOST_BYTES:
-            raise Fault(1, f"the file is larger than {MOST_BYTES // 1000} kB; a lesson is a few pages of text.")
-        data = path.read_bytes()
+        data = read_file(path, MOST_BYTES)
     except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise Fault(1, f"the file is larger than {MOST_BYTES // 1000} kB; a lesson is a few pages of text.") from None
         raise Fault(1, f"the file cannot be read ({error.strerror}).") from None
     try:
         return data.decode("utf-8-sig")
@@ -126,7 +129,7 @@ def _read(path: Path, number: int, id: str) -> Lesson:
 def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[Problem]) -> Lesson:
     """Return the lesson with the texts of another language, or as it is if there are none or they do not fit."""
     path = folder / lesson.file.replace(".md", f".{language}.md")
-    if not path.is_file():
+    if not os.path.lexists(path):
         return lesson
     try:
         sheet = read_sheet(_text(path))

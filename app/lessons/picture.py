@@ -1,11 +1,14 @@
 """Pictures of a lesson: `![what is seen](pictures/name.svg)` on a line of its own. One reader for the check and for the page."""
 
 import base64
+import errno
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
+
+from scenes.files import path_inside, read_file
 
 PICTURE: Final = re.compile(r"^[ \t]*!\[([^\]\n]*)\]\(([^)\n]*)\)[ \t]*$", re.MULTILINE)
 """A line that is a picture: what is seen, and the name of the file."""
@@ -42,18 +45,17 @@ def read_picture(folder: Path, name: str) -> Picture:
     Raises:
         NoPicture: it lies elsewhere, is not there, is too large, or is no picture.
     """
-    path, quoted = (folder / name).resolve(), repr(name[:60])
-    if not path.is_relative_to(folder.resolve()) or path.suffix not in _KINDS:
+    path, quoted = path_inside(folder, name), repr(name[:60])
+    if path is None or path.suffix not in _KINDS:
         raise NoPicture(f"{quoted} is no picture beside the lesson; it must be an .svg or .png in its folder or one below.")
     try:
-        size = path.stat().st_size if path.is_file() else None
-        data = path.read_bytes() if size is not None and size <= MOST_BYTES else b""
+        data = read_file(path, MOST_BYTES)
+    except FileNotFoundError:
+        raise NoPicture(f"there is no picture {quoted} beside the lesson.") from None
     except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise NoPicture(f"the picture {quoted} is larger than {MOST_BYTES // 1000} kB; make it smaller.") from None
         raise NoPicture(f"the picture {quoted} cannot be read ({error.strerror}).") from None
-    if size is None:
-        raise NoPicture(f"there is no picture {quoted} beside the lesson.")
-    if size > MOST_BYTES:
-        raise NoPicture(f"the picture {quoted} is larger than {MOST_BYTES // 1000} kB; make it smaller.")
     if path.suffix == ".png" and not data.startswith(_PNG):
         raise NoPicture(f"the picture {quoted} is no PNG, whatever it is called; save it as one.")
     svg = _plain(_root(data, quoted)) if path.suffix == ".svg" else ""

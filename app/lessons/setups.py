@@ -11,6 +11,7 @@ from app.lessons.runs import LONGEST, Input, Pairs, Setup, merged
 from app.lessons.scripts import checked_script
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
+from scenes.files import path_inside
 from scenes.recording import read_inputs
 from scenes.room import room_of
 from scenes.settings import changed
@@ -148,8 +149,8 @@ def _script(name: str, given: dict[str, Any], setup: Setup) -> Pairs:
 
 
 def _file(folder: Path, name: str) -> None:
-    path = (folder / name).resolve()
-    if not path.is_relative_to(folder.resolve()):
+    path = path_inside(folder, name)
+    if path is None:
         raise BadSetting(f"file = {name[:60]!r} is outside the folder of the lesson; put it beside the lesson.")
     try:
         read_inputs(path)

@@ -1,11 +1,14 @@
 """`lwr-duet new-law` and `lwr-duet law-test`: a file to begin with, and what it is worth."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import tyro
 
+from app.terminal import ending_at_once
 from controllers.errors import BadSetting
+from scenes.files import readable, replacing
 
 
 @dataclass(frozen=True)
@@ -31,12 +34,12 @@ def new_law(command: NewLaw) -> int:
         BadSetting: it is there already, or cannot be written.
     """
     path = command.path
-    text = Path(__file__).with_name("template.py").read_text(encoding="utf-8").replace("my_law.py", path.name)
+    text = Path(__file__).with_name("template.py").read_text(encoding="utf-8").replace("my_law.py", readable(path.name))
+    if os.path.lexists(path):
+        raise BadSetting(f"{path} is there already and is left alone; give another name.")
     try:
-        with path.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-    except FileExistsError:
-        raise BadSetting(f"{path} is there already and is left alone; give another name.") from None
+        with replacing(path) as new:
+            new.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise BadSetting(f"{path}: cannot be written ({error.strerror}); give a name in a folder that exists.") from None
     print(f"{path} holds the paper's law. Next: lwr-duet law-test {path}, lwr-duet serve --law-file {path}")
@@ -49,7 +52,8 @@ def law_test(command: LawTest) -> int:
     Raises:
         BadInputFile: there is no such file, or it cannot be read.
     """
-    from app.own_law.examine import examine, verdict_table
+    with ending_at_once():
+        from app.own_law.examine import examine, verdict_table
 
     verdicts = examine(command.path)
     print(verdict_table(command.path, verdicts))

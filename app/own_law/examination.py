@@ -10,6 +10,7 @@ from app.own_law.own_law import read_law
 from app.own_law.trials import TRIALS
 from app.own_law.verdict import Verdict
 from controllers.errors import Message
+from scenes.files import readable
 
 
 class Progress(NamedTuple):
@@ -49,7 +50,7 @@ class Examination:
     def __init__(self, path: Path, background: Background, wake: Callable[[], None]) -> None:
         self._path, self._background, self._wake = path, background, wake
         self._jobs: list[Job] = []
-        self.progress = Progress(path.name)
+        self.progress = Progress(readable(path.name))
 
     def begin(self) -> None:
         """Make all tests on the file as it is now, whatever is saved meanwhile; tests that are under way are given up.
@@ -62,7 +63,7 @@ class Examination:
         self._jobs = [
             self._background.submit(self, name, examine_one, self._path, text, name, wake=self._wake) for name in TRIALS
         ]
-        self.progress = Progress(self._path.name, running=True)
+        self.progress = Progress(readable(self._path.name), running=True)
 
     def advance(self) -> bool:
         """Take in what is known by now; return whether that is news."""
@@ -73,17 +74,17 @@ class Examination:
             if job.state in ("failed", "dropped"):
                 self.drop()
                 message = job.message or Message("The tests were given up; make them again.")
-                self.progress = Progress(self._path.name, tuple(verdicts), message=message)
+                self.progress = Progress(readable(self._path.name), tuple(verdicts), message=message)
                 return True
             if job.state != "done":
                 break
             verdicts.append(job.result)
         news = len(verdicts) != len(self.progress.verdicts)
-        self.progress = Progress(self._path.name, tuple(verdicts), len(verdicts) < len(self._jobs))
+        self.progress = Progress(readable(self._path.name), tuple(verdicts), len(verdicts) < len(self._jobs))
         return news
 
     def drop(self) -> None:
         """Give up what is under way."""
         self._background.cancel(self)
         if self.progress.running:
-            self.progress = Progress(self._path.name)
+            self.progress = Progress(readable(self._path.name))

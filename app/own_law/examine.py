@@ -10,6 +10,7 @@ from app.own_law.verdict import Verdict
 from controllers.errors import DuetError
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
+from scenes.files import readable
 
 
 class Dropped(DuetError):
@@ -73,4 +74,4 @@ def verdict_table(path: Path, verdicts: list[Verdict]) -> str:
     width = max(len(verdict.name) for verdict in verdicts)
     lines = [f"{'pass' if v.passed else 'FAIL'}  {v.name:{width}}  {v.reason}" for v in verdicts]
     passed = sum(v.passed for v in verdicts)
-    return "\n".join([*lines, f"{path.name}: {passed} of {len(verdicts)} tests passed."])
+    return "\n".join([*lines, f"{readable(path.name)}: {passed} of {len(verdicts)} tests passed."])

@@ -1,5 +1,6 @@
 """A law that stands in a file of one's own."""
 
+import errno
 import math
 import struct
 from pathlib import Path
@@ -15,6 +16,7 @@ from app.own_law.wire import Question, pack_activation, pack_activations, pack_r
 from controllers.errors import BadInputFile, Message
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
+from scenes.files import read_file, readable
 
 LOOK: Final = 0.5
 """Time between two looks at the file [s]."""
@@ -259,7 +261,9 @@ class OwnLaw:
             self._fail(failed.problem)
             return None
         except OSError as error:
-            self._fail(problem_of(self.path.name, Message("its process could not be started: {error}", error=str(error))))
+            self._fail(
+                problem_of(readable(self.path.name), Message("its process could not be started: {error}", error=str(error)))
+            )
             return None
         # The file, not the class, has the last word.
         self.__dict__["wants_all_pairs"] = self._process.wants_all_pairs
@@ -369,20 +373,20 @@ def read_law(path: Path) -> bytes:
         BadInputFile: see there.
     """
     try:
-        with path.open("rb") as file:
-            text = file.read(LARGEST + 1)
+        return read_file(path, LARGEST)
     except FileNotFoundError:
         raise BadInputFile(
             "{path}: there is no such file; `lwr-duet new-law {name}` writes one to begin with.", path=path, name=path.name
         ) from None
     except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise BadInputFile(
+                "{path}: is larger than {size} MiB; give a Python file with a function law(situation).",
+                path=path,
+                size=LARGEST >> 20,
+            ) from None
         raise BadInputFile(
             "{path}: cannot be read ({reason}); give a Python file with a function law(situation).",
             path=path,
             reason=error.strerror,
         ) from None
-    if len(text) > LARGEST:
-        raise BadInputFile(
-            "{path}: is larger than {size} MiB; give a Python file with a function law(situation).", path=path, size=LARGEST >> 20
-        )
-    return text

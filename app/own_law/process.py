@@ -15,6 +15,7 @@ from app.own_law.limits import Limits, Problem, problem_of
 from app.own_law.patience import Patience
 from app.own_law.wire import BROKEN, Outcome, Question, pack_file, unpack_answer, unpack_failure
 from controllers.errors import Message, joined
+from scenes.files import readable
 
 _SLICE: Final = 0.02
 """How often somebody who waits looks whether it is too long [s]."""
@@ -48,7 +49,7 @@ class LawProcess:
     def __init__(self, path: Path, text: bytes, limits: Limits) -> None:
         self.wants_all_pairs, self.has_activation = True, False
         self.seconds = float("nan")
-        self._name, self._text, self._limits = path.name, text, limits
+        self._name, self._text, self._limits = readable(path.name), text, limits
         self._child = Child(path, limits.memory)
         self._phase: Literal["starting", "loading", "ready"] = "starting"
         self._patience = Patience(self.pid, limits.start)

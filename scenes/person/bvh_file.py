@@ -1,5 +1,6 @@
 """The file format BVH: a skeleton as a tree of joints, then one line of numbers for every frame. Read with suspicion."""
 
+import errno
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, Message
 from controllers.kinematics import Array
+from scenes.files import read_file
 
 MOST_BYTES: Final = 32_000_000
 MOST_JOINTS: Final = 500
@@ -115,12 +117,12 @@ def load_bvh(source: Path | str | bytes, name: str | None = None) -> BvhFile:
         path = Path(source)
         name = name or str(path)
         try:
-            if not path.is_file():
-                raise BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name)
-            if path.stat().st_size > MOST_BYTES:
-                raise _too_large(name)
-            source = path.read_bytes()
+            source = read_file(path, MOST_BYTES)
+        except FileNotFoundError:
+            raise BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name) from None
         except OSError as error:
+            if error.errno == errno.EFBIG:
+                raise _too_large(name) from None
             raise BadInputFile("{name}: cannot be read ({reason}).", name=name, reason=error.strerror) from None
     name = name or Message("The BVH file")
     if len(source) > MOST_BYTES:

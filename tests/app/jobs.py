@@ -30,12 +30,12 @@ def wait_for(path: Path, stopped: Callable[[], bool]) -> str:
         if stopped():
             raise Unwanted
         pause.wait(0.002)
-    return path.read_text()
+    return path.read_text(encoding="utf-8")
 
 
 def note(path: Path, word: str, stopped: Callable[[], bool]) -> None:
     """Add a word to a file."""
-    with path.open("a") as out:
+    with path.open("a", encoding="utf-8") as out:
         out.write(f"{word}\n")
 
 

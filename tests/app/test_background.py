@@ -257,7 +257,7 @@ if __name__ == "__main__":
 def alive(number: int) -> bool:
     """Whether there is such a process that is not merely waiting to be buried."""
     try:
-        return Path(f"/proc/{number}/stat").read_text().rsplit(")", 1)[1].split()[0] not in "ZX"
+        return Path(f"/proc/{number}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0] not in "ZX"
     except OSError:
         return False
 

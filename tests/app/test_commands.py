@@ -19,6 +19,7 @@ from app import commands
 from app.commands import AllOptions, RunOptions, Serve, chosen, main
 from app.hosts import House
 from app.settings import Settings, from_query
+from app.terminal import INTERRUPTED
 from scenes.room import build_room
 from scenes.settings import RunSettings, specs, values
 
@@ -262,14 +263,14 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(House, "wait", wait)
-    assert main(["serve", "--port", "0", "--lecture", "--key", "chalk"]) == 0
+    assert main(["serve", "--port", "0", "--lecture", "--key", "chalk"]) == INTERRUPTED
     link, status = opened
     assert link.startswith("http://127.0.0.1:") and link.endswith("/?key=chalk") and status == "200"
     assert link in capsys.readouterr().out
     # The port is free again.
     port = int(link.split(":")[2].split("/")[0])
     socket.create_server(("127.0.0.1", port)).close()
-    assert main(["serve", "--port", "0", "--no-open"]) == 0
+    assert main(["serve", "--port", "0", "--no-open"]) == INTERRUPTED
     assert len(opened) == 3
 
 

@@ -348,7 +348,7 @@ def test_a_damaged_file_is_built_again_and_mended(cache_folder: Path, damage) ->
 
 
 def test_an_unusable_folder_does_not_matter(cache_folder: Path) -> None:
-    cache_folder.write_text("a file where the folder should be")
+    cache_folder.write_text("a file where the folder should be", encoding="utf-8")
     build = Builder()
     assert glb.cached("thing", "key", build) == glb.cached("thing", "key", build)
     assert build.times == 2

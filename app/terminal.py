@@ -1,0 +1,153 @@
+"""What a terminal does to a command: Ctrl+C, an output that is closed or full, an encoding without λ. Imports nothing that takes time."""
+
+import codecs
+import contextlib
+import errno
+import io
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer as Buffer
+
+INTERRUPTED: Final = 130
+"""Exit code after Ctrl+C, as in a shell."""
+
+_PATIENCE: Final = 3.0
+"""How long a command that is being interrupted has for tidying up before another Ctrl+C ends it at once [s]."""
+
+_at_once = False
+_interrupted: float | None = None
+
+
+@contextlib.contextmanager
+def ending_at_once() -> Iterator[None]:
+    """Let Ctrl+C end the process on the spot, while there is nothing to tidy up: libraries that are being imported may lose a
+    KeyboardInterrupt, or print it."""
+    global _at_once
+    before, _at_once = _at_once, True
+    try:
+        yield
+    finally:
+        _at_once = before
+
+
+def run_in_terminal(command: Callable[[], int]) -> int:
+    """Run a command of a process of its own and return the exit code: 130 after Ctrl+C, 0 if the reader of its output has gone, 1 after a
+    line on stderr if the output cannot be written."""
+    global _at_once
+    _at_once = True
+    # A shell has Ctrl+C ignored by what it starts in the background.
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, _interrupt)
+    _fill_descriptors()
+    sys.stdout, sys.stderr = _stream(sys.stdout, raises=True), _stream(sys.stderr, raises=False)
+    code = 0
+    try:
+        try:
+            _at_once = False
+            code = command()
+        except KeyboardInterrupt:
+            code = INTERRUPTED
+        finally:
+            _at_once = True
+            sys.stdout.flush()
+    except OutputLost as lost:
+        if lost.errno != errno.EPIPE:
+            print(f"lwr-duet: the output cannot be written ({lost.strerror}).", file=sys.stderr)
+            code = code or 1
+        elif code != INTERRUPTED:
+            code = 0
+    return code
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    global _interrupted
+    now = time.monotonic()
+    if _interrupted is not None and now - _interrupted < _PATIENCE:
+        return
+    if _interrupted is None and os.isatty(2):
+        # The prompt comes below the ^C.
+        os.write(2, b"\n")
+    if _at_once or _interrupted is not None:
+        os._exit(INTERRUPTED)
+    _interrupted = now
+    raise KeyboardInterrupt
+
+
+class OutputLost(OSError):
+    """The standard output cannot be written any more."""
+
+
+class _Raw(io.RawIOBase):
+    """A stream that drops what comes after a failed write.
+
+    Args:
+        text: the stream as Python has made it.
+        raises: `OutputLost` at the first failed write.
+    """
+
+    def __init__(self, text: Any, raises: bool) -> None:
+        # With `python -u` there is no buffer.
+        self._text, self._stream = text, getattr(text.buffer, "raw", text.buffer)
+        self._raises, self._lost = raises, False
+
+    def write(self, data: "Buffer", /) -> int | None:
+        """Write bytes; return how many were taken."""
+        if not self._lost:
+            try:
+                return self._stream.write(data)
+            except OSError as error:
+                self._lost = True
+                if self._raises:
+                    raise OutputLost(error.errno, error.strerror) from None
+        return memoryview(data).nbytes
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._stream.fileno()
+
+    def isatty(self) -> bool:
+        return self._stream.isatty()
+
+
+def _stream(before: Any, raises: bool) -> io.TextIOWrapper:
+    """Return a standard stream that writes every text: in its own encoding, or in UTF-8 where that is ASCII, as Python's UTF-8 mode does.
+
+    Args:
+        before: the stream that Python has made; None if the shell has closed it.
+        raises: see `_Raw`.
+    """
+    if before is None:
+        before = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    encoding = "utf-8" if codecs.lookup(before.encoding).name == "ascii" else before.encoding
+    raw = _Raw(before, raises)
+    buffer: Any = raw if before.write_through else io.BufferedWriter(raw)
+    return io.TextIOWrapper(
+        buffer, encoding, "duet-readable", line_buffering=before.line_buffering, write_through=before.write_through
+    )
+
+
+def _readable(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Write what an encoding does not have as an escape, but the bytes of a file's name that the locale could not read as they are."""
+    try:
+        return codecs.lookup_error("surrogateescape")(error)
+    except UnicodeError:
+        return codecs.lookup_error("backslashreplace")(error)
+
+
+codecs.register_error("duet-readable", _readable)
+
+
+def _fill_descriptors() -> None:
+    """Give the descriptors 0 to 2 that the shell has closed to the null device: the next file that is opened would take them."""
+    while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(number, True)
+    os.close(number)

@@ -1,0 +1,75 @@
+"""Files that the user names: read only if they are files of a bearable size, and written whole or not at all."""
+
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+_WITHOUT_WAITING: Final = getattr(os, "O_NONBLOCK", 0)
+
+
+def read_file(path: Path, most: int) -> bytes:
+    """Return the content of a file of at most `most` bytes. Never waits, as a pipe would make it.
+
+    Raises:
+        OSError: it cannot be read, is a pipe, a device or a folder, or is larger (errno EFBIG).
+    """
+    # A pipe without a writer would block already when it is opened.
+    with open(os.open(path, os.O_RDONLY | _WITHOUT_WAITING | getattr(os, "O_BINARY", 0)), "rb") as file:
+        mode = os.fstat(file.fileno()).st_mode
+        if not stat.S_ISREG(mode):
+            if stat.S_ISDIR(mode):
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+            raise OSError(errno.EINVAL, "a pipe or a device, not a file")
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")
+    return data
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a path in the same folder to write to, and move it to `path` at the end: a reader never sees half a file, and after an error or
+    Ctrl+C there is none. A device or a pipe is given as it is.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    if path.exists():
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        if not os.access(path, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        if not path.is_file():
+            # Held open: a pipe that no other process reads is refused here, and would block below.
+            with open(os.open(path, os.O_WRONLY | _WITHOUT_WAITING), "wb", 0):
+                yield path
+            return
+    # Of a link, the file that it leads to is replaced.
+    path = Path(os.path.realpath(path))
+    draft = path.with_name(f".{path.name[:64]}.{secrets.token_hex(4)}")
+    try:
+        yield draft
+        os.replace(draft, path)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+
+
+def readable(text: str) -> str:
+    """Return a text of the command line or a file's name as UTF-8 has it, whatever the locale made of it."""
+    return os.fsencode(text).decode("utf-8", "replace")
+
+
+def path_inside(folder: Path, name: str) -> Path | None:
+    """Return the path of a name in a folder with all links followed; None if that leads out of the folder."""
+    try:
+        path = Path(os.path.realpath(folder / name))
+    except ValueError:
+        # A zero byte.
+        return None
+    return path if path.is_relative_to(os.path.realpath(folder)) else None

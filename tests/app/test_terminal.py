@@ -1,0 +1,235 @@
+"""Every command in a process of its own: Ctrl+C, an output that is closed or full, and a locale without UTF-8."""
+
+from __future__ import annotations
+
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, Final
+from urllib.parse import quote
+
+import pytest
+
+from app.own_law.commands import NewLaw, new_law
+from app.terminal import INTERRUPTED
+from tests.app.test_background import alive
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and descriptors as POSIX has them")
+
+ROOT: Final = Path(__file__).parents[2]
+PATIENCE: Final = 120.0
+# Where the tests run in the background, Ctrl+C is ignored, and would be by what they start.
+HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+ENTRY: Final = HEARS + "from app.__main__ import entry; entry()"
+CROWD: Final = (
+    HEARS
+    + """
+def crowd():
+    from app.crowd import measure_crowd
+    measure_crowd(1, 60.0, lecture=False)
+from app.terminal import run_in_terminal
+raise SystemExit(run_in_terminal(crowd))
+"""
+)
+C_LOCALE: Final = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+MARK = """
+import os
+_law = law
+def law(situation):
+    with open("begun", "w") as out:
+        out.write(str(os.getpid()))
+    os.rename("begun", "calls")
+    return _law(situation)
+"""
+Process = subprocess.Popen[bytes]
+Moment = Callable[[Process, Path], object]
+
+
+@contextmanager
+def started(command: Sequence[str], folder: Path) -> Iterator[tuple[Process, Path]]:
+    """A command in a group of its own, as a shell starts it; and the file that gets what it says on stderr."""
+    said = folder / "stderr"
+    with said.open("wb") as errors:
+        process = subprocess.Popen(
+            [sys.executable, *command], stdout=subprocess.PIPE, stderr=errors, cwd=ROOT, start_new_session=True, bufsize=0
+        )
+    try:
+        yield process, said
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+
+
+def until(true: Callable[[], object], process: Process | None = None) -> None:
+    """Return as soon as something is true, while a process lives."""
+    deadline = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < deadline and (process is None or process.poll() is None)
+        select.select([], [], [], 0.005)
+
+
+def group(number: int) -> list[int]:
+    """The processes of a group that are alive."""
+    found: list[int] = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, _, of = stat.read_text(encoding="utf-8", errors="replace").rsplit(")", 1)[1].split()[:3]
+            if int(of) == number and state not in "ZX":
+                found.append(int(stat.parent.name))
+    return found
+
+
+def importing(module: str) -> Moment:
+    """The moment at which a module has just been imported."""
+    seen = re.compile(rf"\| +{re.escape(module)}\n")
+    return lambda process, folder: until(lambda: seen.search((folder / "stderr").read_text(encoding="utf-8")), process)
+
+
+def there(name: str) -> Moment:
+    """The moment at which a file is there."""
+    return lambda process, folder: until((folder / name).exists, process)
+
+
+def members(count: int) -> Moment:
+    """The moment at which a process has so many in its group."""
+    return lambda process, folder: until(lambda: len(group(process.pid)) >= count, process)
+
+
+def answering(process: Process, folder: Path) -> None:
+    """The moment at which the server has said where it is."""
+    out: IO[bytes] | None = process.stdout
+    assert out is not None and b"Duet is at" in out.readline()
+
+
+INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
+    "before main": (["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--port", "0"], importing("numpy.version")),
+    "serve, importing": (["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--port", "0"], importing("viser.infra._infra")),
+    "serve": (["-c", ENTRY, "serve", "--no-open", "--port", "0"], answering),
+    "run": (["-c", ENTRY, "run", "--seconds", "4000", "--law-file", "{}/law.py", "--csv", "{}/out.csv"], there("calls")),
+    "law-test": (["-c", ENTRY, "law-test", "{}/law.py"], there("calls")),
+    "figures": (["-c", ENTRY, "figures", "--only", "2,5", "--out", "{}"], there("fig2_activation.csv")),
+    "lessons": (["-X", "importtime", "-c", ENTRY, "lessons", "--check"], importing("app.lessons.check")),
+    "sweep": (
+        ["-c", ENTRY, "sweep", "--over", "seed=1:9", "--seconds", "4000", "--workers", "2", "--out", "{}/table"],
+        members(3),
+    ),
+    "bench": (["-c", CROWD], members(2)),
+    "new-law": (["-X", "importtime", "-c", ENTRY, "new-law", "{}/new.py"], importing("numpy.version")),
+}
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="groups of processes are read from /proc")
+@pytest.mark.parametrize("case", INTERRUPTIONS)
+def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_path: Path) -> None:
+    command, moment = INTERRUPTIONS[case]
+    new_law(NewLaw(tmp_path / "law.py"))
+    with (tmp_path / "law.py").open("a", encoding="utf-8") as law:
+        law.write(MARK)
+    with started([part.replace("{}", str(tmp_path)) for part in command], tmp_path) as (process, said):
+        moment(process, tmp_path)
+        # As a terminal does it: everybody in the group gets the signal, and an impatient person presses twice.
+        for _ in range(2):
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGINT)
+        out, _ = process.communicate(timeout=PATIENCE)
+        until(lambda: not group(process.pid))
+    words = [line for line in said.read_text(encoding="utf-8").splitlines() if not line.startswith("import time:")]
+    assert process.returncode == INTERRUPTED, words
+    assert out == b"" and len(words) == (1 if case == "sweep" else 0), (out, words)
+    if (tmp_path / "calls").exists():
+        until(lambda: not alive(int((tmp_path / "calls").read_text(encoding="utf-8"))))
+    # No draft, and nothing that is only begun.
+    assert {path.name for path in tmp_path.iterdir() if path.suffix in ("", ".py") or path.name == "out.csv"} <= {
+        "law.py",
+        "calls",
+        "begun",
+        "stderr",
+        "table",
+        "__pycache__",
+    }
+
+
+def ended(command: Sequence[str], **options: object) -> subprocess.CompletedProcess[bytes]:
+    """A command that has come to its end."""
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+    return subprocess.run(command, cwd=ROOT, timeout=PATIENCE, check=False, **options)  # type: ignore[call-overload]
+
+
+OUTPUTS = [["--help"], ["lessons"], ["run", "--seconds", "0.05"], ["serve", "--no-open", "--port", "0"]]
+
+
+@pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
+def test_a_reader_that_has_gone_is_no_mistake(arguments: list[str]) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with open(writer, "wb") as out:
+        done = ended([sys.executable, "-m", "app", *arguments], stdout=out)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+@pytest.mark.parametrize("arguments", OUTPUTS[1:3], ids=" ".join)
+def test_a_closed_output_is_no_mistake(arguments: list[str]) -> None:
+    done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", sys.executable, "-m", "app", *arguments])
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
+def test_a_full_output_is_told_in_one_line(arguments: list[str]) -> None:
+    with open("/dev/full", "wb") as full:
+        done = ended([sys.executable, "-m", "app", *arguments], stdout=full)
+        # The reason of a failure counts where it cannot be said, too.
+        assert arguments != ["lessons"] or ended([sys.executable, "-m", "app", "run", "--dm", "9"], stderr=full).returncode == 2
+    assert done.returncode == 1
+    assert done.stderr == b"lwr-duet: the output cannot be written (No space left on device).\n"
+
+
+def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> None:
+    """Nor does a file that is opened depend on the locale."""
+    python = [sys.executable, "-X", "warn_default_encoding", "-m", "app"]
+    law, out, again = tmp_path / "größe.py", tmp_path / "über.csv", tmp_path / "nochmal.json"
+    commands = [
+        ["--help"],
+        ["new-law", str(law)],
+        ["run", "--seconds", "0.1", "--law-file", str(law), "--csv", str(out)],
+        ["law-test", str(law)],
+        ["lessons", "--check", "--only", "lambda", "--out", str(again)],
+        ["sweep", "--over", "n=1:2", "--seconds", "0.1", "--workers", "1", "--out", str(tmp_path / "δ")],
+        ["run", "--inputs", str(tmp_path / "ž.csv")],
+    ]
+    said = ""
+    for arguments in commands:
+        done = ended([*python, *arguments], env=os.environ | C_LOCALE)
+        errors = done.stderr.decode()
+        assert "Traceback" not in errors and not [
+            line for line in errors.splitlines() if "EncodingWarning" in line and str(ROOT / ".venv") not in line
+        ], errors
+        assert done.returncode == (2 if "--inputs" in arguments else 1 if "law-test" in arguments else 0), errors
+        said += done.stdout.decode() + errors
+    assert all(word in said for word in ("Žlajpah", "größe.py", "ž.csv", "d ≥")) and "\\u" not in said
+    assert "größe.py" in law.read_text(encoding="utf-8") and "# law_file = größe.py\n" in out.read_text(encoding="utf-8")
+    with subprocess.Popen(
+        [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--key", "Küche"],
+        env=os.environ | C_LOCALE,
+        stdout=subprocess.PIPE,
+        cwd=ROOT,
+    ) as server:
+        assert server.stdout is not None
+        assert f"/?key={quote('Küche')} " in server.stdout.readline().decode()
+        server.terminate()
+
+
+def test_new_law_leaves_no_empty_file(tmp_path: Path) -> None:
+    """The name is in the file, and was what could not be written."""
+    law = os.fsencode(tmp_path) + b"/\xff.py"
+    done = ended([sys.executable, "-m", "app", "new-law", law], env=os.environ | C_LOCALE)
+    assert done.returncode == 0 and law in done.stdout, done.stderr
+    assert "law(situation)" in Path(os.fsdecode(law)).read_text(encoding="utf-8")
