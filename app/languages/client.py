@@ -17,7 +17,7 @@ LOST: Final = text("Connection lost – trying again…")
 LOADING: Final = text("Loading …")
 """What `app.page.loading` says until the page is there."""
 
-SOFTWARE: Final = text("Your browser draws without a graphics card; the picture may stutter.")
+SOFTWARE: Final = text("Drawn without a graphics card; it may stutter.")
 """What `app.page.software` says for some seconds."""
 
 OURS: Final = (
