@@ -30,7 +30,7 @@ WHAT_TO_SWITCH_ON: Final = text(
 LOADING: Final = text("Loading …")
 """What `app.page.loading` says until the page is there."""
 
-SOFTWARE: Final = text("Your browser draws without a graphics card; the picture may stutter.")
+SOFTWARE: Final = text("Drawn without a graphics card; it may stutter.")
 """What `app.page.software` says for some seconds."""
 
 CROWDED: Final = text("This page is open in too many tabs. Close some of them, then reload this one.")

@@ -179,7 +179,7 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     asked = open_file(page, path)
     # This browser has no graphics card. The page says so in one line, for some seconds; viser itself says nothing.
     note = page.locator("#duet-note")
-    note.get_by_text("draws without a graphics card").wait_for()
+    note.get_by_text("without a graphics card").wait_for()
     assert page.locator("[class*=Notification-root]").count() == 0
     # Any moment, there and back: the arms stand where they stood, and the numbers are those of the moment.
     for time in (5.0, 2.0, 5.6):
