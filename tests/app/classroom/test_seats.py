@@ -111,6 +111,6 @@ def test_with_a_key_only_its_holder_has_the_controls(house: OpenHouse, join: Joi
 
 def test_a_lecture_has_more_than_eight_seats(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
-    crowd = [join(opened) for _ in range(12)]
+    crowd = [join(opened, query=f"resume={number:016d}") for number in range(12)]
     crowd[-1].wait_for(lambda v: v.received.frames > 20)
     assert all(visitor.closed is None for visitor in crowd) and opened.server.count_clients() == 12
