@@ -326,17 +326,20 @@ class Session:
             self._ghost_inputs.record(ghost, target)
             ghost.step(target)
 
-    def _make(self, due: int) -> int:
-        """Make so many steps, or as many as there is time for in one frame; return how many were made."""
-        deadline = perf_counter() + BUDGET
+    def _make(self, due: int, budget: float) -> int:
+        """Make so many steps, or as many as there is time for [s]; return how many were made."""
+        deadline = perf_counter() + budget
         for made in range(1, due + 1):
             self._step()
             if made % 8 == 0 and perf_counter() > deadline:
                 return made
         return due
 
-    def advance(self, elapsed: float) -> int:
-        """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made."""
+    def advance(self, elapsed: float, budget: float = BUDGET) -> int:
+        """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made.
+
+        `budget`: wall time after which no further step is made [s].
+        """
         if self._own_law is not None:
             self._own_law.refresh()
         if self._studies is not None:
@@ -348,13 +351,13 @@ class Session:
             return 0
         if self.paused:
             due, self._hurries_to = self._steps_asked, 0.0
-            made = self._make(due)
+            made = self._make(due, budget)
             self._steps_asked -= made
             return made
         dt = self.settings.run.dt
         ahead = round((self._hurries_to - self.simulation.time) / dt)
         due = ahead if ahead > 0 else self._clock.due(elapsed, dt, self.settings.page.speed)
-        made = self._make(due)
+        made = self._make(due, budget)
         if ahead > 0:
             self._clock.forget()
         else:
