@@ -6,6 +6,9 @@ from typing import Final
 BUDGET: Final = 0.02
 """Wall time that one session may use for its steps in one frame [s]; beyond it simulated time slows down, but no step is dropped."""
 
+TOGETHER: Final = 2
+"""As many sessions as this have the whole of it; more share what these have, so that frames stay short for all."""
+
 LONGEST_GAP: Final = 0.1
 """A pause of the program (a closed laptop, a debugger) is not caught up beyond this [s]."""
 
@@ -26,6 +29,11 @@ class Pace:
     paused: bool
     rate: float
     slowed: bool
+
+
+def budget_of(sessions: int) -> float:
+    """Return the wall time that each of so many sessions may use for its steps in one frame [s]."""
+    return BUDGET * TOGETHER / max(sessions, TOGETHER)
 
 
 def next_speed(speed: float, by: int) -> float:

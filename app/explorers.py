@@ -150,7 +150,7 @@ class Explorers:
         """Advance and draw one student's session. `number`: of the client; `now`: wall time; `elapsed`: since the last frame [s]."""
         try:
             stand.halt(self._room.paused)
-            stand.frame(now, elapsed)
+            stand.frame(now, elapsed, 1 + self._room.places.taken)
         except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.
             if number in self._server.get_clients():

@@ -93,7 +93,7 @@ class PrivateHost(Visitors):
             self.wake()
         for number, stand in list(self._stands.items()):
             try:
-                stand.frame(now, elapsed)
+                stand.frame(now, elapsed, len(self._stands))
                 self._show_notes(number, stand)
             except Exception as error:
                 # One broken page must not stop the others; a tab that is just closing ends up here too.

@@ -379,17 +379,20 @@ class Session:
             self._law_part = self.people.law_share.part(id(self))
         self._own_law.allow(self._law_part * min(elapsed, LONGEST_GAP))
 
-    def _make(self, due: int) -> int:
-        """Make so many steps, or as many as there is time for in one frame; return how many were made."""
-        deadline, made = perf_counter() + BUDGET, 0
+    def _make(self, due: int, budget: float) -> int:
+        """Make so many steps, or as many as there is time for [s]; return how many were made."""
+        deadline, made = perf_counter() + budget, 0
         while made < due and self._step():
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 break
         return made
 
-    def advance(self, elapsed: float) -> int:
-        """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made."""
+    def advance(self, elapsed: float, budget: float = BUDGET) -> int:
+        """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made.
+
+        `budget`: wall time after which no further step is made [s].
+        """
         self._allow_own_law(elapsed)
         if self._studies is not None:
             self._studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
@@ -400,13 +403,13 @@ class Session:
             return 0
         if self.paused:
             due, self._hurries_to = self._steps_asked, 0.0
-            made = self._make(due)
+            made = self._make(due, budget)
             self._steps_asked -= made
             return made
         dt = self.settings.run.dt
         ahead = round((self._hurries_to - self.simulation.time) / dt)
         due = ahead if ahead > 0 else self._clock.due(elapsed, dt, self.settings.page.speed)
-        made = self._make(due)
+        made = self._make(due, budget)
         if ahead > 0 or self.own_law_waits:
             self._clock.forget()
         else:

@@ -7,6 +7,7 @@ from time import perf_counter
 import viser
 
 from app.background import Background
+from app.clock import budget_of
 from app.entrance import Pieces
 from app.languages.lesson_book import in_language
 from app.languages.speaking import speak
@@ -114,10 +115,10 @@ class Stand:
             session.paused = False
         session.halted = halted
 
-    def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]."""
+    def frame(self, now: float, elapsed: float, sessions: int) -> None:
+        """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]; `sessions`: that have a frame at this time."""
         self._speak()
-        moved = self.session.advance(elapsed) > 0
+        moved = self.session.advance(elapsed, budget_of(sessions)) > 0
         if language_of(self.session.settings, self._browser) != self._language:
             self._translate()
         self.lessons.frame()

@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
-from app import crowd
-from app.bench import compare, table_text
+from app import crowd, fairness
+from app.bench import compare, measure_fairness, table_text
 from app.crowd import PARTS, Shares, limit_of, measure_crowd
+from app.fairness import FRAMES, GAP
 
 
 def test_time_is_charged_to_the_innermost_part(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,3 +61,11 @@ def test_a_lecture_is_measured_from_outside(monkeypatch: pytest.MonkeyPatch) -> 
     assert all(figures[f"{part}_percent"] > 0.0 for part in PARTS)
     parts = sum(figures[f"{part}_percent"] for part in (*PARTS, "other"))
     assert parts == pytest.approx(figures["cpu_percent_of_a_core"])
+
+
+def test_a_neighbour_is_watched_while_somebody_else_does_something(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fairness, "SETTLING", 0.0)
+    quiet, flooded = (measure_fairness(1.0, [name])["figures"][name] for name in ("nothing", "600/s of a slider"))
+    for figures in (quiet, flooded):
+        assert figures["frames_per_s"] > 0.0 and figures["longest_gap_ms"] > 0.0 and figures["longest_work_ms"] > 0.0
+        assert figures["fair"] == (figures["frames_per_s"] >= FRAMES and figures["longest_gap_ms"] <= 1000.0 * GAP)

@@ -90,9 +90,9 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
             done.append(("piece", stand.client.client_id))
             yield
 
-    def drawing(stand: Stand, now: float, elapsed: float) -> None:
+    def drawing(stand: Stand, now: float, elapsed: float, sessions: int) -> None:
         done.append(("frame", stand.client.client_id))
-        frame(stand, now, elapsed)
+        frame(stand, now, elapsed, sessions)
 
     monkeypatch.setattr(Stand, "build", building)
     monkeypatch.setattr(Stand, "frame", drawing)

@@ -1,10 +1,14 @@
 """A clock owes steps, forgets what could not be made in time, and knows how fast time goes."""
 
+from itertools import count
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.clock import LONGEST_GAP, SPEEDS, Clock, next_speed
+from app import session as session_module
+from app.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of, next_speed
+from app.session import Session
 
 DT = 0.005
 
@@ -50,3 +54,13 @@ def test_the_pace_tells_a_machine_that_cannot_keep_up() -> None:
 )
 def test_speeds_end_at_both_ends(speed: float, by: int, then: float) -> None:
     assert next_speed(speed, by) == then
+
+
+def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert budget_of(0) == budget_of(1) == BUDGET
+    assert all(sessions * budget_of(sessions) <= TOGETHER * BUDGET + 1e-12 for sessions in range(1, 41))
+    # Eight steps take a fifth of the budget here.
+    clock = count(0.0, BUDGET / 5.0)
+    monkeypatch.setattr(session_module, "perf_counter", lambda: next(clock))
+    assert session.advance(LONGEST_GAP) == 20
+    assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 20)) == 8
