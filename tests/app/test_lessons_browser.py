@@ -46,7 +46,7 @@ PICTURE = """(() => {
   const panel = picture.closest('.duet-lesson').parentElement.getBoundingClientRect();
   const inside = [...picture.querySelectorAll('path, text, circle')].map(shape => shape.getBoundingClientRect())
     .every(b => b.left > box.left - 2 && b.right < box.right + 2 && b.top > box.top - 2 && b.bottom < box.bottom + 2);
-  const colour = where => getComputedStyle(picture.querySelector(where)).stroke;
+  const colour = where => getComputedStyle(picture.querySelector(where)).color;
   return [box.width / panel.width, box.width / box.height, inside, colour('path'), colour('.d > *')];
 })()"""
 """The picture of a step: its share of the panel's width, its form, whether all of it is in view, and two of its colours."""
