@@ -399,8 +399,9 @@ class Session:
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 break
-        if ahead > 0 or self.own_law_waits:
+        waits = self.own_law_waits
+        if ahead <= 0:
+            self._clock.note(made, made if waits else due, elapsed, dt)
+        if ahead > 0 or waits:
             self._clock.forget()
-        else:
-            self._clock.note(made, due, elapsed, dt)
         return made
