@@ -410,8 +410,9 @@ class Session:
         ahead = round((self._hurries_to - self.simulation.time) / dt)
         due = ahead if ahead > 0 else self._clock.due(elapsed, dt, self.settings.page.speed)
         made = self._make(due, budget)
-        if ahead > 0 or self.own_law_waits:
+        waits = self.own_law_waits
+        if ahead <= 0:
+            self._clock.note(made, made if waits else due, elapsed, dt)
+        if ahead > 0 or waits:
             self._clock.forget()
-        else:
-            self._clock.note(made, due, elapsed, dt)
         return made

@@ -91,6 +91,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         for one, other in zip(before.memories, after.memories, strict=True):
             assert [array.tobytes() for array in one] == [array.tobytes() for array in other]
         assert "waiting for my_law.py" in own_law_html(session) and not session.pace.slowed
+        advanced(session, lambda: session.pace.rate < 0.01)
         gate.touch()
         advanced(session, lambda: session.simulation.steps >= 60)
         assert "runs my_law.py" in own_law_html(session)
