@@ -40,7 +40,8 @@ class Serve:
     lecture: bool = False
     """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
-    """Who opens the page with ?key=KEY is a teacher: has the notes to the lessons, and in a lecture leads the class."""
+    """Who opens the page with ?key=KEY is a teacher: has the notes to the lessons, and in a lecture leads the class. 8 characters or
+    more; `auto` makes one and prints the link."""
     allow_origin: tuple[str, ...] = ()
     """Further web addresses whose pages may connect, such as https://duet.example.org behind a proxy."""
     bvh: Path | None = None
@@ -162,15 +163,15 @@ def serve(command: Serve) -> int:
     """Serve the page until Ctrl+C."""
     if command.sessions < 1:
         raise BadSetting(f"sessions = {command.sessions} leaves no place; give a number from 1.")
-    if command.key is not None and not command.key.strip():
-        raise BadSetting("key is empty, so that everybody would have it; give a word that nobody guesses.")
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     settings = chosen(command.settings, Settings())
     from app.classroom.address import find_address
+    from app.classroom.key import chosen_key
     from app.hosts import open_house
     from app.people import find_people
 
+    key = chosen_key(command.key)
     people = find_people(command.bvh, command.camera, command.video, command.pose_model, command.law_file)
     try:
         house = open_house(
@@ -179,7 +180,7 @@ def serve(command: Serve) -> int:
             settings,
             command.sessions,
             command.lecture,
-            command.key,
+            key,
             command.allow_origin,
             people,
             command.lessons,
@@ -187,7 +188,7 @@ def serve(command: Serve) -> int:
     except Exception:
         people.close()
         raise
-    link = house.url + (f"/?key={quote(command.key, safe='')}" if command.key else "")
+    link = house.url + (f"/?key={quote(key, safe='')}" if key else "")
     print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
     if command.lecture:
         print(f"The class opens {find_address('', command.host, house.server.get_port()).url}", flush=True)

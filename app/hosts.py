@@ -6,6 +6,7 @@ import warnings
 from pathlib import Path
 
 from app.background import Background
+from app.classroom.key import Guesses
 from app.frame_loop import FrameLoop
 from app.languages.visitor import language_script
 from app.lecture import LectureHost
@@ -14,6 +15,7 @@ from app.page.keys import relay_script
 from app.page.lesson_resume import resume_script
 from app.page.replay_box import box_script
 from app.page.software import software_script
+from app.page.teacher_key import key_script
 from app.page.teacher_script import class_script
 from app.people import NOBODY_ELSE, People
 from app.private_host import PrivateHost
@@ -89,7 +91,14 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=None if lecture else sessions,
-        script=software_script() + relay_script() + resume_script() + box_script() + language_script() + class_script(),
+        turn_away=Guesses(key).turn_away,
+        script=key_script()
+        + software_script()
+        + relay_script()
+        + resume_script()
+        + box_script()
+        + language_script()
+        + class_script(),
     )
     server.scene.world_axes.visible = False
     background = Background()

@@ -10,11 +10,11 @@ from app.audience import Audience
 from app.background import Background
 from app.classroom.address import Address, find_address
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.key import WRONG_KEY, is_mistaken
+from app.classroom.key import is_mistaken
 from app.classroom.lead import Lead
 from app.explorers import Explorers
 from app.languages.lesson_book import in_language
-from app.languages.speaking import say, speak
+from app.languages.speaking import speak
 from app.languages.visitor import browser_language, language_of, look_of, preferred
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.mishaps import Mishaps
@@ -23,6 +23,7 @@ from app.page.lesson_run import LessonRun
 from app.page.operation import Operation
 from app.page.teacher import ClassState, TeacherPanel
 from app.page.teacher_answers import Answers, Banner, is_narrow
+from app.page.teacher_key import name_mistake
 from app.people import NOBODY_ELSE, People
 from app.seat import Seat, origin_of
 from app.server.request import request_query
@@ -249,7 +250,7 @@ class LectureHost(Visitors):
             seat.banner = Banner(client.gui)
             seat.answers = Answers(client, showing.view.lesson_panel, lambda choice: self._decisions.post_answer(who, choice))
         if is_mistaken(self._key, seat.query):
-            client.add_notification(say("The key is another one"), say(WRONG_KEY), color="orange", auto_close_seconds=12.0)
+            name_mistake(client)
 
     def _seat_teacher(self, seat: Seat) -> None:
         """Make a teacher's page, or make it again to lead, or in another language."""

@@ -14,8 +14,12 @@ from app.settings import Language
 LOST: Final = text("Connection lost – trying again…")
 """What `app.server.index` says when the server is gone."""
 
+WAIT: Final = text("A wrong key has just been tried from here. Wait: yours is tried in a second…")
+"""What it says where keys are tried too fast."""
+
 OURS: Final = (
     LOST,
+    WAIT,
     text("every command by name"),
     text("connection and camera"),
     text("back to the controls"),

@@ -4,7 +4,8 @@ viser's client is one HTML file that opens its websocket from a worker. A short 
 - hands the page's own query (`/?dm=0.1`) to the websocket, so that every tab brings its own deep link along,
 - says in large letters when the connection is lost, and clears that when it is back,
 - keeps trying while the tab is not in front (a projector next to the window one types in), which viser itself does not,
-- reloads the page when it meets another server than the one it came from, when the room is full, and when a class moves.
+- reloads the page when it meets another server than the one it came from, when the room is full, when a class moves, and when a key
+  was tried too soon after a wrong one.
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ import json
 import re
 from urllib.parse import parse_qsl, quote, urlsplit
 
-from app.languages.client import LOST, client_script
+from app.languages.client import LOST, WAIT, client_script
 
 ROOM_IS_FULL = "duet: every place is taken"
 ELSEWHERE = "duet: this tab belongs somewhere else"
+KEY_LATER = "duet: one key a second"
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
@@ -73,10 +75,12 @@ _SCRIPT = """
   };
   const lost = (worker, reason) => {
     if (leaving) return;
-    if (reason === ours.full || reason === ours.elsewhere) {
+    if (reason === ours.later) say(ours.wait);
+    if (reason === ours.full || reason === ours.elsewhere || reason === ours.later) {
       leaving = true;
       // A class comes back in its own time, but nobody waits for long.
-      setTimeout(() => location.reload(), reason === ours.full ? 300 + 700 * Math.random() : 600 * Math.random());
+      const least = { [ours.full]: 300, [ours.later]: 1000 }[reason] ?? 0;
+      setTimeout(() => location.reload(), least + 700 * Math.random());
       return;
     }
     say(ours.lost);
@@ -126,7 +130,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "") -
     if not mark:
         raise ValueError("viser's page has no title to put Duet's additions at")
     settings = {"run": run, "full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "longest": _LONGEST_QUERY}
-    settings["lost"] = LOST
+    settings |= {"lost": LOST, "later": KEY_LATER, "wait": WAIT}
     what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
     script = what_we_see + script + _SCRIPT.replace("__SETTINGS__", json.dumps(settings).replace("<", "\\u003c"))
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)

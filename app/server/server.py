@@ -47,6 +47,8 @@ _FOREIGN = (
 )
 _construction = threading.Lock()
 
+TurnAway = Callable[[str, dict[str, str]], str]
+
 viser_infra._message_producer = produce
 
 
@@ -70,13 +72,14 @@ class DuetServer(viser.ViserServer):
         full_html: str | None,
         limits: Limits,
         script: str = "",
+        turn_away: TurnAway = lambda address, query: "",
     ) -> None:
         self.limits = limits
         self.max_clients = max_clients
         self.run = secrets.token_hex(8)
         self.gate = Gate(ViserElements(self), limits)
         self.report = Reporter()
-        self._doorway = doorway
+        self._doorway, self._turn_away = doorway, turn_away
         self._ready = threading.Event()
         self._taken: set[ServerConnection] = set()
         self._pages = own_pages(label, self.run, full_html or full_page(max_clients or 0), script)
@@ -121,10 +124,10 @@ class DuetServer(viser.ViserServer):
         """Answer a request, or return None to let it become a websocket."""
         path, _, query = request.path.partition("?")
         if request.headers.get("Upgrade", "").lower() == "websocket":
-            origins, peer = request.headers.get_all("Origin"), connection.remote_address
-            if self._doorway.admits(origins, request.headers.get_all("Host"), str(peer[0]) if peer else ""):
+            origins, peer = request.headers.get_all("Origin"), _address_of(connection)
+            if self._doorway.admits(origins, request.headers.get_all("Host"), peer):
                 return None
-            self.report("refused origin", f"{origins!r:.120} from {peer[0] if peer else 'unknown'}")
+            self.report("refused origin", f"{origins!r:.120} from {peer or 'unknown'}")
             return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
         if path == "/healthz":
             state = {"ok": True, "clients": self.count_clients(), "room": self._has_room()}
@@ -154,6 +157,10 @@ class DuetServer(viser.ViserServer):
             # The page knows this reason, reloads, and gets the friendly page; decided here as two tabs may have loaded at once.
             await connection.close(1013, ROOM_IS_FULL)
             return
+        reason = self._turn_away(_address_of(connection), page_query(connection.request.path) if connection.request else {})
+        if reason:
+            await connection.close(1013, reason)
+            return
         self._taken.add(connection)
         try:
             # Old tabs come back within milliseconds of a restart, when viser's constructor is still at work.
@@ -174,6 +181,12 @@ class DuetServer(viser.ViserServer):
             client.add_notification(title, body, color="orange")
 
 
+def _address_of(connection: ServerConnection) -> str:
+    """Return where a connection comes from, "" if that is unknown."""
+    peer = connection.remote_address
+    return str(peer[0]) if peer else ""
+
+
 def _language_of(request: Request) -> Language:
     """Return the language of whoever sent a request; what they chose on their page is not known here."""
     return language_asked(page_query(request.path), ",".join(request.headers.get_all("Accept-Language")))
@@ -189,6 +202,7 @@ def start_server(
     page_full_html: str | None = None,
     limits: Limits | None = None,
     script: str = "",
+    turn_away: TurnAway = lambda address, query: "",
 ) -> DuetServer:
     """Start the web server.
 
@@ -201,6 +215,8 @@ def start_server(
         page_full_html: that page; by default `app.server.index.full_page`.
         limits: how much one browser may ask for.
         script: JavaScript that every page runs before viser's own.
+        turn_away: returns why the browser of an address and with a query may not come in now, "" if it may; the page knows the
+            reasons in `app.server.index`. Asked on the network's thread.
 
     Raises:
         PortInUse: another program has the port.
@@ -217,5 +233,12 @@ def start_server(
         log.info("everybody on the network can reach this server")
     limits = Limits() if limits is None else limits
     return DuetServer(
-        listener, doorway, label=label, max_clients=max_clients, full_html=page_full_html, limits=limits, script=script
+        listener,
+        doorway,
+        label=label,
+        max_clients=max_clients,
+        full_html=page_full_html,
+        limits=limits,
+        script=script,
+        turn_away=turn_away,
     )

@@ -176,7 +176,7 @@ ERRORS: list[tuple[list[str], list[str]]] = [
     (["run", *SHORT, "--inputs", "/no/such/file.csv"], ["/no/such/file.csv", "cannot be read"]),
     (["run", *SHORT, "--csv", "/no/such/folder/out.csv"], ["/no/such/folder", "make it first"]),
     (["serve", "--sessions", "0"], ["sessions = 0"]),
-    (["serve", "--key", " "], ["key is empty", "a word"]),
+    (["serve", "--key", "  chalk   "], ["key has fewer than 8 characters", "--key auto"]),
     (["serve", "--no-open", "--n", "0"], ["n = ", "1 to 20"]),
     (["serve", "--no-open", "--theme", "pink"], ["theme = 'pink'", "light", "dark"]),
     (["serve", "--no-open", "--port", "70000"], ["port 70000"]),
@@ -256,9 +256,14 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(House, "wait", wait)
-    assert main(["serve", "--port", "0", "--lecture", "--key", "chalk"]) == 0
+    assert main(["serve", "--port", "0", "--lecture", "--key", "auto"]) == 0
     link, status = opened
-    assert link.startswith("http://127.0.0.1:") and link.endswith("/?key=chalk") and status == "200"
+    assert (
+        link.startswith("http://127.0.0.1:")
+        and len(link.partition("/?key=")[2]) >= 8
+        and "key=auto" not in link
+        and status == "200"
+    )
     assert link in capsys.readouterr().out
     # The port is free again.
     port = int(link.split(":")[2].split("/")[0])
