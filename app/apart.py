@@ -1,10 +1,12 @@
-"""Visitors of a lecture who do not see the stage: they are sent nothing of what is everybody's, and have a page of their own.
+"""Who of a lecture's visitors is sent what: those who watch share what is drawn for their look, everybody else has a page of their own.
 
-viser sends every browser what is drawn on the server object. Here a browser may be left out of that when it connects: it gets what
-was there before the stage was built, and then nothing. Like `app.server` this relies on viser 1.1.
+viser sends every browser what is drawn on the server object. In a lecture nothing is drawn there: when a browser connects it is given
+the buffer of its audience, or, for a page of its own, the server's, which holds no more than viser's own beginning.
+Like `app.server` this relies on viser 1.1.
 """
 
 import asyncio
+import threading
 from collections.abc import Awaitable, Callable
 from typing import Final
 from weakref import WeakKeyDictionary
@@ -16,56 +18,88 @@ from viser.infra._async_message_buffer import AsyncMessageBuffer
 from viser.infra._messages import Message
 from websockets.asyncio.server import ServerConnection
 
+from app.audience import Audience
 from app.server.index import ELSEWHERE, page_query
 from app.server.server import DuetServer
+from app.settings import Look
 
 MOVED_CODE: Final = 4001
 """Why a connection was ended: the page comes back at once, and finds itself somewhere else."""
 
+MOST: Final = 8
+"""Audiences at once: each is drawn for itself. Who comes with a further look joins the one that is most like it."""
+
 
 class Apart:
-    """Decides for every browser whether it sees the stage, and ends connections of those who are to be somewhere else.
+    """Decides for every browser with whom it watches, and ends connections of those who are to be somewhere else.
 
     Args:
-        server: whose stage is about to be built.
-        wanted: whether the browser with a query is to be apart; asked on the network's thread.
+        server: that the browsers connect to.
+        look: returns with which look the browser watches that has a client id, a query, and says which languages it likes;
+            None for a page of its own. Asked on the network's thread.
+        gone: called with the client id of a browser that is gone, on the network's thread.
     """
 
-    def __init__(self, server: DuetServer, wanted: Callable[[dict[str, str]], bool]) -> None:
-        self._server, self._wanted = server, wanted
-        self._numbers: set[int] = set()
+    def __init__(
+        self, server: DuetServer, look: Callable[[int, dict[str, str], str], Look | None], gone: Callable[[int], None]
+    ) -> None:
+        self._server, self._look, self._gone = server, look, gone
+        self._lock = threading.Lock()
+        self._audiences: dict[Look, Audience] = {}
         shared = server._websock_server._broadcast_buffer
-        self._bare = AsyncMessageBuffer(shared.event_loop, persistent_messages=True)
+        self._loop = shared.event_loop
         with shared.buffer_lock:
-            before = list(shared.message_from_id.values())
-        for message in before:
-            self._bare.push(message)
+            self._before = list(shared.message_from_id.values())
         _HOUSES[server] = self
 
-        @server.on_client_disconnect
-        async def _(client: viser.ClientHandle) -> None:
-            self._numbers.discard(client.client_id)
+    @property
+    def audiences(self) -> tuple[Audience, ...]:
+        """Return those who watch, by look."""
+        with self._lock:
+            return tuple(self._audiences.values())
 
-    def holds(self, number: int) -> bool:
-        """Return whether the browser with this client id is apart."""
-        return number in self._numbers
+    def audience_of(self, number: int) -> Audience | None:
+        """Return with whom the browser with this client id watches; None if it has a page of its own, or is gone."""
+        return next((one for one in self.audiences if number in one.watchers), None)
 
     def move(self, client: viser.ClientHandle) -> None:
         """End a browser's connection, so that its page comes back and is asked anew where it belongs."""
         connection = self._server._websock_server._live_connections.get(client.client_id)
         if connection is not None:
-            asyncio.run_coroutine_threadsafe(connection.close(MOVED_CODE, ELSEWHERE), self._bare.event_loop)
+            asyncio.run_coroutine_threadsafe(connection.close(MOVED_CODE, ELSEWHERE), self._loop)
 
-    def close(self) -> None:
-        """Let those who are apart go."""
-        self._bare.set_done()
+    # ---- on the network's thread -------------------------------------------------------------------------------------------
 
-    def _buffer(self, connection: ServerConnection, client_id: int, shared: AsyncMessageBuffer) -> AsyncMessageBuffer:
+    def _enter(self, connection: ServerConnection, number: int, shared: AsyncMessageBuffer) -> AsyncMessageBuffer:
+        """Return the buffer that a browser is to be sent."""
         request = connection.request
-        if request is None or not self._wanted(page_query(request.path)):
+        if request is None:
             return shared
-        self._numbers.add(client_id)
-        return self._bare
+        look = self._look(number, page_query(request.path), ",".join(request.headers.get_all("Accept-Language")))
+        if look is None:
+            return shared
+        with self._lock:
+            audience = self._audiences.get(look)
+            if audience is None and len(self._audiences) >= MOST:
+                audience = max(self._audiences.values(), key=lambda one: _likeness(one.look, look))
+            if audience is None:
+                audience = self._audiences[look] = Audience(self._server, look, self._before)
+            audience.watchers.add(number)
+        audience.tidy()
+        return audience.buffer
+
+    def _leave(self, number: int) -> None:
+        with self._lock:
+            for audience in tuple(self._audiences.values()):
+                audience.watchers.discard(number)
+                if not audience.watchers:
+                    del self._audiences[audience.look]
+        self._gone(number)
+
+
+def _likeness(one: Look, other: Look) -> tuple[bool, int]:
+    """Return how much two looks have in common, the language before all."""
+    return one.language == other.language, sum(a == b for a, b in zip(one, other, strict=True))
 
 
 _HOUSES: WeakKeyDictionary[DuetServer, Apart] = WeakKeyDictionary()
@@ -76,24 +110,28 @@ _produce: Final[_Produce] = viser_infra._message_producer
 async def _produce_apart(
     connection: ServerConnection, buffer: AsyncMessageBuffer, client_id: int, backlog_done_message: Message | None = None
 ) -> None:
-    """Send one browser what a buffer holds for it; what is everybody's only if it sees the stage."""
+    """Send one browser what a buffer holds for it; instead of what is everybody's, what its audience is shown."""
     server = getattr(connection, "duet", None)
     house = _HOUSES.get(server) if buffer.persistent_messages and server is not None else None
-    if house is not None:
-        buffer = house._buffer(connection, client_id, buffer)
-    await _produce(connection, buffer, client_id, backlog_done_message)
+    if house is None:
+        await _produce(connection, buffer, client_id, backlog_done_message)
+        return
+    try:
+        await _produce(connection, house._enter(connection, client_id, buffer), client_id, backlog_done_message)
+    finally:
+        house._leave(client_id)
 
 
 viser_infra._message_producer = _produce_apart
 
 
 class _PlacedForOne(_PlacementMixin):
-    """A panel that everybody has, as one browser is to place it."""
+    """A panel that an audience has, as one browser is to place it."""
 
     def __init__(self, client: viser.ClientHandle, panel: viser.PanelHandle) -> None:
         self._placement_uuid, self._placement_gui_api = panel._placement_uuid, client.gui
 
 
 def expand_for(client: viser.ClientHandle, panel: viser.PanelHandle) -> None:
-    """Unfold a panel that everybody has, for one browser only."""
+    """Unfold a panel that an audience has, for one browser only."""
     _PlacedForOne(client, panel).expand()

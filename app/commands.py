@@ -45,7 +45,8 @@ class Serve:
     lecture: bool = False
     """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
-    """Who opens the page with ?key=KEY is a teacher: has the notes to the lessons, and in a lecture leads the class."""
+    """Who opens the page with ?key=KEY is a teacher: has the notes to the lessons, and in a lecture leads the class. 8 characters or
+    more; `auto` makes one and prints the link."""
     allow_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """A further web address under which the page may be opened, such as https://duet.example.org behind a proxy; may be given several
     times."""
@@ -167,17 +168,16 @@ def serve(command: Serve) -> int:
         raise BadSetting(f"sessions = {command.sessions} leaves no place; give a number from 1.")
     if command.watchers < 1:
         raise BadSetting(f"watchers = {command.watchers} leaves no place; give a number from 1.")
-    if command.key is not None and not command.key.strip():
-        raise BadSetting("key is empty, so that everybody would have it; give a word that nobody guesses.")
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
-    key = None if command.key is None else readable(command.key)
     settings = chosen(command.settings, Settings())
     with ending_at_once():
         from app.classroom.address import find_address
+        from app.classroom.key import chosen_key
         from app.hosts import open_house
         from app.people import find_people
 
+        key = chosen_key(command.key if command.key is None else readable(command.key))
         people = find_people(command.bvh, command.camera, command.video, command.pose_model, command.law_file)
         try:
             house = open_house(

@@ -28,6 +28,9 @@ PATIENCE: Final = 120.0
 PARTS: Final[tuple[str, ...]] = ("step", "drawing", "packing", "sending")
 """What the server's time is divided into; the rest is "other": asyncio, viser's windows, threads that take turns."""
 
+CLASS: Final = ("", "lang=de&picture=fast", "lang=sl", "screen=1&profile=projector&theme=dark&lang=de")
+"""Links of those who watch a lecture, in turn: each of these looks is drawn for itself."""
+
 ASIDE: Final = 2
 """Processes that play visitors."""
 
@@ -96,17 +99,17 @@ def keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
     os._exit(0)
 
 
-def _visit(pipe: Connection, url: str, count: int) -> None:
+def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
     leave_with_parent()
-    asyncio.run(_visit_all(pipe, url, count))
+    asyncio.run(_visit_all(pipe, url, queries))
 
 
-async def _visit_all(pipe: Connection, url: str, count: int) -> None:
+async def _visit_all(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
     from app.visitor.visitor import Visitor
 
     # Each is a tab of its own, as it is in a class.
-    words = [secrets.token_hex(16) for _ in range(count)]
-    visitors = [await Visitor(url, query=f"resume={word}", decode=False).connect(PATIENCE) for word in words]
+    tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
+    visitors = [await Visitor(url, query=tab, decode=False).connect(PATIENCE) for tab in tabs]
     for visitor in visitors:
         await visitor.wait_for(lambda one: one.received.frames >= WARM_UP, PATIENCE)
     pipe.send("here")
@@ -153,7 +156,7 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
     Args:
         visitors: how many at once.
         seconds: how long they are watched.
-        lecture: whether they watch one stage; otherwise each has a session.
+        lecture: whether they watch one stage, in the looks of `CLASS`; otherwise each has a session.
 
     Returns:
         CPU of the server in percent of one core, and for one update of all pages (which a busy machine changes least);
@@ -162,7 +165,8 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
     """
     with process(keep_house, lecture, visitors) as house:
         url = answer(house)
-        share = [visitors // ASIDE + (i < visitors % ASIDE) for i in range(ASIDE)]
+        queries = tuple(CLASS[i // ASIDE % len(CLASS)] if lecture else "" for i in range(visitors))
+        share = [queries[i::ASIDE] for i in range(ASIDE)]
         with process(_visit, url, share[0]) as here, process(_visit, url, share[1]) as there:
             crowds = here, there
             for crowd in crowds:

@@ -8,7 +8,6 @@ from typing import Final
 from app.apart import Apart
 from app.background import Background
 from app.classroom.classroom import Classroom
-from app.classroom.key import is_teacher
 from app.classroom.places import Kept
 from app.cloakroom import Cloakroom
 from app.entrance import Pieces
@@ -35,9 +34,8 @@ class Explorers:
     """Sessions of students' own, beside the stage.
 
     Args:
-        server: whose stage is about to be built.
+        server: that the browsers are connected to.
         room: the class.
-        key: the teacher's, whose browser never leaves the stage; None if there is none.
         background: computes for the sessions.
         people: who can be imitated.
         book: the lessons.
@@ -51,15 +49,13 @@ class Explorers:
         self,
         server: DuetServer,
         room: Classroom,
-        key: str | None,
         background: Background,
         people: People,
         book: LessonBook,
         wake: Callable[[], None],
     ) -> None:
-        self._server, self._room, self._key, self._wake = server, room, key, wake
+        self._server, self._room, self._wake = server, room, wake
         self._background, self._people, self._book = background, people, book
-        self._apart = Apart(server, self._belongs_apart)
         self._cloakroom = Cloakroom()
         self._mishaps = Mishaps(log)
         self._next = 0.0
@@ -68,25 +64,18 @@ class Explorers:
     def close(self) -> None:
         """Close the sessions of those who are away."""
         self._cloakroom.close()
-        self._apart.close()
 
-    def _belongs_apart(self, query: dict[str, str]) -> bool:
-        """Return whether the browser that comes with a query is to have its own session; asked on the network's thread."""
+    def expects(self, query: dict[str, str]) -> bool:
+        """Return whether the student's browser that comes with a query is to have its own session; may be asked from any thread."""
         word = word_of(query)
-        if word is None or is_teacher(self._key, query) or "screen" in query:
-            return False
-        return self._room.free and self._room.places.holds(word)
-
-    def holds(self, number: int) -> bool:
-        """Return whether the browser with this client id does not see the stage."""
-        return self._apart.holds(number)
+        return word is not None and "screen" not in query and self._room.free and self._room.places.holds(word)
 
     def hurry(self) -> None:
         """Settle in the next frame: the teacher has decided something."""
         self._next = 0.0
 
-    def settle(self, seats: Collection[Seat], now: float) -> None:
-        """Now and then: give places, and call those elsewhere who are not where they belong. `now`: wall time [s]."""
+    def settle(self, seats: Collection[Seat], apart: Apart, now: float) -> None:
+        """Now and then: give places, and have `apart` call those elsewhere who are not where they belong. `now`: wall time [s]."""
         self._cloakroom.tidy()
         if now < self._next:
             return
@@ -98,7 +87,7 @@ class Explorers:
             wanted = room.free and seat.lasting and room.places.holds(seat.who)
             if wanted != (seat.stand is not None) and not seat.moved:
                 seat.moved = True
-                self._apart.move(seat.client)
+                apart.move(seat.client)
         self.waiting = tuple(who for who in room.here if room.free and not room.places.holds(who))
 
     def let_in(self, seat: Seat, seats: Collection[Seat], stage: Settings, lessons: LessonRun) -> Pieces:

@@ -6,6 +6,7 @@ import warnings
 from pathlib import Path
 
 from app.background import Background
+from app.classroom.key import Guesses
 from app.frame_loop import FrameLoop
 from app.handles import make_handles_cheap
 from app.languages.visitor import language_script
@@ -17,6 +18,7 @@ from app.page.lesson_resume import resume_script
 from app.page.loading import loading_html
 from app.page.replay_box import box_script
 from app.page.software import software_script
+from app.page.teacher_key import key_script
 from app.page.teacher_script import class_script
 from app.page.without_webgl import without_webgl_script
 from app.people import NOBODY_ELSE, People
@@ -108,7 +110,9 @@ def open_house(
         port,
         allowed_origins=allowed_origins,
         max_clients=watchers if lecture else sessions,
-        script=without_webgl_script()
+        turn_away=Guesses(key).turn_away,
+        script=key_script()
+        + without_webgl_script()
         + software_script()
         + relay_script()
         + resume_script()

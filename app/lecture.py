@@ -1,20 +1,22 @@
 """A lecture: one stage that all see and the teacher leads, and sessions of their own for students who are set free to explore."""
 
-import contextlib
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import viser
 
+from app.apart import Apart
+from app.audience import Audience
 from app.background import Background
 from app.classroom.address import Address, find_address
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
+from app.classroom.key import is_mistaken, is_teacher
+from app.classroom.lead import Lead
 from app.entrance import Entrance, Pieces
 from app.explorers import Explorers
 from app.languages.lesson_book import in_language
-from app.languages.speaking import say, speak
-from app.languages.visitor import browser_language, language_of
+from app.languages.speaking import speak
+from app.languages.visitor import browser_language, language_of, look_of, preferred
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.mishaps import Mishaps
 from app.page.lesson_resume import open_link, word_of
@@ -22,26 +24,27 @@ from app.page.lesson_run import LessonRun
 from app.page.operation import Operation
 from app.page.teacher import ClassState, TeacherPanel
 from app.page.teacher_answers import Answers, Banner, is_narrow
-from app.page.view import View
+from app.page.teacher_key import name_mistake
 from app.people import NOBODY_ELSE, People
 from app.seat import Seat
 from app.server.request import request_address, request_query
 from app.server.server import DuetServer
 from app.session import Session
-from app.settings import Language, Settings
-from app.stage_overlays import Overlays
+from app.settings import LOOKS, Language, Look, Settings, from_query
+from app.showing import Showing
 from app.stand import Visitors
 from app.teacher_decisions import Decisions
+from scenes.settings import values
 
 log = logging.getLogger("duet.lecture")
 
 
 class LectureHost(Visitors):
-    """All tabs see one stage; one of them has the controls: the first, or the one that came with the key.
+    """All tabs see one stage, each in its own language and look; one of them has the controls: the first, or one with the key.
 
     Args:
         server: viser's.
-        start: what the stage shows at first.
+        start: what the stage shows at first, and how tabs look whose link does not say it.
         key: a word that the teacher's link carries (`?key=…`); None gives the controls to the first tab.
         background: computes for all sessions.
         people: who can be imitated beside the built-in person.
@@ -67,35 +70,36 @@ class LectureHost(Visitors):
         sessions: int = 8,
         listening: str = "127.0.0.1",
     ) -> None:
-        self._key, self._book, self._notes, self._listening = key, book, notes or {}, listening
+        self._start, self._key, self._book, self._notes, self._listening = start, key, book, notes or {}, listening
         self.room = Classroom(sessions)
-        self._explorers = Explorers(server, self.room, key, background, people, book, lambda: self.wake())
+        self._explorers = Explorers(server, self.room, background, people, book, lambda: self.wake())
         self.session = Session(start, lambda: self.wake(), background, people)
-        # The stage has one language: the chosen one, or that of whoever has the controls.
+        # The stage's own language is that of whoever has the controls.
         self._browser: Language = "en"
         self._language: Language = language_of(start, self._browser)
         self._seats: dict[int, Seat] = {}
         self._operation: Operation | None = None
         self._operator: int | None = None
+        self._leader = ""
         self._address: Address | None = None
         self._mishaps = Mishaps(log)
-        speak(self._language)
         self.lessons = LessonRun(self.session, in_language(book, self._language))
-        self._decisions = Decisions(self.room, self.session, lambda: self.lessons, self._explorers.hurry)
+        self._decisions = Decisions(self.room, self.session, self.lessons, self._explorers.hurry)
+        self._showings: dict[Audience, Showing] = {}
+        self._lead = Lead(key)
+        self._apart = Apart(server, self._look, self._lead.gone)
         self._entrance = Entrance(self._arrive, self._not_built)
         super().__init__(server)
-        self._build()
-        server.gate.may_share = lambda client_id: client_id == self._operator
+        # Nothing that everybody shares can be operated.
+        server.gate.may_share = lambda client_id: False
         # Who leads the class must be able to come back after a lost connection.
         server.always_admits = lambda query: is_teacher(key, query)
 
-    def _build(self) -> None:
-        """Draw the stage, for everybody."""
-        self._view = View(self._server, self.session, self._watchers, self.lessons)
-        self._overlays = Overlays(self._server.gui, self._view)
-
-    def _watchers(self) -> list[viser.ClientHandle]:
-        return [seat.client for seat in list(self._seats.values()) if seat.stand is None]
+    def _look(self, number: int, query: dict[str, str], accept: str) -> Look | None:
+        """Return with which look a browser watches; None if it gets a page of its own: to lead, or to explore."""
+        if self._lead.admits(number, query) or self._explorers.expects(query):
+            return None
+        return look_of(query, preferred(accept), self._start)
 
     @property
     def operator(self) -> int | None:
@@ -123,51 +127,78 @@ class LectureHost(Visitors):
         for number in departures:
             self._entrance.leave(number)
             self._leave(number)
+        self._find_audiences()
         for client in arrivals:
             self._entrance.come(client)
         self._entrance.advance()
         speak(self._language)
         if self._entrance.busy:
             self.wake()
-        if self._operator is None:
-            self._hand_over()
+        heir = next((seat for seat in self._seats.values() if seat.teacher), None)
+        if self._operator is None and heir is not None:
+            self._build(heir, self._hand_over)
         self._decisions.answers.do()
         moved = self.session.advance(elapsed) > 0
-        if language_of(self.session.settings, self._browser) != self._language:
-            self._translate()
+        if self._operator is not None and language_of(self.session.settings, self._browser) != self._language:
+            self._build(self._seats[self._operator], self._seat_leader)
+        speak(self._language)
         self.lessons.frame()
         if self.room.paused and not self.room.free and not self.session.paused:
             # On the stage the teacher's Run is everybody's.
             self.room.paused = False
-        poll = self._decisions.poll
-        with self._server.atomic():
-            self._view.show(now, moved)
-            self._overlays.show(poll, self._address if self.room.inviting else None)
-        self._show_operation()
-        self._explorers.settle(self._seats.values(), now)
-        self._show_to_each(poll)
-        self._server.flush()
+        self._explorers.settle(self._seats.values(), self._apart, now)
+        self._show_stage(now, moved)
         for number, seat in list(self._seats.items()):
             if seat.stand is not None:
+                speak(seat.stand.language)
+                seat.show(self.room, self._state(None), None, seat.stand.view, seat.stand.lessons)
                 self._explorers.frame(number, seat.stand, now, elapsed)
 
-    def _show_operation(self) -> None:
-        if self._operation is None:
-            return
-        try:
-            self._operation.show()
-        except Exception as error:
-            # Where the lecturer's tab is just closing, its controls have gone before we are told; nobody else may lose a frame.
-            if self._operator in self._server.get_clients():
-                self._mishaps.tell("a frame of the lecturer's controls failed", error, self._operator)
+    def _find_audiences(self) -> None:
+        """Make the stage for those who watch with a look that was not there before, and forget what nobody watches."""
+        before = self._showings
+        self._showings = {one: before[one] if one in before else self._show_to(one) for one in self._apart.audiences}
 
-    def _show_to_each(self, poll: Poll | None) -> None:
-        state = ClassState(
-            self.room.heads, self.room.free, self.room.paused, self.room.inviting, len(self._explorers.waiting), poll
-        )
-        for seat in self._seats.values():
-            mine = None if poll is None or seat.answers is None else self.room.ballots.answer_of(poll.place, seat.who)
-            seat.show(self.room, state, mine, self._view, self.lessons)
+    def _show_to(self, audience: Audience) -> Showing:
+        def watchers() -> list[viser.ClientHandle]:
+            return [seat.client for seat in list(self._seats.values()) if seat.audience is audience]
+
+        look = audience.look
+        return Showing(audience, self.session, self.lessons, self._book, look.language, look, watchers)
+
+    def _show_stage(self, now: float, moved: bool) -> None:
+        """Draw the stage, first for whoever leads, whose view the others follow."""
+        seats, inviting = list(self._seats.items()), self._address if self.room.inviting else None
+        lead = self._seats[self._operator].showing if self._operator is not None else None
+        own = [(number, seat, seat.showing) for number, seat in seats if seat.showing is not None]
+        for number, seat, showing in sorted(own, key=lambda one: one[0] != self._operator):
+            try:
+                speak(showing.language)
+                poll = self._decisions.poll(showing.book)
+                showing.show(now, moved, lead and lead.view, poll, inviting)
+                if number == self._operator and self._operation is not None:
+                    with seat.client.atomic():
+                        self._operation.show()
+                seat.show(self.room, self._state(poll), None, showing.view, self.lessons)
+                showing.flush()
+            except Exception as error:
+                # Where a teacher's tab is just closing, its page has gone before we know of it; the others must not lose a frame.
+                if number in self._server.get_clients():
+                    self._mishaps.tell("a frame of a teacher's page failed", error, number)
+        for audience, showing in self._showings.items():
+            speak(showing.language)
+            poll = self._decisions.poll(showing.book)
+            showing.show(now, moved, lead and lead.view, poll, inviting)
+            state = self._state(poll)
+            for _, seat in seats:
+                if seat.audience is audience:
+                    mine = None if poll is None or seat.answers is None else self.room.ballots.answer_of(poll.place, seat.who)
+                    seat.show(self.room, state, mine, showing.view, self.lessons)
+            showing.flush()
+
+    def _state(self, poll: Poll | None) -> ClassState:
+        room = self.room
+        return ClassState(room.heads, room.free, room.paused, room.inviting, len(self._explorers.waiting), poll)
 
     # ---- who comes and goes ------------------------------------------------------------------------------------------------
 
@@ -175,25 +206,33 @@ class LectureHost(Visitors):
         """Give a newcomer what is theirs; one with a session gets a seat once the page is whole."""
         number, query = client.client_id, request_query(client)
         word = word_of(query)
-        who, screen, teacher = word or f"tab {number}", "screen" in query, is_teacher(self._key, query)
-        seat = Seat(client, query, who, word is not None, screen, teacher, is_narrow(client))
-        if self._explorers.holds(number):
+        who, screen, teacher = word or f"tab {number}", "screen" in query, self._lead.holds(number)
+        seat = Seat(client, query, who, word is not None, screen, teacher, is_narrow(client), self._apart.audience_of(number))
+        if teacher and self._operator is not None and who == self._leader:
+            # The connection before is lost, and that may take a while to be noticed.
+            self._let_go()
+        if not teacher and seat.audience is None and self._explorers.expects(query):
             yield from self._explorers.let_in(seat, self._seats.values(), self.session.settings, self.lessons)
             self._seats[number] = seat
             self.room.enter(number, seat.who)
             return
         self._seats[number] = seat
-        speak(self._language)
-        self._view.welcome(client)
-        if seat.teacher:
-            self._give_panel(seat)
-        elif not seat.screen and (self._key is not None or self._operator is not None):
-            self._give_part(seat)
-        if is_mistaken(self._key, query):
-            client.add_notification(say("The key is another one"), say(WRONG_KEY), color="orange", auto_close_seconds=12.0)
+        if teacher:
+            self._build(seat, self._hand_over if self._operator is None else self._seat_teacher)
+        elif seat.audience is not None:
+            self._build(seat, self._seat_watcher)
+        else:
+            # What was decided about it when it came no longer holds.
+            self._apart.move(client)
+
+    def _build(self, seat: Seat, page: Callable[[Seat], None]) -> None:
+        try:
+            page(seat)
+        except Exception:
+            self._not_built(seat.client)
 
     def _not_built(self, client: viser.ClientHandle) -> None:
-        # Whoever is gone again before being welcomed must not cost the others their frame.
+        # Who is gone again before the page is there must not cost the others their frame.
         if client.client_id in self._server.get_clients():
             log.exception("a page could not be built")
 
@@ -203,80 +242,66 @@ class LectureHost(Visitors):
         if seat is not None:
             self._explorers.leave(seat)
         if number == self._operator:
-            if self._operation is not None:
-                self._operation.close()
-            self._operator, self._operation = None, None
-            self.session.posts.drop()
-            self.session.hold(None)
+            self._let_go()
 
-    def _give_part(self, seat: Seat) -> None:
-        """Give a student what is theirs beside the stage."""
-        number, client, who = seat.client.client_id, seat.client, seat.who
-        self.room.enter(number, who)
-        seat.banner, seat.shown = Banner(client.gui), None
-        seat.answers = Answers(client, self._view.lesson_panel, lambda choice: self._decisions.post_answer(who, choice))
-
-    def _give_panel(self, seat: Seat) -> TeacherPanel:
-        notes = self._notes if seat.teacher else None
-        self._address = find_address(request_address(seat.client), self._listening, self._server.get_port())
-        seat.panel = TeacherPanel(seat.client, self._decisions.post, self._address, notes)
-        return seat.panel
-
-    def _take_back(self, seat: Seat) -> None:
-        self.room.leave(seat.client.client_id)
-        for part in (seat.banner, seat.answers):
-            if part is not None:
-                part.close()
-        seat.banner = seat.answers = None
-
-    def _hand_over(self) -> None:
-        for number, seat in self._seats.items():
-            if not (seat.teacher if self._key is not None else seat.stand is None and not seat.screen):
-                continue
-            client = seat.client
-            self._operator = number
-            self._browser = browser_language(client)
-            self._operation = Operation(client, self.session, self._view)
-            if not self.lessons.open:
-                self._operation.notify_problems(open_link(self.lessons, seat.query, None))
-            self._operation.notify_lessons(self._book)
-            self._take_back(seat)
-            panel = seat.panel or self._give_panel(seat)
-            panel.lead()
-            break
-        for number, seat in self._seats.items():
-            # Without a key nobody is a student before somebody leads.
-            led = self._operator is not None and number != self._operator
-            if led and not (seat.teacher or seat.screen or seat.banner or seat.stand):
-                self._give_part(seat)
-
-    def _translate(self) -> None:
-        """Make everybody's page anew in another language; the session and the lessons go on where they are."""
-        saved = self.lessons.saved()
-        self._language = language_of(self.session.settings, self._browser)
-        speak(self._language)
-        self.lessons = LessonRun(self.session, in_language(self._book, self._language))
-        if saved is not None:
-            self.lessons.resume(saved, reopen=True)
+    def _let_go(self) -> None:
+        """Take the controls from whoever has them."""
         if self._operation is not None:
             self._operation.close()
-        watching = [seat for seat in self._seats.values() if seat.stand is None]
-        with self._server.atomic():
-            for seat in watching:
-                with contextlib.suppress(Exception):
-                    seat.client.gui.reset()
-            self._server.gui.reset()
-            self._build()
-        for number, seat in self._seats.items():
-            if seat not in watching:
-                continue
-            with contextlib.suppress(Exception):
-                if number == self._operator:
-                    self._operation = Operation(seat.client, self.session, self._view)
-                if seat.panel is not None:
-                    panel = self._give_panel(seat)
-                    if number == self._operator:
-                        panel.lead()
-                elif seat.banner is not None:
-                    self._give_part(seat)
-                self._view.welcome(seat.client)
+        self._operator, self._operation = None, None
+        self.session.posts.drop()
+        self.session.hold(None)
+
+    def _seat_watcher(self, seat: Seat) -> None:
+        """Welcome a student or a screen, and give a student what is theirs beside the stage."""
+        number, client, who, audience = seat.client.client_id, seat.client, seat.who, seat.audience
+        assert audience is not None
+        showing = self._showings[audience]
+        speak(showing.language)
+        audience.seat(client)
+        showing.view.welcome(client)
+        if not seat.screen:
+            self.room.enter(number, who)
+            seat.banner = Banner(client.gui)
+            seat.answers = Answers(client, showing.view.lesson_panel, lambda choice: self._decisions.post_answer(who, choice))
+        if is_mistaken(self._key, seat.query):
+            name_mistake(client)
+
+    def _seat_teacher(self, seat: Seat) -> None:
+        """Make a teacher's page, or make it again to lead, or in another language."""
+        client, leads = seat.client, seat.client.client_id == self._operator
+        look = None if leads else look_of(seat.query, browser_language(client), self._start)
+        language = self._language if look is None else look.language
+        self._address = find_address(request_address(client), self._listening, self._server.get_port())
+        with client.atomic():
+            if seat.showing is not None:
+                client.gui.reset()
+            seat.showing = Showing(client, self.session, self.lessons, self._book, language, look, lambda: [client])
+            if leads:
+                self._operation = Operation(client, self.session, seat.showing.view)
+            notes = self._notes if self._key is not None else None
+            seat.panel = TeacherPanel(client, self._decisions.post, self._address, notes)
+            seat.showing.view.welcome(client)
+
+    def _hand_over(self, seat: Seat) -> None:
+        """Give a teacher the controls."""
+        self._operator, self._browser = seat.client.client_id, browser_language(seat.client)
+        back, self._leader = seat.who == self._leader, seat.who
+        if not back:
+            for key, value in values(from_query(seat.query, self._start)[0]).items():
+                if key in LOOKS:
+                    self.session.change(key, value)
+        self._seat_leader(seat)
+        assert self._operation is not None
+        if not (back or self.lessons.open):
+            self._operation.notify_problems(open_link(self.lessons, seat.query, None))
+        self._operation.notify_lessons(self._book)
+
+    def _seat_leader(self, seat: Seat) -> None:
+        """Make the page of whoever leads, and have the stage speak its language; everything goes on where it is."""
+        self._language = language_of(self.session.settings, self._browser)
+        speak(self._language)
+        self.lessons.translate(in_language(self._book, self._language))
+        if self._operation is not None:
+            self._operation.close()
+        self._seat_teacher(seat)

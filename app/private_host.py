@@ -6,14 +6,14 @@ from collections.abc import Mapping
 import viser
 
 from app.background import Background
-from app.classroom.key import WRONG_KEY, is_mistaken, is_teacher
+from app.classroom.key import is_mistaken, is_teacher
 from app.cloakroom import Cloakroom, same_tab
 from app.entrance import Entrance, Pieces
-from app.languages.speaking import say
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.mishaps import Mishaps
 from app.page.lesson_resume import Keeper
 from app.page.teacher import NotesPanel
+from app.page.teacher_key import name_mistake
 from app.page.view import View
 from app.people import NOBODY_ELSE, People
 from app.server.request import request_query
@@ -144,7 +144,7 @@ class PrivateHost(Visitors):
     def _look_at_key(self, stand: Stand) -> None:
         """Tell whoever has another key than the teacher's."""
         if is_mistaken(self._key, stand.query):
-            stand.client.add_notification(say("The key is another one"), say(WRONG_KEY), color="orange", auto_close_seconds=12.0)
+            name_mistake(stand.client)
 
     def _show_notes(self, number: int, stand: Stand) -> None:
         """Show a teacher the notes; another language makes the page anew."""

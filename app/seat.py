@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import viser
 
+from app.audience import Audience
 from app.classroom.classroom import Classroom
 from app.languages.speaking import say
 from app.page.lesson_run import LessonRun
@@ -12,6 +13,7 @@ from app.page.teacher import ClassState, TeacherPanel
 from app.page.teacher_answers import Answers, Banner
 from app.page.teacher_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
 from app.page.view import View
+from app.showing import Showing
 from app.stand import Stand
 
 
@@ -24,8 +26,10 @@ class Seat:
         who: the word that its tab keeps, or one of ours if it keeps none.
         lasting: whether the word outlives a reload.
         screen: whether it only shows (a projector), and is no student's.
-        teacher: whether it brought the key.
+        teacher: whether it may lead.
         narrow: whether its window has no room for everything beside each other.
+        audience: with whom it watches the stage; None for a page of its own.
+        showing: the stage on a teacher's own page; None for everybody else.
         banner, answers, panel: what it has beside the stage; None for what it has not.
         stand: its own session; None while it sees the stage.
         view: what the banner stands on; another one in another language.
@@ -40,6 +44,8 @@ class Seat:
     screen: bool
     teacher: bool
     narrow: bool
+    audience: Audience | None = None
+    showing: Showing | None = None
     banner: Banner | None = None
     answers: Answers | None = None
     panel: TeacherPanel | None = None

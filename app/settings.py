@@ -1,8 +1,8 @@
 """The page's own settings, and every way in which settings come in or go out: deep link, command line, header of an export."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal, get_args
+from dataclasses import dataclass, field, replace
+from typing import Final, Literal, NamedTuple, get_args
 
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings, Spec, changed, values
@@ -143,6 +143,23 @@ class PageSettings:
             )
         },
     )
+
+
+class Look(NamedTuple):
+    """What of the page's settings is about how it looks, and not about what it shows: in a lecture every tab has its own."""
+
+    theme: Theme
+    profile: Profile
+    picture: Picture
+    language: Language
+
+    def of(self, page: PageSettings) -> PageSettings:
+        """Return a page's settings with this look."""
+        return replace(page, **self._asdict())
+
+
+LOOKS: Final = ("theme", "profile", "picture", "lang")
+"""Keys of the look."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What everybody is shown over the stage: how the class has answered, and the address."""
+"""What is shown over the stage: how the class has answered, and the address."""
 
 import viser
 
@@ -13,7 +13,7 @@ class Overlays:
     """Written anew where something changes, and only then.
 
     Args:
-        gui: the server's, which everybody sees.
+        gui: of those who see it.
         view: the stage's.
     """
 

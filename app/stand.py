@@ -106,6 +106,11 @@ class Stand:
             self.operation = Operation(self.client, self.session, self.view)
             self.view.welcome(self.client)
 
+    @property
+    def language(self) -> Language:
+        """What the page speaks."""
+        return self._language
+
     def halt(self, halted: bool) -> None:
         """Have everything stand still as long as somebody else says so; afterwards it goes on if it did before."""
         session = self.session

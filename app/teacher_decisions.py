@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from app.classroom.classroom import Classroom, Poll
+from app.lessons.lesson import LessonBook
 from app.lessons.walkthrough import Walkthrough
 from app.page.lesson_run import LessonRun
 from app.page.teacher import Action
@@ -16,27 +17,25 @@ class Decisions:
     Args:
         room: the class.
         session: the stage's.
-        lessons: returns the stage's; others in another language.
+        lessons: the stage's.
         decided: called after every decision of the teacher's.
 
     Attributes:
         answers: what the students answer; never behind what the teacher asks for, nor lost with the teacher's tab.
     """
 
-    def __init__(self, room: Classroom, session: Session, lessons: Callable[[], LessonRun], decided: Callable[[], None]) -> None:
+    def __init__(self, room: Classroom, session: Session, lessons: LessonRun, decided: Callable[[], None]) -> None:
         self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
         self.answers = Posts()
         self._ran = False
 
     @property
     def _walk(self) -> Walkthrough | None:
-        lessons = self._lessons()
-        return lessons.walk if lessons.open else None
+        return self._lessons.walk if self._lessons.open else None
 
-    @property
-    def poll(self) -> Poll | None:
-        """Return the question on the stage; None if there is none."""
-        return self._room.poll(self._walk)
+    def poll(self, book: LessonBook | None = None) -> Poll | None:
+        """Return the question on the stage; None if there is none. `book`: the lessons in the reader's language; None for the stage's."""
+        return self._room.poll(self._walk, book)
 
     def post(self, action: Action) -> None:
         """Do what the teacher decides, in the next frame; from any thread."""
@@ -72,7 +71,7 @@ class Decisions:
             session.paused = paused
 
     def _reveal(self) -> None:
-        poll, lessons = self.poll, self._lessons()
+        poll, lessons = self.poll(), self._lessons
         if poll is None or poll.revealed or not poll.tally.answered:
             return
         self._room.ballots.reveal(poll.place)
@@ -82,10 +81,10 @@ class Decisions:
             lessons.act("choose", favourite)
 
     def _ask_again(self) -> None:
-        poll = self.poll
+        poll = self.poll()
         if poll is not None:
             self._room.ballots.ask_again(poll.place)
-            self._lessons().act("reset")
+            self._lessons.act("reset")
 
     def _answer(self, who: str, choice: int) -> None:
         self._room.answer(self._walk, who, choice)

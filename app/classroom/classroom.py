@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from app.classroom.ballots import Ballots, Place, Tally
 from app.classroom.places import Places
-from app.lessons.lesson import Lesson, Step
+from app.lessons.lesson import Lesson, LessonBook, Step
 from app.lessons.outcomes import Outcome, Verdict
 from app.lessons.phases import Phase
 from app.lessons.progress import Progress, StepProgress, to_json
@@ -70,7 +70,7 @@ class Classroom:
         self.ballots = Ballots()
         self.places = Places(most)
         self._here: dict[int, str] = {}
-        self._told: tuple[tuple[Step, Outcome | None], _Told] | None = None
+        self._told: dict[str, tuple[tuple[Step, Outcome | None], _Told]] = {}
 
     # ---- who is here -------------------------------------------------------------------------------------------------------
 
@@ -106,11 +106,17 @@ class Classroom:
 
     # ---- the question ------------------------------------------------------------------------------------------------------
 
-    def poll(self, walk: Walkthrough | None) -> Poll | None:
-        """Return the question on the stage; None if there is none. `walk`: the stage's, None while no lesson is open."""
-        if walk is None or walk.step.question is None:
+    def poll(self, walk: Walkthrough | None, book: LessonBook | None = None) -> Poll | None:
+        """Return the question on the stage; None if there is none.
+
+        Args:
+            walk: the stage's, None while no lesson is open.
+            book: the lessons in the reader's language; None for the stage's.
+        """
+        at = None if walk is None else walk.in_book(book)
+        if walk is None or at is None or at.step.question is None:
             return None
-        question, lesson, step, done = walk.step.question, walk.lesson, walk.step, walk.done
+        question, lesson, step, done = at.step.question, at.lesson, at.step, walk.done
         place = lesson.id, step.id
         if walk.phase is Phase.PREDICT and done.untouched and self.ballots.revealed(place):
             # The teacher has begun the step anew.
@@ -124,13 +130,13 @@ class Classroom:
         return Poll(place, told.choices, tally, False, revealed, told.outcome, question.right, told.verdicts)
 
     def _tell(self, lesson: Lesson, step: Step, outcome: Outcome | None) -> _Told:
-        """Return the texts of a question, which are put together once and not in every frame."""
-        if self._told is not None:
-            (known_step, known_outcome), told = self._told
+        """Return the texts of a question, which are put together once in every language and not in every frame."""
+        if lesson.language in self._told:
+            (known_step, known_outcome), told = self._told[lesson.language]
             if known_step is step and known_outcome is outcome:
                 return told
         told = _told(lesson, step, outcome)
-        self._told = (step, outcome), told
+        self._told[lesson.language] = (step, outcome), told
         return told
 
     def answer(self, walk: Walkthrough | None, who: str, choice: int) -> bool:

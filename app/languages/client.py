@@ -36,6 +36,9 @@ SOFTWARE: Final = text("Drawn without a graphics card; it may stutter.")
 CROWDED: Final = text("This page is open in too many tabs. Close some of them, then reload this one.")
 """What `app.server.index` says where one tab was doubled too often."""
 
+WAIT: Final = text("A wrong key has just been tried from here. Wait: yours is tried in a second…")
+"""What it says where keys are tried too fast."""
+
 OURS: Final = (
     LOST,
     LOADING,
@@ -46,6 +49,7 @@ OURS: Final = (
     NO_PICTURE,
     WHAT_WORKS,
     WHAT_TO_SWITCH_ON,
+    WAIT,
     text("every command by name"),
     text("connection and camera"),
     text("back to the controls"),

@@ -6,7 +6,7 @@ import viser
 
 from app.languages.client import client_script
 from app.languages.words import Words
-from app.settings import Language, Settings
+from app.settings import LOOKS, Language, Look, Settings, from_query
 
 KNOWN: tuple[Language, ...] = ("en", "de", "sl")
 """What a browser can ask for."""
@@ -43,6 +43,18 @@ def _quality(text: str) -> float:
 def language_of(settings: Settings, browser: Language) -> Language:
     """Return what a page speaks: the language that was chosen, by link or on the page, or the one that the browser likes best."""
     return browser if settings.page.language == "auto" else settings.page.language
+
+
+def look_of(query: Mapping[str, str], browser: Language, start: Settings) -> Look:
+    """Return how a tab of a lecture is to look.
+
+    Args:
+        query: of its link; what is not possible there is left out.
+        browser: the language that its browser likes best.
+        start: what the link does not say.
+    """
+    settings = from_query({key: query[key] for key in LOOKS if key in query}, start)[0]
+    return Look(settings.page.theme, settings.page.profile, settings.page.picture, language_of(settings, browser))
 
 
 def language_asked(query: Mapping[str, str], accept: str) -> Language:

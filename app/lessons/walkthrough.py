@@ -302,13 +302,23 @@ class Walkthrough:
         """Return what is said to the prediction; None before the outcome is known."""
         return verdict(self._place())
 
-    def view(self) -> View:
-        """Return everything that a page shows now."""
+    def in_book(self, book: LessonBook | None) -> Bookmark:
+        """Return the present step as it stands in the same book in another language; None for this one."""
+        return self._at if book is None or book is self.book else Bookmark(book).of(self.lesson.id, self.step.id)
+
+    def translate(self, book: LessonBook) -> None:
+        """Go on with the same book in another language; the present run goes on."""
+        self._at, self.book = self.in_book(book), book
+        if self._running is not None:
+            self._running = self._at, self.setup
+
+    def view(self, book: LessonBook | None = None) -> View:
+        """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
         last = self._at.after() is None
         waits = self.locked and self.done.choice is None
         can_next = not waits and (self._showing or self._phase is not self.phases[-1] or not last)
         can_back = self._showing or self._before() is not None or self._at.before() is not None
-        return make_view(self._place(), self.yours, can_next, can_back)
+        return make_view(self._place(book), self.yours, can_next, can_back)
 
     @property
     def kept(self) -> Mapping[str, Person]:
@@ -352,8 +362,9 @@ class Walkthrough:
         self._showing = False
         self._begin()
 
-    def _place(self) -> Place:
-        return Place(self.lesson, self.step, self._at.step_index, self._phase, self.done, self._showing)
+    def _place(self, book: LessonBook | None = None) -> Place:
+        at = self.in_book(book)
+        return Place(at.lesson, at.step, at.step_index, self._phase, self.done, self._showing)
 
     def _before(self) -> Phase | None:
         """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""

@@ -1,5 +1,6 @@
 """The marks that a step of a lesson asks the elbow to touch: with their angles, and green with a tick once the elbow was there."""
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from app.page.lesson_run import LessonRun
 from app.page.poses import fresh
 from app.page.theme import PALETTES, Rgb, rgb, scale
 from app.session import Session
-from app.settings import Theme
+from app.settings import PageSettings, Theme
 
 RADIUS: Final = 0.03
 """Of a mark as it is drawn [m]; what counts as touched is the challenge's business."""
@@ -34,10 +35,11 @@ class Marks:
     Args:
         scene: where to draw.
         session, run: whose run touches them.
+        page: gives how the page looks.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session, run: LessonRun) -> None:
-        self._scene, self._session, self._run = scene, session, run
+    def __init__(self, scene: viser.SceneApi, session: Session, run: LessonRun, page: Callable[[], PageSettings]) -> None:
+        self._scene, self._session, self._run, self._page = scene, session, run, page
         self._nodes: list[tuple[viser.IcosphereHandle, viser.LabelHandle]] = []
         self._drawn: tuple[object, ...] | None = None
         self._touched: list[bool | None] = []
@@ -46,7 +48,7 @@ class Marks:
     def show(self, now: float) -> None:
         """Bring them up to date; `now`: wall time [s]."""
         step = self._run.walk.step if self._run.open and self._run.walk.step.marks else None
-        page = self._session.settings.page
+        page = self._page()
         drawn = None if step is None else (step, id(self._session.simulation.room), page.theme, page.profile)
         if drawn != self._drawn:
             self._drawn = drawn
@@ -61,7 +63,7 @@ class Marks:
             self._paint(i, miss is not None and miss <= reach)
 
     def _draw(self) -> None:
-        larger = scale(self._session.settings.page.profile)
+        larger = scale(self._page().profile)
         for i, place in enumerate(self._run.walk.marks(self._session.simulation)):
             ball = self._scene.add_icosphere(
                 f"/marks/{i + 1}", radius=RADIUS, subdivisions=3, position=place, cast_shadow=False, receive_shadow=False
@@ -79,7 +81,7 @@ class Marks:
         if self._touched[index] == touched:
             return
         self._touched[index] = touched
-        theme, (ball, label) = self._session.settings.page.theme, self._nodes[index]
+        theme, (ball, label) = self._page().theme, self._nodes[index]
         ball.color = rgb(PALETTES[theme].velocity) if touched else UNTOUCHED[theme]
         angle = shown_parameter("angle", self._run.walk.step.marks[index])
         label.text = f"✓ {angle}" if touched else angle

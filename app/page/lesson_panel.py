@@ -6,6 +6,7 @@ from typing import Final
 import viser
 
 from app.languages.speaking import say
+from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
 from app.lessons.view import View
 from app.page.lesson_html import BLOCKS, blocks_html
@@ -35,6 +36,7 @@ class LessonPanel:
         operated: whether whoever sees it also operates it.
         narrow: whether the controls fold up for it until a challenge needs them.
         sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
+        book: the lessons in the language of whoever sees it; None for that of `run`.
     """
 
     def __init__(
@@ -45,9 +47,10 @@ class LessonPanel:
         operated: bool,
         narrow: bool = False,
         sheet: Callable[[], str] = lambda: "",
+        book: LessonBook | None = None,
     ) -> None:
         self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
-        self._sheet = sheet
+        self._sheet, self._book = sheet, book
         self._folded = False
         self._panel: viser.PanelHandle | None = None
         self.tab: viser.GuiTabHandle | None = None
@@ -93,8 +96,8 @@ class LessonPanel:
         if opened or state != self._shown or now >= self._next:
             self._next = now + PERIOD
             self._shown = state
-            view = run.view()
-            numbers = run.live() if view.phase is not Phase.PREDICT else ()
+            view = run.view(self._book)
+            numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()
             self._write("style", self._sheet() + lesson_style(self._width, view))
             self._fold(view.phase is not Phase.CHALLENGE)
             if opened and self._narrow:

@@ -324,9 +324,16 @@ class LessonRun:
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 
-    def view(self) -> View:
-        """Return everything that is to be shown of the present step."""
-        return self.walk.view()
+    def translate(self, book: LessonBook) -> None:
+        """Go on with the same lessons in another language."""
+        self.book = book
+        if self._walk is not None:
+            self._walk.translate(book)
+        self.version += 1
+
+    def view(self, book: LessonBook | None = None) -> View:
+        """Return everything that is to be shown of the present step. `book`: the lessons in the reader's language; None for these."""
+        return self.walk.view(book)
 
     @property
     def own_tests(self) -> Progress | None:
@@ -341,9 +348,9 @@ class LessonRun:
         """Return why the visitor's own law is not in force ("" if all is well), and whether its file is gone."""
         return self._session.own_law_problem, self._session.own_law_away
 
-    def live(self) -> tuple[tuple[str, str], ...]:
-        """Return label and value of the step's numbers, as they are now."""
-        language = self.walk.lesson.language
+    def live(self, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
+        """Return label and value of the step's numbers, as they are now. `book`: see `view`."""
+        language = self.walk.in_book(book).lesson.language
         try:
             return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(self._session.simulation))
         except Exception as error:

@@ -15,6 +15,7 @@ from app.page.contact import contact
 from app.page.equations import equation_html
 from app.page.relevance import both_avoid
 from app.page.swivel import Swivel
+from app.settings import Theme
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
 from controllers.tasks import TASK_DIMENSION
@@ -71,8 +72,8 @@ class Readout:
         self._texts: dict[str, str] = {}
         self._next = 0.0
 
-    def show(self, session: Shown, sample: Sample, now: float, force: bool = False) -> None:
-        """Refresh if it is time. `now`: wall time [s]."""
+    def show(self, session: Shown, sample: Sample, now: float, theme: Theme, force: bool = False) -> None:
+        """Refresh if it is time. `now`: wall time [s]; `theme`: of the page."""
         if now < self._next and not force:
             return
         self._next = now + PERIOD
@@ -86,7 +87,7 @@ class Readout:
                 "equation", f'<div class="duet"><div class="duet-eq">q̇ = law(situation)</div>{escape(session.own_law)}</div>'
             )
             return
-        self._write("equation", f'<div class="duet">{equation_html(run, session.settings.page.theme)}</div>')
+        self._write("equation", f'<div class="duet">{equation_html(run, theme)}</div>')
         self._write("live", f'<div class="duet">{live_html(simulation, sample, contact(simulation, sample))}</div>')
 
     def _write(self, name: str, text: str) -> None:

@@ -167,10 +167,6 @@ class TeacherPanel:
             free = self._shown is not None and self._shown.free
             self._act("follow" if action == "free" and free else action)
 
-    def lead(self) -> None:
-        """This teacher has the controls: the answers are buttons, and need no list besides."""
-        self._gui.add_html("<style>.duet-l-choices{display:none!important}</style>", order=ORDER - 1.0)
-
     def show(self, state: ClassState, run: LessonRun) -> None:
         """Bring everything up to date. `run`: the stage's lessons."""
         if self._notes is not None:

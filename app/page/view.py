@@ -12,7 +12,7 @@ import viser
 from app.keep.past import Past
 from app.languages.speaking import say, spoken
 from app.languages.visitor import mark_html
-from app.lessons.lesson import NO_LESSONS
+from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.page.camera import place_camera, view_of
 from app.page.keep import ReplayBar, past_style
 from app.page.lesson_camera import lesson_view
@@ -26,6 +26,7 @@ from app.page.stage import Stage
 from app.page.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale, style_sheet
 from app.page.window import canvas_size
 from app.session import Session
+from app.settings import Look, PageSettings
 from scenes.settings import RunSettings, specs
 from scenes.targets import AnglesTarget
 
@@ -53,6 +54,9 @@ class View:
         session: what is shown.
         clients: whose cameras follow when another experiment or another rig is chosen.
         lessons: of the session; None for a page without.
+        look: of those who watch a lecture; None for what the session's settings say.
+        book: the lessons in the language of whoever sees it; None for that of `lessons`.
+        folds: whether the controls make room for a lesson on a narrow window.
 
     Attributes:
         keep: in whose hands the past is; while they look at it, everybody who sees this does. None while nobody has it.
@@ -64,14 +68,19 @@ class View:
         session: Session,
         clients: Callable[[], list[viser.ClientHandle]],
         lessons: LessonRun | None = None,
+        look: Look | None = None,
+        book: LessonBook | None = None,
+        folds: bool = True,
     ) -> None:
         self._host, self._session, self._clients = host, session, clients
         self.lessons = lessons or LessonRun(session, NO_LESSONS)
+        self._own_look = look
         self.keep: ReplayBar | None = None
         self._past: Past | None = None
+        self._moved_back = False
         self._before: float | None = None
         self._turn: tuple[object, ...] = ()
-        page = session.settings.page
+        page = self._page
         gui = host.gui
         self._style = gui.add_html(style_sheet(page.profile))
         self._readout = Readout(gui)
@@ -97,10 +106,15 @@ class View:
         narrow = isinstance(host, viser.ClientHandle) and canvas_size(host)[0] < NARROW
         width = (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile)
         self.lesson_panel = LessonPanel(
-            gui, self.lessons, width, private, narrow, lambda: style_sheet(session.settings.page.profile)
+            gui, self.lessons, width, private, narrow and folds, lambda: style_sheet(self._page.profile), book
         )
-        self._marks = Marks(host.scene, session, self.lessons)
+        self._marks = Marks(host.scene, session, self.lessons, lambda: self._page)
         self._lesson_step: tuple[object, ...] | None = None
+
+    @property
+    def _page(self) -> PageSettings:
+        page = self._session.settings.page
+        return page if self._own_look is None else self._own_look.of(page)
 
     def _present_experiment(self) -> tuple[object, ...]:
         simulation = (self._past or self._session).simulation
@@ -109,12 +123,12 @@ class View:
     def _plots_height(self) -> int:
         # A lecture's plots are drawn for everybody: for the projector, whose window nobody knows here.
         height = canvas_size(self._host)[1] if isinstance(self._host, viser.ClientHandle) else 900.0
-        return plots_height(height, self._session.settings.page.profile)
+        return plots_height(height, self._page.profile)
 
     def _configure_theme(self) -> None:
         self._host.gui.configure_theme(
             titlebar_content=titlebar(),
-            dark_mode=self._session.settings.page.theme == "dark",
+            dark_mode=self._page.theme == "dark",
             show_logo=False,
             show_share_button=False,
             brand_color=BRAND,
@@ -127,7 +141,7 @@ class View:
 
     def look(self, client: viser.ClientHandle) -> None:
         """Point a client's camera at the present scene."""
-        profile, (width, height) = self._session.settings.page.profile, canvas_size(client)
+        profile, (width, height) = self._page.profile, canvas_size(client)
         panel = self._plots_height() + PLOTS_FRAME * scale(profile) if height >= LOW_CANVAS else PLOTS_BAR
         covered = PHONE_SHEET if width / height < PHONE_ASPECT else min(panel / height, 0.6)
         simulation, lessons = (self._past or self._session).simulation, self.lessons
@@ -144,11 +158,23 @@ class View:
                 self.look(client)
                 self._settling[number] = deadline, client, client.camera.aspect
 
-    def show(self, now: float, moved: bool) -> None:
-        """Draw a frame. `now`: wall time [s]; `moved`: whether the simulation made a step since the last one."""
-        session, page = self._session, self._session.settings.page
+    def show(self, now: float, moved: bool, lead: "View | None" = None) -> None:
+        """Draw a frame.
+
+        Args:
+            now: wall time [s].
+            moved: whether the simulation made a step since the last one.
+            lead: of a lecture, the view of whoever has the controls: what is looked back at there is shown here too.
+        """
+        session, page = self._session, self._page
         looked_back = self._past is not None
-        moved = self._look_back(now) or (moved and self._past is None)
+        if self._own_look is None:
+            self._moved_back = self._look_back(now)
+        elif lead is None:
+            self.keep, self._past, self._moved_back = None, None, False
+        else:
+            self.keep, self._past, self._moved_back = lead.keep, lead._past, lead._moved_back
+        moved = self._moved_back or (moved and self._past is None)
         if self._look != (page.theme, page.profile):
             self._change_look()
         elif looked_back != (self._past is not None):
@@ -166,7 +192,7 @@ class View:
         wish = shown.target() if shown.settings.run.scene == "imitation" else None
         angles = wish.angles if isinstance(wish, AnglesTarget) else None
         self._stage.show(shown.simulation, sample, page, shown.ghost, angles)
-        self._readout.show(shown, sample, now, force=not moved)
+        self._readout.show(shown, sample, now, page.theme, force=not moved)
         self._plots.choose(page.details)
         self._plots.show(shown, now)
 
@@ -195,7 +221,7 @@ class View:
                 self.welcome(client)
 
     def _change_look(self) -> None:
-        page = self._session.settings.page
+        page = self._page
         self._look = page.theme, page.profile
         self._dress()
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
@@ -204,7 +230,7 @@ class View:
 
     def _dress(self) -> None:
         past = past_style(self.keep.shelf.loaded if self.keep is not None else "") if self._past is not None else ""
-        self._style.content = self._style_too.content = style_sheet(self._session.settings.page.profile) + past
+        self._style.content = self._style_too.content = style_sheet(self._page.profile) + past
 
 
 def scene_label(run: RunSettings) -> str:

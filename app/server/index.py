@@ -5,7 +5,8 @@ viser's client is one HTML file that opens its websocket from a worker. A short 
 - says in large letters when the connection is lost, when the server is silent for 3 s, and when it does not know the page's address,
   and clears that when it is back,
 - keeps trying while the tab is not in front (a projector next to the window one types in), which viser itself does not,
-- reloads the page when it meets another server than the one it came from, when the room is full, and when a class moves,
+- reloads the page when it meets another server than the one it came from, when the room is full, when a class moves, and when a key
+  was tried too soon after a wrong one,
 - says hello at once, as the server does not wait long for that, and a tab in the background draws no scene.
 """
 
@@ -16,7 +17,7 @@ import json
 import re
 from urllib.parse import parse_qsl, quote, urlsplit
 
-from app.languages.client import CROWDED, KEPT_OUT, LOST, SILENT, client_script
+from app.languages.client import CROWDED, KEPT_OUT, LOST, SILENT, WAIT, client_script
 
 ROOM_IS_FULL = "duet: every place is taken"
 ELSEWHERE = "duet: this tab belongs somewhere else"
@@ -25,6 +26,7 @@ HELLO = "DuetHello"
 """Kind of the message by which a page says that it is one: what viser's client says first waits until the scene is in view."""
 QUESTION = "DuetQuestion"
 """Kind of the message by which a page that hears nothing asks whether the server is still there."""
+KEY_LATER = "duet: one key a second"
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
@@ -103,10 +105,12 @@ _SCRIPT = """
   const lost = (worker, reason) => {
     heard = null;
     if (leaving) return;
-    if (reason === ours.full || reason === ours.elsewhere) {
+    if (reason === ours.later) say(ours.wait);
+    if (reason === ours.full || reason === ours.elsewhere || reason === ours.later) {
       leaving = true;
       // A class comes back in its own time, but nobody waits for long.
-      setTimeout(() => location.reload(), reason === ours.full ? 300 + 700 * Math.random() : 600 * Math.random());
+      const least = { [ours.full]: 300, [ours.later]: 1000 }[reason] ?? 0;
+      setTimeout(() => location.reload(), least + 700 * Math.random());
       return;
     }
     if (reason === ours.often) {
@@ -174,6 +178,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "", b
     settings = {"run": run, "full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "longest": _LONGEST_QUERY}
     settings |= {"lost": LOST, "often": OPEN_TOO_OFTEN, "crowded": CROWDED, "hello": HELLO}
     settings |= {"lost": LOST, "silent": SILENT, "keptOut": KEPT_OUT, "question": QUESTION}
+    settings |= {"later": KEY_LATER, "wait": WAIT}
     what_we_see = "window.duetQuery={window:`${innerWidth}x${innerHeight}`};"
     # A proxy may have us in a folder of its own, which our address needs.
     what_we_see += "{const at=location.pathname.replace(/\\/[^/]*$/,'');if(at)duetQuery.folder=at}"

@@ -48,6 +48,8 @@ _FOREIGN = (
 )
 _construction = threading.Lock()
 
+TurnAway = Callable[[str, dict[str, str]], str]
+
 viser_infra._message_producer = produce
 
 
@@ -74,6 +76,7 @@ class DuetServer(viser.ViserServer):
         limits: Limits,
         script: str = "",
         body: str = "",
+        turn_away: TurnAway = lambda address, query: "",
     ) -> None:
         self.limits = limits
         self.max_clients = max_clients
@@ -82,7 +85,7 @@ class DuetServer(viser.ViserServer):
         self.gate = Gate(ViserElements(self), limits)
         self.report = Reporter()
         self.is_at_work: Callable[[], bool] = lambda: True
-        self._doorway = doorway
+        self._doorway, self._turn_away = doorway, turn_away
         self._ready = threading.Event()
         self._taken: dict[ServerConnection, tuple[str, str]] = {}
         self._pages = own_pages(label, self.run, full_html or full_page(max_clients or 0), script, body)
@@ -118,8 +121,7 @@ class DuetServer(viser.ViserServer):
         return self.max_clients is None or len(self._taken) < self.max_clients or self.always_admits(page_query(path))
 
     def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
-        peer = connection.remote_address
-        return self._doorway.admits(origins, request.headers.get_all("Host"), str(peer[0]) if peer else "")
+        return self._doorway.admits(origins, request.headers.get_all("Host"), _address_of(connection))
 
     async def _document(self, name: str, language: Language) -> Response:
         # Its formulas take a second to draw; meanwhile everybody else is served.
@@ -137,9 +139,8 @@ class DuetServer(viser.ViserServer):
             origins = request.headers.get_all("Origin")
             if self._admits(connection, request, origins):
                 return None
-            peer = connection.remote_address
             remedy = self._doorway.remedy(origins)
-            self.report("refused origin", f"{origins!r:.120} from {peer[0] if peer else 'unknown'}{remedy:.200}")
+            self.report("refused origin", f"{origins!r:.120} from {_address_of(connection) or 'unknown'}{remedy:.200}")
             return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
         if path == "/healthz":
             state = {"ok": self.is_at_work(), "clients": self.count_clients(), "room": self._has_room()}
@@ -168,14 +169,18 @@ class DuetServer(viser.ViserServer):
 
     async def _serve_one(self, connection: ServerConnection, handler: Callable[..., Any]) -> None:
         """Give a new connection a place, then leave it to viser."""
-        path, peer = connection.request.path if connection.request is not None else "", connection.remote_address
+        path = connection.request.path if connection.request is not None else ""
         if not self._has_room(path):
             # The page knows this reason, reloads, and gets the friendly page; decided here as two tabs may have loaded at once.
             await connection.close(1013, ROOM_IS_FULL)
             return
+        reason = self._turn_away(_address_of(connection), page_query(path))
+        if reason:
+            await connection.close(1013, reason)
+            return
         # Every page of ours names its tab. So a class behind one address is many, and only programs are counted by where they are.
         tab = page_query(path).get("resume", "")
-        holder = ("tab", tab) if tab else ("address", str(peer[0]) if peer else "")
+        holder = ("tab", tab) if tab else ("address", _address_of(connection))
         if sum(one == holder for one in self._taken.values()) >= self.limits.connections:
             self.report("connection closed", f"too many at once of one {holder[0]}")
             await connection.close(1013, OPEN_TOO_OFTEN)
@@ -200,6 +205,12 @@ class DuetServer(viser.ViserServer):
             client.add_notification(title, body, color="orange")
 
 
+def _address_of(connection: ServerConnection) -> str:
+    """Return where a connection comes from, "" if that is unknown."""
+    peer = connection.remote_address
+    return str(peer[0]) if peer else ""
+
+
 def _language_of(request: Request) -> Language:
     """Return the language of whoever sent a request; what they chose on their page is not known here."""
     return language_asked(page_query(request.path), ",".join(request.headers.get_all("Accept-Language")))
@@ -216,6 +227,7 @@ def start_server(
     limits: Limits | None = None,
     script: str = "",
     body: str = "",
+    turn_away: TurnAway = lambda address, query: "",
 ) -> DuetServer:
     """Start the web server.
 
@@ -229,6 +241,8 @@ def start_server(
         limits: how much one browser may ask for.
         script: JavaScript that every page runs before viser's own.
         body: HTML that every page's body begins with.
+        turn_away: returns why the browser of an address and with a query may not come in now, "" if it may; the page knows the
+            reasons in `app.server.index`. Asked on the network's thread.
 
     Raises:
         PortInUse: another program has the port.
@@ -252,4 +266,5 @@ def start_server(
         limits=limits,
         script=script,
         body=body,
+        turn_away=turn_away,
     )

@@ -178,7 +178,7 @@ ERRORS: list[tuple[list[str], list[str]]] = [
     (["run", *SHORT, "--csv", "/no/such/folder/out.csv"], ["/no/such/folder", "make it first"]),
     (["serve", "--sessions", "0"], ["sessions = 0"]),
     (["serve", "--watchers", "0"], ["watchers = 0", "from 1"]),
-    (["serve", "--key", " "], ["key is empty", "a word"]),
+    (["serve", "--key", "  chalk   "], ["key has fewer than 8 characters", "--key auto"]),
     (["serve", "--no-open", "--n", "0"], ["n = ", "1 to 20"]),
     (["serve", "--no-open", "--theme", "pink"], ["theme = 'pink'", "light", "dark"]),
     (["serve", "--no-open", "--port", "70000"], ["port 70000"]),
@@ -263,9 +263,14 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(House, "wait", wait)
-    assert main(["serve", "--port", "0", "--lecture", "--key", "chalk"]) == INTERRUPTED
+    assert main(["serve", "--port", "0", "--lecture", "--key", "auto"]) == INTERRUPTED
     link, status = opened
-    assert link.startswith("http://127.0.0.1:") and link.endswith("/?key=chalk") and status == "200"
+    assert (
+        link.startswith("http://127.0.0.1:")
+        and len(link.partition("/?key=")[2]) >= 8
+        and "key=auto" not in link
+        and status == "200"
+    )
     assert link in capsys.readouterr().out
     # The port is free again.
     port = int(link.split(":")[2].split("/")[0])

@@ -34,6 +34,13 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     assert isinstance(host, LectureHost)
     teacher, ann, bo = page_at(1000, 560), page_at(640, 420), page_at(640, 420)
     come(teacher, f"{opened.url}/?key=chalk&lesson=1")
+    # The key leaves the address, and is still known after a reload.
+    assert "chalk" not in teacher.url and "lesson=1" in teacher.url
+    number = host.operator
+    teacher.reload()
+    until(teacher, lambda: host.operator not in (None, number), "the teacher again", WAIT)
+    teacher.locator(".duet-l-head").wait_for()
+    close_software_note(teacher)
     come(ann, opened.url)
     come(bo, opened.url)
 

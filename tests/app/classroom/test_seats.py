@@ -1,18 +1,25 @@
-"""A lecture: all see the same, whoever has the controls operates it, and there are more than eight seats."""
+"""A lecture: all see the same, one has the controls and operates it, and there are more than eight seats."""
 
 from __future__ import annotations
 
 from urllib.parse import quote
 
+import numpy as np
+
+from app.classroom.key import MOST, Guesses
+from app.classroom.lead import Lead
 from app.hosts import House
 from app.lecture import LectureHost
 from app.page.keys import HOTKEYS
+from app.server.index import KEY_LATER
 from app.session import Session
 from app.settings import Settings
 from app.visitor.sync_visitor import SyncVisitor
 from app.visitor.visitor import CAMERA
 from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask
 from tests.app.page.helpers import bodies, hotkey_uuid
+
+LEADER = f"resume={'1' * 32}"
 
 
 def lecture(opened: House) -> tuple[LectureHost, Session]:
@@ -36,7 +43,7 @@ def has_controls(visitor: SyncVisitor) -> bool:
 def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
     host, session = lecture(opened)
-    first = join(opened)
+    first = join(opened, LEADER)
     first.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS) and HAND in v.mirror.nodes)
     second = join(opened, "dm=0.3")
     assert session.settings == Settings()
@@ -47,7 +54,9 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     first.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(first, "pause")})
     first.wait_for(lambda _: session.paused)
     steps = ask(session, lambda s: s.simulation.steps)
-    second.wait_for(lambda _: arms(second) == arms(first))
+    # viser sends no turn that is as good as the one before.
+    second.wait_for(lambda _: np.allclose(list(arms(second).values()), list(arms(first).values()), atol=1e-6))
+    assert list(arms(second)) == list(arms(first))
     assert steps > 0 and len(arms(first)) == 18
     assert has_controls(first) and not has_controls(second)
     assert host.operator == int(first.mirror.nodes[HAND]["owner"])
@@ -76,35 +85,72 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     first.set_value("d_m [mm]", 50.0)
     first.wait_for(lambda _: session.settings.run.law.critical_distance == 0.05)
 
-    # It leaves in mid-drag: the second one takes over, and the hand is let go.
+    # It leaves in mid-drag: the hand is let go, and neither who is there nor who comes now takes over.
     first.move_gizmo(HAND, phase="start")
     first.wait_for(lambda _: session.held is not None)
     operator = host.operator
     first.close()
-    second.wait_for(lambda v: HAND in v.mirror.nodes and len(v.mirror.commands) >= len(HOTKEYS))
-    assert host.operator not in (None, operator) and session.held is None
-    second.wait_for(lambda _: has_controls(second))
-    second.set_value("d_m [mm]", 100.0)
-    second.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(second, "pause")})
-    second.wait_for(lambda _: session.settings.run.law.critical_distance == 0.1 and not session.paused)
+    second.wait_for(lambda _: host.operator is None)
+    third = join(opened, f"resume={'3' * 32}")
+    third.wait_for(lambda _: len(host.room.here) == 2)
+    assert host.operator is None and session.held is None and not has_controls(second) and not has_controls(third)
+    # It is back, before its next connection breaks off is noticed, too.
+    again = join(opened, LEADER)
+    again.wait_for(lambda v: HAND in v.mirror.nodes and len(v.mirror.commands) >= len(HOTKEYS))
+    back = join(opened, LEADER)
+    back.wait_for(lambda v: HAND in v.mirror.nodes and len(v.mirror.commands) >= len(HOTKEYS))
+    assert host.operator == int(back.mirror.nodes[HAND]["owner"]) != operator
+    back.set_value("d_m [mm]", 100.0)
+    back.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(back, "pause")})
+    back.wait_for(lambda _: session.settings.run.law.critical_distance == 0.1 and not session.paused)
+    assert not has_controls(second) and not has_controls(third)
+
+
+def test_without_a_key_the_lead_is_kept_for_a_minute_and_is_no_students() -> None:
+    lead, (ann, bo, cy) = Lead(None), ({"resume": letter * 32} for letter in "abc")
+    assert not lead.admits(1, ann | {"screen": "1"}, 0.0)
+    assert lead.admits(2, ann, 0.0) and not lead.admits(3, bo, 1.0) and lead.holds(2) and not lead.holds(3)
+    # A reload: the new connection is there before the old one has gone.
+    assert lead.admits(4, ann, 10.0)
+    lead.gone(2, 11.0)
+    assert lead.holds(4) and not lead.admits(5, cy | {"resume": "d" * 32}, 80.0)
+    lead.gone(4, 100.0)
+    assert not lead.admits(6, bo, 101.0) and not lead.admits(7, {"resume": "e" * 32}, 159.0)
+    # After the minute those who were in the class, or have no name, come back as students; who is new leads.
+    assert not any(lead.admits(8, one, 161.0) for one in (bo, {"resume": "d" * 32}, {"resume": "e" * 32}, {}))
+    assert lead.admits(9, cy, 162.0) and not lead.admits(10, ann, 163.0)
+
+
+def test_one_wrong_key_a_second_is_looked_at_from_one_address() -> None:
+    guesses, wrong, right = Guesses("chalk-dust"), {"key": "chalk"}, {"key": "chalk-dust"}
+    assert guesses.turn_away("here", wrong, 5.0) == ""
+    assert guesses.turn_away("here", wrong, 5.9) == guesses.turn_away("here", right, 5.9) == KEY_LATER
+    assert guesses.turn_away("here", {}, 5.9) == guesses.turn_away("there", right, 5.9) == ""
+    assert guesses.turn_away("here", right, 6.1) == guesses.turn_away("here", right, 6.2) == ""
+    assert Guesses(None).turn_away("here", wrong, 5.0) == Guesses(None).turn_away("here", wrong, 5.1) == ""
+    for i in range(MOST + 5):
+        guesses.turn_away(f"{i}", wrong, 7.0)
+    assert len(guesses._wrong) == MOST
 
 
 def test_with_a_key_only_its_holder_has_the_controls(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True, key="chalk ü")
     host, session = lecture(opened)
-    pupils = [join(opened, query) for query in ("", "key=", "key=chal", f"KEY={quote('chalk ü')}", "key=" + "x" * 300)]
+    pupils = [join(opened, query) for query in ("", "key=", f"KEY={quote('chalk ü')}")]
     pupils[0].wait_for(lambda _: session.simulation.time > 0.3)
     assert host.operator is None
     teacher = join(opened, f"key={quote('chalk ü')}")
     teacher.wait_for(lambda v: HAND in v.mirror.nodes)
+    pupils.append(join(opened, "key=chal"))
     assert has_controls(teacher) and not any(has_controls(pupil) for pupil in pupils)
     # The key is the lecturer's: it must not be on anybody's page.
     assert all("chalk" not in repr((pupil.mirror.gui, pupil.mirror.nodes)) for pupil in (*pupils, teacher))
     teacher.close()
     pupils[0].wait_for(lambda _: host.operator is None)
-    until = session.simulation.time + 0.3
+    until = session.simulation.time + 1.3
     pupils[0].wait_for(lambda _: session.simulation.time > until)
     assert host.operator is None and not any(has_controls(pupil) for pupil in pupils)
+    # The wrong key was tried more than a second ago.
     again = join(opened, f"key={quote('chalk ü')}")
     again.wait_for(lambda v: HAND in v.mirror.nodes)
 

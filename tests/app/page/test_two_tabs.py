@@ -79,9 +79,13 @@ def test_a_lecture_in_two_tabs(house: OpenHouse, page_at: PageAt) -> None:
     lecturer.keyboard.press("[")
     until(lecturer, lambda: session.settings.page.speed == 0.5, "slower")
     assert session.paused and session.simulation.steps == steps and session.settings.run == Settings().run
-    # The lecturer leaves, and the listener has the controls.
-    lecturer.close()
-    wait_ready(listener, HAND)
-    control(listener, "dm").wait_for()
-    listener.keyboard.press(" ")
-    until(listener, lambda: not session.paused, "going on")
+    # The lecturer comes back, and has the controls again; the listener never had them.
+    number = opened.host.operator
+    lecturer.reload()
+    until(lecturer, lambda: opened.host.operator not in (None, number), "the lecturer again")
+    wait_ready(lecturer, HAND)
+    control(lecturer, "dm").wait_for()
+    lecturer.mouse.click(520, 90)
+    lecturer.keyboard.press(" ")
+    until(lecturer, lambda: not session.paused, "going on")
+    assert control(listener, "dm").count() == 0

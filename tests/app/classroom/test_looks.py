@@ -1,0 +1,125 @@
+"""Every tab of a lecture has its own theme, profile, picture and language, and sees the same run."""
+
+from __future__ import annotations
+
+import html
+
+from app.apart import MOST
+from app.languages.lesson_book import in_language
+from app.languages.words import words_of
+from app.lecture import LectureHost
+from app.lessons.loading import load_lessons
+from app.page.lesson_text import plain
+from app.page.theme import PALETTES
+from app.settings import Language, Theme
+from app.visitor.sync_visitor import SyncVisitor
+from tests.app.conftest import HAND, Join, OpenHouse, ask
+
+BOOK = load_lessons()
+WAIT = 25.0
+LESSON = next(i for i, lesson in enumerate(BOOK.lessons) if lesson.number == 1)
+
+
+def texts(visitor: SyncVisitor) -> str:
+    """All texts on a page."""
+    return html.unescape(" ".join(str(e.get("content") or "") for e in list(visitor.mirror.gui.values())))
+
+
+def says(visitor: SyncVisitor, *words: str) -> None:
+    """Wait until a page says something."""
+    visitor.wait_for(lambda _: all(word in texts(visitor) for word in words), WAIT)
+
+
+def strokes(visitor: SyncVisitor) -> set[tuple[str, float]]:
+    """Colour and width of the lines in the plots."""
+    plots = [e for e in list(visitor.mirror.gui.values()) if e["type"] == "GuiUplotMessage"]
+    return {(str(line["stroke"]), float(line["width"])) for plot in plots for line in plot["series"][1:]}
+
+
+def is_fast(visitor: SyncVisitor) -> bool:
+    """Whether a page has the light of the fast picture."""
+    return bool(visitor.mirror.nodes["/light/sky"].get("visible", True))
+
+
+def commands(visitor: SyncVisitor) -> set[str]:
+    """The names in a page's palette."""
+    return {str(command["label"]) for command in list(visitor.mirror.commands.values())}
+
+
+def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    host = opened.host
+    assert isinstance(host, LectureHost)
+    teacher = join(opened, f"resume={'1' * 32}", language="en")
+    teacher.wait_for(lambda v: HAND in v.mirror.nodes, WAIT)
+    english, german = join(opened, language="en"), join(opened, "lang=de&picture=fast")
+    screen = join(opened, "screen=1&profile=projector&theme=dark&lang=de")
+    slovene = join(opened, language="sl, de;q=0.5")
+    ask(host.session, lambda _: host.lessons.enter(LESSON))
+    looks: list[tuple[SyncVisitor, Language, Theme, float, bool]] = [
+        (english, "en", "light", 1.0, False),
+        (german, "de", "light", 1.0, True),
+        (screen, "de", "dark", 1.3, False),
+        (slovene, "sl", "light", 1.0, False),
+    ]
+    for visitor, language, theme, larger, fast in looks:
+        lesson = in_language(BOOK, language).lessons[LESSON]
+        says(visitor, plain(lesson.steps[0].title), words_of(language)("Goal"), f"--duet-k:{larger:g}")
+        error = PALETTES[theme].error
+        visitor.wait_for(lambda v, error=error: error in {colour for colour, _ in strokes(v)}, WAIT)
+        assert 2.2 * larger in {width for _, width in strokes(visitor)}
+        assert is_fast(visitor) == fast
+    # The buttons of the answers, and the palette's names, are in the language of the tab too.
+    for visitor, language in ((english, "en"), (german, "de"), (slovene, "sl")):
+        name = words_of(language)("Answer {number}", number=1)
+        visitor.wait_for(lambda v, name=name: name in commands(v), WAIT)
+        question = in_language(BOOK, language).lessons[LESSON].steps[0].question
+        assert question is not None
+        answer = f"1   {plain(question.choices[0].text)}"
+        visitor.wait_for(lambda v, a=answer: any(e.get("label") == a for e in list(v.mirror.gui.values())), WAIT)
+    assert not commands(screen)
+    # What the teacher chooses for the own page stays there, and the lesson goes on where it is.
+    steps = ask(host.session, lambda _: host.lessons.walk.turn)
+    ask(host.session, lambda s: [s.change("lang", "sl"), s.change("theme", "dark"), s.change("profile", "projector")])
+    says(teacher, plain(in_language(BOOK, "sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
+    teacher.wait_for(lambda v: PALETTES["dark"].error in {colour for colour, _ in strokes(v)}, WAIT)
+    assert "--duet-k:1.3" not in texts(english) and ask(host.session, lambda _: host.lessons.walk.turn) == steps
+    says(english, plain(BOOK.lessons[LESSON].steps[0].title))
+    # The class's answers and the outcome, in every language.
+    german.click(next(str(e["label"]) for e in german.mirror.gui.values() if str(e.get("label")).startswith("1   ")))
+    teacher.wait_for(lambda _: host.room.ballots.tally(_place(host), 3, host.room.here).answered == 1, WAIT)
+    host._decisions.post("reveal")
+    ask(host.session, lambda _: host.lessons.act("next"))
+    for visitor, language in ((english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")):
+        says(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
+
+
+def _place(host: LectureHost) -> tuple[str, str]:
+    walk = host.lessons.walk
+    return walk.lesson.id, walk.step.id
+
+
+def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    host = opened.host
+    assert isinstance(host, LectureHost)
+    join(opened)
+    ann, bo, cy = join(opened, "lang=de"), join(opened, "lang=de&dm=0.3"), join(opened, "lang=de&theme=dark")
+    cy.wait_for(lambda _: len(host._showings) == 2, WAIT)
+    assert sorted(len(audience.watchers) for audience in host._apart.audiences) == [1, 2]
+    ann.close()
+    cy.wait_for(lambda _: [len(one.watchers) for one in host._apart.audiences] == [1, 1], WAIT)
+    bo.close()
+    cy.wait_for(lambda _: len(host._showings) == 1, WAIT)
+    # So many looks are drawn; more of them join the one that is most like theirs, in their language.
+    looks = [
+        f"lang={lang}&theme={theme}&profile={size}"
+        for lang in ("sl", "en")
+        for theme in ("light", "dark")
+        for size in ("desk", "projector")
+    ]
+    others = [join(opened, look) for look in looks]
+    assert len(host._apart.audiences) == MOST and len(looks) + 1 > MOST
+    more = join(opened, "lang=de&theme=dark&picture=fast")
+    says(more, 'data-words="de"')
+    assert len(host._apart.audiences) == MOST and all(one.closed is None for one in others)
