@@ -19,12 +19,16 @@ def read_file(path: Path, most: int) -> bytes:
         OSError: it cannot be read, is a pipe, a device or a folder, or is larger (errno EFBIG).
     """
     # A pipe without a writer would block already when it is opened.
-    with open(os.open(path, os.O_RDONLY | _WITHOUT_WAITING | getattr(os, "O_BINARY", 0)), "rb") as file:
-        mode = os.fstat(file.fileno()).st_mode
-        if not stat.S_ISREG(mode):
-            if stat.S_ISDIR(mode):
-                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-            raise OSError(errno.EINVAL, "a pipe or a device, not a file")
+    try:
+        number = os.open(path, os.O_RDONLY | _WITHOUT_WAITING | getattr(os, "O_BINARY", 0))
+    except ValueError:
+        # A zero byte in the name.
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)) from None
+    if not stat.S_ISREG(os.fstat(number).st_mode):
+        is_folder = stat.S_ISDIR(os.fstat(number).st_mode)
+        os.close(number)
+        raise OSError(errno.EINVAL, "a folder, not a file" if is_folder else "a pipe or a device, not a file")
+    with open(number, "rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")

@@ -157,7 +157,7 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
     }
 
 
-def ended(command: Sequence[str], **options: object) -> subprocess.CompletedProcess[bytes]:
+def ended(command: Sequence[str | bytes], **options: object) -> subprocess.CompletedProcess[bytes]:
     """A command that has come to its end."""
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
     return subprocess.run(command, cwd=ROOT, timeout=PATIENCE, check=False, **options)  # type: ignore[call-overload]

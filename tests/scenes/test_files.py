@@ -21,9 +21,10 @@ def test_a_file_up_to_its_size(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="larger") as error:
         read_file(path, 3)
     assert error.value.errno == errno.EFBIG
-    with pytest.raises(FileNotFoundError):
-        read_file(tmp_path / "none", 3)
-    with pytest.raises(OSError):
+    for name in ("none", "a\0b"):
+        with pytest.raises(FileNotFoundError):
+            read_file(tmp_path / name, 3)
+    with pytest.raises(OSError, match="a folder"):
         read_file(tmp_path, 3)
 
 

@@ -358,7 +358,7 @@ def test_nothing_is_left_beside_the_cache_when_writing_fails(cache_folder: Path,
     def refuse(*_: object) -> None:
         raise PermissionError
 
-    monkeypatch.setattr("scenes.glb.os.replace", refuse)
+    monkeypatch.setattr("os.replace", refuse)
     assert glb.cached("thing", "key", Builder()) == Builder()()
     assert list(cache_folder.iterdir()) == []
 

@@ -131,8 +131,8 @@ def test_bad_files(tmp_path: Path) -> None:
     """No file, a folder, a picture, an endless device: told apart from a bad skeleton."""
     refused(tmp_path / "none.bvh", "none.bvh", "no such file")
     refused(str(tmp_path / "none.bvh"), "no such file")
-    refused(tmp_path, "no such file")
-    refused(Path("/dev/zero"), "no such file")
+    refused(tmp_path, "cannot be read", "a folder")
+    refused(Path("/dev/zero"), "cannot be read", "a device")
     picture = tmp_path / "a.bvh"
     picture.write_bytes(b"\x89PNG\r\n\x1a\n\x00\xff" * 50)
     refused(picture, "not a BVH file")
