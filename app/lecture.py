@@ -74,7 +74,7 @@ class LectureHost(Visitors):
         self.room = Classroom(sessions)
         self._explorers = Explorers(server, self.room, background, people, book, lambda: self.wake())
         self.session = Session(start, lambda: self.wake(), background, people)
-        # The stage's own language is that of whoever has the controls.
+        # The stage's own language is that of the one who has the controls.
         self._browser: Language = "en"
         self._language: Language = language_of(start, self._browser)
         self._seats: dict[int, Seat] = {}
@@ -155,7 +155,7 @@ class LectureHost(Visitors):
                 self._explorers.frame(number, seat.stand, now, elapsed)
 
     def _find_audiences(self) -> None:
-        """Make the stage for those who watch with a look that was not there before, and forget what nobody watches."""
+        """Make the stage for those who watch with a look that was not there before, and forget what has no watcher left."""
         before = self._showings
         self._showings = {one: before[one] if one in before else self._show_to(one) for one in self._apart.audiences}
 
@@ -167,7 +167,7 @@ class LectureHost(Visitors):
         return Showing(audience, self.session, self.lessons, self._book, look.language, look, watchers)
 
     def _show_stage(self, now: float, moved: bool) -> None:
-        """Draw the stage, first for whoever leads, whose view the others follow."""
+        """Draw the stage, first for the one who leads, whose view the others follow."""
         seats, inviting = list(self._seats.items()), self._address if self.room.inviting else None
         lead = self._seats[self._operator].showing if self._operator is not None else None
         own = [(number, seat, seat.showing) for number, seat in seats if seat.showing is not None]
@@ -298,7 +298,7 @@ class LectureHost(Visitors):
         self._operation.notify_lessons(self._book)
 
     def _seat_leader(self, seat: Seat) -> None:
-        """Make the page of whoever leads, and have the stage speak its language; everything goes on where it is."""
+        """Make the page of the one who leads, and have the stage speak its language; everything goes on where it is."""
         self._language = language_of(self.session.settings, self._browser)
         speak(self._language)
         self.lessons.translate(in_language(self._book, self._language))

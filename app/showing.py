@@ -24,8 +24,8 @@ class Showing:
         host: who sees it.
         session, lessons: the stage's.
         book: the lessons, in English.
-        language: of whoever sees it.
-        look: of whoever sees it; None for what the stage's settings say, which is the look of the one who leads.
+        language: of those who see it.
+        look: of those who see it; None for what the stage's settings say, which is the look of the one who leads.
         clients: returns whose cameras follow.
 
     Attributes:
@@ -56,7 +56,7 @@ class Showing:
         Args:
             now: wall time [s].
             moved: whether the simulation made a step since the last one.
-            lead: the view of whoever leads.
+            lead: the view of the one who leads.
             poll: the question on the stage, in this language.
             inviting: the address, while it is to be on every screen.
         """

@@ -30,13 +30,13 @@ class LessonPanel:
     """What is seen: the panel at the left and its texts. It is made when a lesson is opened for the first time.
 
     Args:
-        gui: of whoever sees it.
+        gui: of those who see it.
         run: the lessons.
         width: of the panel [CSS px].
         operated: whether whoever sees it also operates it.
         narrow: whether the controls fold up for it until a challenge needs them.
         sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
-        book: the lessons in the language of whoever sees it; None for that of `run`.
+        book: the lessons in the language of those who see it; None for that of `run`.
     """
 
     def __init__(

@@ -55,7 +55,7 @@ class View:
         clients: whose cameras follow when another experiment or another rig is chosen.
         lessons: of the session; None for a page without.
         look: of those who watch a lecture; None for what the session's settings say.
-        book: the lessons in the language of whoever sees it; None for that of `lessons`.
+        book: the lessons in the language of those who see it; None for that of `lessons`.
         folds: whether the controls make room for a lesson on a narrow window.
 
     Attributes:
@@ -164,7 +164,7 @@ class View:
         Args:
             now: wall time [s].
             moved: whether the simulation made a step since the last one.
-            lead: of a lecture, the view of whoever has the controls: what is looked back at there is shown here too.
+            lead: of a lecture, the view of the one who has the controls: what is looked back at there is shown here too.
         """
         session, page = self._session, self._page
         looked_back = self._past is not None

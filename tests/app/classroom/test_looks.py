@@ -13,6 +13,7 @@ from app.page.lesson_text import plain
 from app.page.theme import PALETTES
 from app.settings import Language, Theme
 from app.visitor.sync_visitor import SyncVisitor
+from app.visitor.visitor import Visitor
 from tests.app.conftest import HAND, Join, OpenHouse, ask
 
 BOOK = load_lessons()
@@ -20,7 +21,7 @@ WAIT = 25.0
 LESSON = next(i for i, lesson in enumerate(BOOK.lessons) if lesson.number == 1)
 
 
-def texts(visitor: SyncVisitor) -> str:
+def texts(visitor: SyncVisitor | Visitor) -> str:
     """All texts on a page."""
     return html.unescape(" ".join(str(e.get("content") or "") for e in list(visitor.mirror.gui.values())))
 
@@ -30,7 +31,7 @@ def says(visitor: SyncVisitor, *words: str) -> None:
     visitor.wait_for(lambda _: all(word in texts(visitor) for word in words), WAIT)
 
 
-def strokes(visitor: SyncVisitor) -> set[tuple[str, float]]:
+def strokes(visitor: SyncVisitor | Visitor) -> set[tuple[str, float]]:
     """Colour and width of the lines in the plots."""
     plots = [e for e in list(visitor.mirror.gui.values()) if e["type"] == "GuiUplotMessage"]
     return {(str(line["stroke"]), float(line["width"])) for plot in plots for line in plot["series"][1:]}
@@ -41,7 +42,7 @@ def is_fast(visitor: SyncVisitor) -> bool:
     return bool(visitor.mirror.nodes["/light/sky"].get("visible", True))
 
 
-def commands(visitor: SyncVisitor) -> set[str]:
+def commands(visitor: SyncVisitor | Visitor) -> set[str]:
     """The names in a page's palette."""
     return {str(command["label"]) for command in list(visitor.mirror.commands.values())}
 
@@ -70,7 +71,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
         assert 2.2 * larger in {width for _, width in strokes(visitor)}
         assert is_fast(visitor) == fast
     # The buttons of the answers, and the palette's names, are in the language of the tab too.
-    for visitor, language in ((english, "en"), (german, "de"), (slovene, "sl")):
+    for visitor, language, *_ in (looks[0], looks[1], looks[3]):
         name = words_of(language)("Answer {number}", number=1)
         visitor.wait_for(lambda v, name=name: name in commands(v), WAIT)
         question = in_language(BOOK, language).lessons[LESSON].steps[0].question

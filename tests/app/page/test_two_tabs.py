@@ -49,8 +49,9 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
 
 def test_a_lecture_in_two_tabs(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True)
-    assert isinstance(opened.host, LectureHost)
-    session = opened.host.session
+    host = opened.host
+    assert isinstance(host, LectureHost)
+    session = host.session
     lecturer, listener = page_at(900, 640), page_at(900, 640)
     lecturer.goto(opened.url)
     wait_ready(lecturer, HAND)
@@ -80,9 +81,9 @@ def test_a_lecture_in_two_tabs(house: OpenHouse, page_at: PageAt) -> None:
     until(lecturer, lambda: session.settings.page.speed == 0.5, "slower")
     assert session.paused and session.simulation.steps == steps and session.settings.run == Settings().run
     # The lecturer comes back, and has the controls again; the listener never had them.
-    number = opened.host.operator
+    number = host.operator
     lecturer.reload()
-    until(lecturer, lambda: opened.host.operator not in (None, number), "the lecturer again")
+    until(lecturer, lambda: host.operator not in (None, number), "the lecturer again")
     wait_ready(lecturer, HAND)
     control(lecturer, "dm").wait_for()
     lecturer.mouse.click(520, 90)
