@@ -2,7 +2,7 @@
 
 import sys
 
-from app.terminal import ending_at_once, run_in_terminal
+from app.runtime.terminal import ending_at_once, run_in_terminal
 
 
 def entry() -> None:
@@ -12,7 +12,7 @@ def entry() -> None:
 
 def _command() -> int:
     with ending_at_once():
-        from app.commands import main
+        from app.cli.commands import main
     return main()
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 
-class Message(str):
+class LazyText(str):
     """A text that knows what it was made of, so that whoever shows it can say it in another language.
 
-    It is the English text wherever a `str` is wanted, and stays a `Message` when it is passed on or sent to another process; what is
+    It is the English text wherever a `str` is wanted, and stays a `LazyText` when it is passed on or sent to another process; what is
     made of it, such as by `+` or in an f-string, is a plain text.
 
     Args:
         template: the text, with a {name} for every part.
-        parts: what is filled in; one that is itself a `Message` is said in the other language, too.
+        parts: what is filled in; one that is itself a `LazyText` is said in the other language, too.
 
     Attributes:
         template, parts: as given.
@@ -22,9 +22,9 @@ class Message(str):
     template: str
     parts: dict[str, object]
 
-    def __new__(cls, template: str, /, **parts: object) -> Message:
+    def __new__(cls, template: str, /, **parts: object) -> LazyText:
         """Fill the parts in; a template without parts is taken as it stands, braces and all."""
-        if isinstance(template, Message) and not parts:
+        if isinstance(template, LazyText) and not parts:
             template, parts = template.template, template.parts
         made = super().__new__(cls, template.format(**parts) if parts else template)
         made.template, made.parts = template, parts
@@ -39,10 +39,10 @@ class Message(str):
         return self
 
 
-def joined(parts: Iterable[str], between: str) -> Message:
+def joined(parts: Iterable[str], between: str) -> LazyText:
     """Return several texts as one. `between`: what stands between any two."""
     given = {f"_{i}": part for i, part in enumerate(parts)}
-    return Message(between.join(f"{{{name}}}" for name in given), **given)
+    return LazyText(between.join(f"{{{name}}}" for name in given), **given)
 
 
 class DuetError(Exception):
@@ -51,15 +51,15 @@ class DuetError(Exception):
     The message is one line: what is wrong, then the valid choices or the remedy. It is shown as it is, without a traceback.
 
     Args:
-        message: the line, or with parts its template; see `Message`.
+        message: the line, or with parts its template; see `LazyText`.
         parts: what is filled in.
     """
 
     def __init__(self, message: str = "", /, **parts: object) -> None:
-        super().__init__(Message(message, **parts) if parts or type(message) is str else message)
+        super().__init__(LazyText(message, **parts) if parts or type(message) is str else message)
 
     def __str__(self) -> str:
-        """Return the message; it is a `Message`."""
+        """Return the message; it is a `LazyText`."""
         return str(self.args[0])
 
 

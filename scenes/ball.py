@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Array
+from scenes.arm_tasks.ball_task import BallTask
+from scenes.arm_tasks.hold_task import HoldTask
 from scenes.autopilot import quintic
-from scenes.cast import Cast, Nobody, Person
-from scenes.movers.ball import Ball
-from scenes.movers.keeper import Keeper
+from scenes.roles import NoSource, Roles, TargetSource
 from scenes.room import PATH
 from scenes.settings import RunSettings
 from scenes.targets import BallTarget
@@ -36,18 +36,18 @@ def path(time: float, home: Array) -> tuple[Array, Array]:
     return home + PATH * (1.0 - share if back else share), PATH * ((-rate if back else rate) / TRAVEL)
 
 
-def cast(world: World, settings: RunSettings) -> Cast:
+def cast(world: World, settings: RunSettings) -> Roles:
     """Return who takes part."""
     del settings
     arm = world.room.arms[0]
-    keeper, ball = Keeper(world, arm, path), Ball(world)
-    return Cast((ball, keeper), arm, arm, keeper, None, (keeper,))
+    keeper, ball = HoldTask(world, arm, path), BallTask(world)
+    return Roles((ball, keeper), arm, arm, keeper, None, (keeper,))
 
 
-def person(world: World, settings: RunSettings) -> Person:
+def person(world: World, settings: RunSettings) -> TargetSource:
     """Return who moves the ball by itself."""
     if settings.ball == "still":
-        return Nobody()
+        return NoSource()
     assert world.room.ball is not None
     return BallSwing(world.room.start[world.room.ball], settings.seed)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from scenes import ball, hold, imitation, master_slave, solo
-from scenes.cast import Cast, Person
+from scenes.roles import Roles, TargetSource
 from scenes.settings import RunSettings, SceneName
 from scenes.world import World
 
@@ -20,8 +20,8 @@ class Experiment:
         error_unit: of the squared error that is recorded.
     """
 
-    cast: Callable[[World, RunSettings], Cast]
-    person: Callable[[World, RunSettings], Person]
+    cast: Callable[[World, RunSettings], Roles]
+    person: Callable[[World, RunSettings], TargetSource]
     error_unit: str = "m²"
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from controllers.kinematics import Array
 from controllers.laws.situation import Law
-from scenes.cast import Person
 from scenes.history import COLUMN
 from scenes.recording import pair_label
+from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -70,7 +70,7 @@ class Run:
 def run(
     settings: RunSettings,
     seconds: float,
-    person: Person | None = None,
+    person: TargetSource | None = None,
     start: Array | None = None,
     on_progress: Callable[[int], object] | None = None,
     law: Law | None = None,

@@ -1,26 +1,26 @@
 """Imitation (Figs 7, 8): a person's two arms drive both robots by four angles an arm, and both keep clear of each other."""
 
-from scenes.cast import Cast, Person
-from scenes.movers.follower import JointFollower
-from scenes.movers.imitated import ImitatedPerson
+from scenes.arm_tasks.follow_task import JointFollower
+from scenes.arm_tasks.imitated_person import ImitatedPerson
 from scenes.person.clips import Clip
+from scenes.roles import Roles, TargetSource
 from scenes.room import SIDES
 from scenes.settings import RunSettings
 from scenes.targets import AnglesTarget
 from scenes.world import World
 
 
-def cast(world: World, settings: RunSettings) -> Cast:
+def cast(world: World, settings: RunSettings) -> Roles:
     """Return who takes part. The arm that is called the person's own is driven like the other one."""
     room = world.room
     imitated = ImitatedPerson(world)
     followers = {side: JointFollower(world, room.arm(side), imitated.arm(i)) for i, side in enumerate(SIDES)}
     own, other = room.arm(settings.guided), room.other(settings.guided)
     task, held = followers[SIDES[room.arms.index(other)]], followers[settings.guided]
-    return Cast((followers["left"], followers["right"]), own, other, task, held, (task, held))
+    return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
 
 
-def person(world: World, settings: RunSettings) -> Person:
+def person(world: World, settings: RunSettings) -> TargetSource:
     """Return the built-in person."""
     del world
     return ClipPerson(settings)

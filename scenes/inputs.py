@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from scenes.cast import Cast
 from scenes.packing import WIDTHS, PackedTargets, decoded, encoded, joined
+from scenes.roles import Roles
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import Target
@@ -127,7 +127,7 @@ class InputsLog:
         self._keep, self._most_bytes = keep, most_bytes
         self._chapters: deque[_Chapter] = deque()
         self._settings: RunSettings | None = None
-        self._cast: Cast | None = None
+        self._cast: Roles | None = None
         self.forget()
 
     def forget(self) -> None:

@@ -13,13 +13,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from controllers.errors import BadInputFile, BadSetting, Message
+from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
-from scenes.cast import Person
 from scenes.files import read_file, replacing
 from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.packing import ANGLES, BALL, HAND, JOINTS, ROTATION, TURNED, WIDTHS, PackedTargets
 from scenes.recording import REACH, inputs_from
+from scenes.roles import TargetSource
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import AnglesTarget
@@ -98,7 +98,7 @@ def read_recorded(path: Path) -> Recorded:
     return recorded_from(_content(path), str(path))
 
 
-def read_person(path: Path, settings: RunSettings) -> Person:
+def read_person(path: Path, settings: RunSettings) -> TargetSource:
     """Return who moves what can be moved as a file says: recorded inputs of an earlier run, or a CSV with the header t,x,y,z….
 
     Args:
@@ -172,7 +172,7 @@ class _Damage(Exception):
 
 def _check(fine: object, what: str, /, **parts: object) -> None:
     if not fine:
-        raise _Damage(Message(what, **parts))
+        raise _Damage(LazyText(what, **parts))
 
 
 def _too_large(name: str) -> BadInputFile:
@@ -259,15 +259,15 @@ def _targets(arrays: dict[str, np.ndarray], count: int) -> PackedTargets:
         _check(fine(rows), what)
 
     hands = (codes >= HAND) & (codes < BALL)
-    near = Message("has a target that is out of any reach")
+    near = LazyText("has a target that is out of any reach")
     checked(hands | (codes == BALL), 3, lambda rows: (np.abs(rows) <= REACH).all(), near)
     turned = hands & ((codes & (ROTATION | TURNED)) > 0)
-    checked(turned, 9, _are_rotations, Message("has an orientation that is none"), begin=3)
+    checked(turned, 9, _are_rotations, LazyText("has an orientation that is none"), begin=3)
     for code in np.unique(codes).tolist():
         if HAND <= code < BALL and WIDTHS[code] in (6, 15):
             checked(codes == code, 3, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=WIDTHS[code] - 3)
         elif code == ANGLES or code > JOINTS:
-            turns = Message("has an angle beyond two turns")
+            turns = LazyText("has an angle beyond two turns")
             checked(codes == code, WIDTHS[code], lambda rows: (np.abs(rows) <= WIDEST).all(), turns)
     return targets
 

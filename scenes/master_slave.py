@@ -3,26 +3,26 @@
 import numpy as np
 import pinocchio as pin
 
+from scenes.arm_tasks.follow_task import JointFollower, Master
+from scenes.arm_tasks.guided_task import GuidedTask
 from scenes.autopilot import Autopilot
-from scenes.cast import Cast, Person, mirror_signs
-from scenes.movers.follower import JointFollower, Master
-from scenes.movers.guided import GuidedArm
 from scenes.robots import Robot
+from scenes.roles import Roles, TargetSource, mirror_signs
 from scenes.settings import RunSettings
 from scenes.world import World
 
 
-def cast(world: World, settings: RunSettings) -> Cast:
+def cast(world: World, settings: RunSettings) -> Roles:
     """Return who takes part."""
     room = world.room
     master, slave = room.arm(settings.guided), room.other(settings.guided)
     made = room.robots[0]
-    held = GuidedArm(world, master, made)
+    held = GuidedTask(world, master, made)
     follower = JointFollower(world, slave, Master(world, master, slave, mirror_signs(_axes(made))))
-    return Cast((held, follower), master, slave, follower, held, (follower, held))
+    return Roles((held, follower), master, slave, follower, held, (follower, held))
 
 
-def person(world: World, settings: RunSettings) -> Person:
+def person(world: World, settings: RunSettings) -> TargetSource:
     """Return who moves the master by itself, beginning where its hand is."""
     start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
     return Autopilot(world.room, settings.guided, settings.seed, start)

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final, Literal, TypeVar, cast, get_args
 
-from controllers.errors import BadSetting, Message
+from controllers.errors import BadSetting, LazyText
 from controllers.proximity import Treatment
 from controllers.tasks import HoldTask
 
@@ -302,7 +302,7 @@ def checked(spec: Spec, present: object, value: object) -> Any:
     if isinstance(present, bool):
         return _checked_flag(spec, value)
     unit = f" {spec.unit}" if spec.unit else ""
-    remedy = Message("give a number from {low:g} to {high:g}{unit}.", low=spec.low, high=spec.high, unit=unit)
+    remedy = LazyText("give a number from {low:g} to {high:g}{unit}.", low=spec.low, high=spec.high, unit=unit)
     told = {"key": spec.key, "value": _shown(value), "remedy": remedy}
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise BadSetting("{key} = {value} is not a number; {remedy}", **told)

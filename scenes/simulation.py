@@ -9,13 +9,13 @@ from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import Law, Unanswered, row_damping
 from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
-from scenes.avoider import Avoider, form_avoiders
-from scenes.cast import Person
+from scenes.arm_tasks.arm_task import Memory
+from scenes.arm_tasks.hold_task import HoldTask
+from scenes.avoidance_group import AvoidanceGroup, form_avoiders
 from scenes.experiments import EXPERIMENTS
 from scenes.history import History, Sample, Second
-from scenes.lawbook import make_law
-from scenes.movers.keeper import Keeper
-from scenes.movers.mover import Memory
+from scenes.law_factory import make_law
+from scenes.roles import TargetSource
 from scenes.room import Room, room_of
 from scenes.settings import RunSettings
 from scenes.targets import Target
@@ -56,7 +56,7 @@ class Simulation:
         self.settings = settings
         self._capacity = capacity
         self.law: Law = make_law(settings.law)
-        self._own_law: Law | None = None
+        self._custom_law: Law | None = None
         self._enter(room_of(settings))
         self.reset()
 
@@ -85,7 +85,7 @@ class Simulation:
     def _form(self) -> None:
         """Settle who keeps clear, and whether together."""
         movers, avoiding = self.cast.movers, self.cast.avoiders(self.settings.avoid)
-        self._avoiders: tuple[Avoider, ...] = form_avoiders(self.world, movers, avoiding, self.settings.law.coupled)
+        self._avoiders: tuple[AvoidanceGroup, ...] = form_avoiders(self.world, movers, avoiding, self.settings.law.coupled)
         nominals = {mover.joints.start: avoider.part(mover) for avoider in self._avoiders for mover in avoider.movers}
         # Whoever does not keep clear moves as they want.
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in movers]
@@ -98,7 +98,7 @@ class Simulation:
         """Change the settings from the next step on. The arms stay where they are, unless they are put into another room."""
         before = self.settings
         self.settings = settings
-        if self._own_law is None:
+        if self._custom_law is None:
             self.law = make_law(settings.law)
         self.world.bounds.gain = settings.limit_gain
         room = room_of(settings)
@@ -128,30 +128,30 @@ class Simulation:
 
     def use(self, law: Law | None) -> None:
         """Run a law that the settings do not know, whatever they say; None for theirs again."""
-        self._own_law = law
+        self._custom_law = law
         self.law = make_law(self.settings.law) if law is None else law
 
     @property
     def place(self) -> Array | None:
         """Where the avoiding hand should be (3,), world [m]; None if it follows joints."""
-        return self.cast.task.place if isinstance(self.cast.task, Keeper) else None
+        return self.cast.task.place if isinstance(self.cast.task, HoldTask) else None
 
     @property
     def home(self) -> Array | None:
         """Where the avoiding hand was when everything began (3,), world [m]; None if it follows joints."""
-        return self.cast.task.home if isinstance(self.cast.task, Keeper) else None
+        return self.cast.task.home if isinstance(self.cast.task, HoldTask) else None
 
     @property
     def place_rotation(self) -> Array | None:
         """How the avoiding hand should be turned (3, 3); None if it follows joints."""
-        return self.cast.task.place_rotation if isinstance(self.cast.task, Keeper) else None
+        return self.cast.task.place_rotation if isinstance(self.cast.task, HoldTask) else None
 
     @property
     def error_unit(self) -> str:
         """Of the squared error that is recorded."""
         return EXPERIMENTS[self.settings.scene].error_unit
 
-    def person(self) -> Person:
+    def person(self) -> TargetSource:
         """Return who moves what can be moved as long as nobody else does, beginning from the present state."""
         self.kinematics.update(self.positions)
         return EXPERIMENTS[self.settings.scene].person(self.world, self.settings)
@@ -168,7 +168,7 @@ class Simulation:
         Raises:
             Unanswered: the law has not answered yet. No step was made and nothing has changed, so the same step can be made later.
         """
-        if self._own_law is None:
+        if self._custom_law is None:
             self._advance(target)
             return
         velocities, memories = self.velocities.copy(), [mover.memory() for mover in self.cast.movers]
@@ -234,7 +234,7 @@ class Simulation:
         second.velocities[:] = bounded.velocities
         return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint)
 
-    def _bound(self, avoider: Avoider, row: Array, wanted: Array, lam: float) -> Bounded:
+    def _bound(self, avoider: AvoidanceGroup, row: Array, wanted: Array, lam: float) -> Bounded:
         """Return what an arm can do of what the law wants."""
         if avoider.box.contains(wanted):
             bounded = Bounded(wanted)

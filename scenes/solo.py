@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Array
-from scenes.cast import Cast, Nobody, Person
-from scenes.movers.keeper import Keeper
+from scenes.arm_tasks.hold_task import HoldTask
+from scenes.roles import NoSource, Roles, TargetSource
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget
 from scenes.world import World
@@ -26,17 +26,17 @@ def circle(time: float, home: Array) -> tuple[Array, Array]:
     return home + RADIUS * np.array([0.0, s, 1.0 - c]), RADIUS * rate * np.array([0.0, c, s])
 
 
-def cast(world: World, settings: RunSettings) -> Cast:
+def cast(world: World, settings: RunSettings) -> Roles:
     """Return who takes part. Nothing is near, so that every law leaves the task alone."""
     arm = world.room.arms[0]
     drawing = settings.path == "circle"
-    keeper = Keeper(world, arm, circle if drawing else None, movable=not drawing, overdriven=True)
-    return Cast((keeper,), arm, arm, keeper, None, (keeper,))
+    keeper = HoldTask(world, arm, circle if drawing else None, movable=not drawing, overdriven=True)
+    return Roles((keeper,), arm, arm, keeper, None, (keeper,))
 
 
-def person(world: World, settings: RunSettings) -> Person:
+def person(world: World, settings: RunSettings) -> TargetSource:
     """Return who pulls at the elbow by itself."""
-    return Nobody() if settings.path == "circle" else ElbowSway(world, settings.seed)
+    return NoSource() if settings.path == "circle" else ElbowSway(world, settings.seed)
 
 
 class ElbowSway:

@@ -10,9 +10,9 @@ import statistics
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
-from app.hosts import open_house
-from app.private_host import PrivateHost
+from app.hosting.private_host import PrivateHost
 from app.settings import Settings, from_query
+from app.start import start_app
 from tests.browser import (
     close_software_note,
     launch,
@@ -80,7 +80,7 @@ def measure(page: Page, host: PrivateHost) -> list[float]:
 def main() -> None:
     """Measure and print."""
     settings, _ = from_query({"autopilot": "0"}, Settings())
-    house = open_house("127.0.0.1", 0, settings)
+    house = start_app("127.0.0.1", 0, settings)
     assert isinstance(house.host, PrivateHost)
     try:
         with sync_playwright() as playwright:

@@ -54,7 +54,7 @@ def test_imports_go_down_only(floor: str) -> None:
         ("controllers", "from .. import app"),
         ("scenes", "import viser"),
         ("scenes", "from tyro.conf import arg"),
-        ("scenes", "import importlib\nimportlib.import_module('app.server')"),
+        ("scenes", "import importlib\nimportlib.import_module('app.web')"),
         ("scenes", "__import__('viser')"),
         ("app", "from tests.browser import page_at"),
     ],

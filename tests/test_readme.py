@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from app.commands import COMMANDS
-from app.page.keys import HOTKEYS
+from app.cli.commands import COMMANDS
+from app.page.panels.hotkeys import HOTKEYS
 from app.settings import Settings, from_query
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")

@@ -17,11 +17,11 @@ from tempfile import mkdtemp
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from app.hosts import House, open_house
+from app.cli.laws import NewLaw, new_law
 from app.lessons.phases import Phase
-from app.own_law.commands import NewLaw, new_law
-from app.people import People
+from app.session.input_sources import InputSources
 from app.settings import Settings
+from app.start import App, start_app
 from tests.app.conftest import ask
 from tests.app.lesson_hands import Clicks, Keys
 from tests.app.lessons_walk import Walked, Walker, enter, named, shown_step
@@ -46,7 +46,7 @@ def tab(browser: Browser, width: int, height: int) -> Iterator[Page]:
         raise AssertionError("the page complained: " + "; ".join(errors))
 
 
-def walk(page: Page, house: House, by: str, numbers: list[int]) -> list[Walked]:
+def walk(page: Page, house: App, by: str, numbers: list[int]) -> list[Walked]:
     """Walk lessons by clicks or by keys; return what was seen. Raises AssertionError where a lesson goes otherwise."""
     session, run = enter(page, house, f"lesson={numbers[0]}")
     walker = Walker(page, session, run, Clicks(page) if by == "clicks" else Keys(page))
@@ -71,7 +71,7 @@ def walk(page: Page, house: House, by: str, numbers: list[int]) -> list[Walked]:
     return found
 
 
-def pictures(page: Page, house: House, numbers: list[int], width: int) -> int:
+def pictures(page: Page, house: App, numbers: list[int], width: int) -> int:
     """Save pictures of each lesson's first step, asked and answered, and of its last step's end; return how many."""
     session, run = enter(page, house, f"lesson={numbers[0]}")
     count = 0
@@ -111,7 +111,7 @@ def pictures(page: Page, house: House, numbers: list[int], width: int) -> int:
     return count
 
 
-def own_law() -> Path:
+def custom_law() -> Path:
     """Write a law that passes the six tests, as a student would make it of the template; return where it is."""
     path = Path(mkdtemp()) / "my_law.py"
     new_law(NewLaw(path))
@@ -138,7 +138,7 @@ def main() -> int:
     parser.add_argument("--pictures", choices=("yes", "no"), default="yes")
     given = parser.parse_args()
     numbers = [int(number) for number in given.lessons.split(",")]
-    house = open_house("127.0.0.1", 0, Settings(), people=People(law_file=own_law()))
+    house = start_app("127.0.0.1", 0, Settings(), people=InputSources(law_file=custom_law()))
     failed, tables = 0, []
     with sync_playwright() as playwright:
         browser = launch(playwright)

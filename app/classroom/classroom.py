@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from app.classroom.ballots import Ballots, Place, Tally
-from app.classroom.places import Places
+from app.classroom.breakout_places import Places
 from app.lessons.lesson import Lesson, LessonBook, Step
-from app.lessons.outcomes import Outcome, Verdict
+from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.phases import Phase
 from app.lessons.progress import Progress, StepProgress, to_json
-from app.lessons.view import Place as LessonPlace
-from app.lessons.view import fill, verdict
+from app.lessons.step_view import StepPosition as LessonPlace
+from app.lessons.step_view import fill, verdict
 from app.lessons.walkthrough import Walkthrough
 
 
@@ -36,7 +36,7 @@ class Poll:
     revealed: bool
     outcome: tuple[str, ...] = ()
     right: int | None = None
-    verdicts: tuple[Verdict | None, ...] = ()
+    verdicts: tuple[AnswerVerdict | None, ...] = ()
 
 
 class Headcount(NamedTuple):
@@ -49,7 +49,7 @@ class Headcount(NamedTuple):
 class _Told(NamedTuple):
     choices: tuple[str, ...]
     outcome: tuple[str, ...] = ()
-    verdicts: tuple[Verdict | None, ...] = ()
+    verdicts: tuple[AnswerVerdict | None, ...] = ()
 
 
 class Classroom:
@@ -70,7 +70,7 @@ class Classroom:
         self.ballots = Ballots()
         self.places = Places(most)
         self._here: dict[int, str] = {}
-        self._told: dict[str, tuple[tuple[Step, Outcome | None], _Told]] = {}
+        self._told: dict[str, tuple[tuple[Step, StepOutcome | None], _Told]] = {}
 
     # ---- who is here -------------------------------------------------------------------------------------------------------
 
@@ -129,7 +129,7 @@ class Classroom:
             return Poll(place, told.choices, tally, done.outcome is None and not revealed, revealed)
         return Poll(place, told.choices, tally, False, revealed, told.outcome, question.right, told.verdicts)
 
-    def _tell(self, lesson: Lesson, step: Step, outcome: Outcome | None) -> _Told:
+    def _tell(self, lesson: Lesson, step: Step, outcome: StepOutcome | None) -> _Told:
         """Return the texts of a question, which are put together once in every language and not in every frame."""
         if lesson.language in self._told:
             (known_step, known_outcome), told = self._told[lesson.language]
@@ -160,7 +160,7 @@ class Classroom:
         return to_json(progress)
 
 
-def _told(lesson: Lesson, step: Step, outcome: Outcome | None) -> _Told:
+def _told(lesson: Lesson, step: Step, outcome: StepOutcome | None) -> _Told:
     question = step.question
     if question is None:
         return _Told(())

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from app.figures.raster import Integers, rasterise, weights
-from app.page.theme import PALETTES
+from app.theme import PALETTES
 from controllers.kinematics import Array
 from scenes.rigs import Camera
 
@@ -77,7 +77,7 @@ class Mesh:
         return Mesh(vertices, normals, self.faces, self.colour, self.roughness, self.metallic)
 
 
-class View:
+class Viewpoint:
     """From where one looks, and how large the picture is.
 
     Args:
@@ -148,10 +148,10 @@ def render(meshes: Sequence[Mesh], camera: Camera, width: int = 640, height: int
 
     Args:
         meshes: at least one.
-        camera: see `View`.
+        camera: see `Viewpoint`.
         width, height: [pixels].
     """
-    view = View(camera, width * SAMPLES, height * SAMPLES)
+    view = Viewpoint(camera, width * SAMPLES, height * SAMPLES)
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)])
@@ -173,7 +173,7 @@ def render(meshes: Sequence[Mesh], camera: Camera, width: int = 640, height: int
         place = (vertices[corner] * share).sum(1)
         light[rows, columns] = _surface(meshes, mesh_of[seen.face[rows, columns]], normal, place, view.eye, shadow)
     # What is behind the meshes has no edges: one sample a pixel will do.
-    room = _room(View(camera, width, height), shadow).repeat(SAMPLES, 0).repeat(SAMPLES, 1)
+    room = _room(Viewpoint(camera, width, height), shadow).repeat(SAMPLES, 0).repeat(SAMPLES, 1)
     light = np.where((seen.face >= 0)[..., None], light, room)
     light = light.reshape(height, SAMPLES, width, SAMPLES, 3).mean((1, 3))
     return (_srgb(light) * 255.0 + 0.5).astype(np.uint8)
@@ -212,7 +212,7 @@ def _studio(up: Array) -> Array:
     return GROUND * 0.5 + (1.25 * SKY - GROUND * 0.5) * ramp
 
 
-def _room(view: View, shadow: _Shadow) -> Array:
+def _room(view: Viewpoint, shadow: _Shadow) -> Array:
     """Return the light (height, width, 3) of the floor with its lines and the shadow on it, and of the wall far away."""
     share = ((np.arange(view.height) + 0.5) / view.height)[:, None, None] ** 1.5
     light = np.tile(BACKGROUND[0] + (BACKGROUND[1] - BACKGROUND[0]) * share, (1, view.width, 1))

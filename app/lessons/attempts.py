@@ -7,7 +7,7 @@ from math import inf
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Challenge
 from app.lessons.outcomes import Attempt, judge
-from app.lessons.words import say
+from app.lessons.sentences import say
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Callable, Iterable
 from typing import Any, Final, TypeVar
 
-from app.lessons.markdown import Block, Fault
+from app.lessons.markdown import DataBlock, Fault
 from controllers.errors import BadSetting
 
 T = TypeVar("T")
@@ -202,7 +202,7 @@ def shown(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
 
 
-def read_block(block: Block) -> Table:
+def read_block(block: DataBlock) -> Table:
     """Return a block's table.
 
     Raises:

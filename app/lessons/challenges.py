@@ -5,10 +5,10 @@ from functools import partial
 from typing import Final, get_args
 
 from app.lessons.blocks import Table, shown
+from app.lessons.law_challenge import TESTS
 from app.lessons.lesson import Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.measures import QUANTITIES, checked_parameters, read_parameters
-from app.lessons.own_law import TESTS
-from app.lessons.places import start_positions
+from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, read_start
 from scenes.room import room_of
@@ -80,12 +80,12 @@ def read_challenge(table: Table, setup: Setup) -> Challenge | None:
         changes = read_changes(entry)
         within = entry.number("within", 0.05, 1e-6, 1.0)
         forecasts.append(Forecast(read_measurement(entry, run), changes, within))
-    own_law, keep = given.flag("own_law"), given.text("keep", "", 40)
-    if not criteria and not forecasts and not own_law:
+    custom_law, keep = given.flag("own_law"), given.text("keep", "", 40)
+    if not criteria and not forecasts and not custom_law:
         raise given.fault("criterion", "the challenge asks for nothing; add [[challenge.criterion]] or [[challenge.forecast]].")
     no_doubles(given, "criterion", [c.measurement.id for c in criteria] + [f.measurement.id for f in forecasts])
     given.close()
-    return Challenge("", run, criteria, tuple(forecasts), own_law, keep)
+    return Challenge("", run, criteria, tuple(forecasts), custom_law, keep)
 
 
 def _criterion(table: Table, setup: Setup) -> Criterion:
@@ -121,7 +121,7 @@ def read_trials(
             raise table.fault("attempt", "an attempt needs a challenge; add [challenge].")
         return ()
     known = [c.measurement.id for c in challenge.criteria] + [f.measurement.id for f in challenge.forecasts]
-    if challenge.own_law:
+    if challenge.custom_law:
         known += list(TESTS)
     trials: list[Trial] = []
     for number, entry in enumerate(entries, 1):
@@ -134,7 +134,7 @@ def read_trials(
             raise entry.fault(
                 "forecasts", f"forecasts has {len(said)} numbers; the challenge asks for {len(challenge.forecasts)}."
             )
-        if bool(law) != challenge.own_law:
+        if bool(law) != challenge.custom_law:
             raise entry.fault("law", "law stands in for the student's own; it belongs to a challenge with own_law.")
         entry.close()
         trials.append(Trial(name, run, said, law, fails))

@@ -7,16 +7,16 @@ from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Final, Literal
 
+from app.cli.lessons_options import Lessons
+from app.custom_law import template
+from app.lessons.law_challenge import StandIn, examine, stand_in
 from app.lessons.lesson import Challenge, Lesson, LessonBook, Step, Trial
 from app.lessons.loading import LANGUAGES, load_lessons
-from app.lessons.options import Lessons
-from app.lessons.own_law import StandIn, examine, stand_in
 from app.lessons.phases import Phase
+from app.lessons.reference_runs import measured, simulated, wanted
 from app.lessons.runs import Input, Setup
-from app.lessons.trials import measured, simulated, wanted
 from app.lessons.walkthrough import Walkthrough
-from app.own_law import template
-from app.written import written
+from app.runtime.output_file import written
 from controllers.errors import BadSetting
 
 WRONG_PATHS: Final = 3
@@ -209,8 +209,8 @@ def _untouched(book: LessonBook, lesson: Lesson, number: int) -> str:
     walk = _at_challenge(book, lesson, number)
     challenge, texts = walk.step.challenge, list[str]()
     assert challenge is not None
-    if challenge.own_law:
-        attempts = [walk.attempt_own_law(examine(StandIn(template.law)).judgements)]
+    if challenge.custom_law:
+        attempts = [walk.attempt_custom_law(examine(StandIn(template.law)).judgements)]
     else:
         attempts = [walk.attempt(simulated(setup)) for setup in untouched(challenge, walk.step.trials)]
     for attempt in attempts:
@@ -252,7 +252,7 @@ def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str
 def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
     """Return by which inequalities a trial fails."""
     if trial.law:
-        attempt = walk.attempt_own_law(examine(stand_in(trial.law)).judgements)
+        attempt = walk.attempt_custom_law(examine(stand_in(trial.law)).judgements)
     else:
         attempt = walk.attempt(simulated(trial.setup), said_by(step, trial))
     _ensure(attempt is not None, "the challenge took no attempt")

@@ -5,7 +5,7 @@ from typing import Final
 from app.lessons.lesson import Compared, Measurement
 from app.lessons.measures import QUANTITIES, shown_parameter
 from app.lessons.runs import settings_text
-from app.lessons.words import say
+from app.lessons.sentences import say
 from app.settings import Settings
 from scenes.settings import specs
 

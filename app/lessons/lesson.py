@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from app.lessons.measures import Value, shown_value
-from app.lessons.places import Start
+from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
-from controllers.errors import BadSetting, Message
+from controllers.errors import BadSetting, LazyText
 
 Camera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
@@ -165,7 +165,7 @@ class Challenge:
     setup: Setup
     criteria: tuple[Criterion, ...]
     forecasts: tuple[Forecast, ...]
-    own_law: bool
+    custom_law: bool
     keep: str
 
 
@@ -257,7 +257,7 @@ class Lesson:
 
 
 @dataclass(frozen=True)
-class Problem:
+class LessonProblem:
     """What is wrong with a file, and where."""
 
     file: str
@@ -265,7 +265,7 @@ class Problem:
     message: str
 
     def __str__(self) -> str:
-        return Message("{name}, line {line}: {what}", name=self.file, line=self.line, what=self.message)
+        return LazyText("{name}, line {line}: {what}", name=self.file, line=self.line, what=self.message)
 
 
 @dataclass(frozen=True)
@@ -273,7 +273,7 @@ class LessonBook:
     """All lessons of a folder that could be read, in order, and what was wrong with the others."""
 
     lessons: tuple[Lesson, ...]
-    problems: tuple[Problem, ...]
+    problems: tuple[LessonProblem, ...]
 
     def index(self, id: str) -> int:
         """Return where a lesson stands.
@@ -284,7 +284,7 @@ class LessonBook:
         for i, lesson in enumerate(self.lessons):
             if lesson.id == id:
                 return i
-        names = ", ".join(lesson.id for lesson in self.lessons) or Message("none: the folder holds no lesson")
+        names = ", ".join(lesson.id for lesson in self.lessons) or LazyText("none: the folder holds no lesson")
         raise BadSetting("There is no lesson {id}; choose from {names}.", id=repr(id[:40]), names=names)
 
 

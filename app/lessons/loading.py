@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Final, Literal
 
 from app.lessons import FOLDER
-from app.lessons.lesson import Lesson, LessonBook, Problem, Step
+from app.lessons.lesson import Lesson, LessonBook, LessonProblem, Step
 from app.lessons.markdown import Fault, Sheet, StepPart, read_items, read_sheet
-from app.lessons.picture import picture_problems
 from app.lessons.steps import check_head, read_lesson, read_step, step_texts
+from app.text.picture import picture_problems
 from scenes.files import read_file
 
 Language = Literal["en", "de", "sl"]
@@ -39,14 +39,14 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".md" and path.name[0].isdigit())
     except OSError as error:
-        return LessonBook((), (Problem(str(folder), 1, f"the folder cannot be read ({error.strerror})."),))
+        return LessonBook((), (LessonProblem(str(folder), 1, f"the folder cannot be read ({error.strerror})."),))
     lessons: list[Lesson] = []
-    problems: list[Problem] = []
+    problems: list[LessonProblem] = []
     for path in files:
         name = _NAME.match(path.name)
         if name is None:
             message = "the name of a lesson is like 01-redundancy.md, of a translation like 01-redundancy.de.md."
-            problems.append(Problem(path.name, 1, message))
+            problems.append(LessonProblem(path.name, 1, message))
         elif name[3] is None:
             try:
                 lesson = _read(path, int(name[1]), name[2])
@@ -54,18 +54,20 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
                     raise Fault(1, "another lesson has the same number or name; every lesson has its own.")
                 lessons.append(lesson)
             except Fault as fault:
-                problems.append(Problem(path.name, fault.line, fault.message))
+                problems.append(LessonProblem(path.name, fault.line, fault.message))
         elif name[3] not in (*LANGUAGES[1:], "notes"):
-            problems.append(Problem(path.name, 1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}."))
+            problems.append(
+                LessonProblem(path.name, 1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}.")
+            )
         elif not os.path.lexists(folder / f"{name[1]}-{name[2]}.md"):
-            problems.append(Problem(path.name, 1, f"belongs to {name[1]}-{name[2]}.md, which is not there."))
+            problems.append(LessonProblem(path.name, 1, f"belongs to {name[1]}-{name[2]}.md, which is not there."))
         elif name[3] == "notes":
             problems += _pictures_of_notes(path)
     if language != "en":
         lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
     if not lessons and not problems:
         problems.append(
-            Problem(str(folder), 1, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
+            LessonProblem(str(folder), 1, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
         )
     return LessonBook(tuple(sorted(lessons, key=lambda lesson: lesson.number)), tuple(problems))
 
@@ -89,7 +91,7 @@ def load_notes(folder: Path = FOLDER) -> dict[str, str]:
     return notes
 
 
-def _pictures_of_notes(path: Path) -> Iterator[Problem]:
+def _pictures_of_notes(path: Path) -> Iterator[LessonProblem]:
     """Yield what is wrong with the pictures of a teacher's notes; `load_notes` leaves out a file that cannot be read."""
     try:
         lines = _text(path).splitlines()
@@ -97,7 +99,7 @@ def _pictures_of_notes(path: Path) -> Iterator[Problem]:
         return
     for number, line in enumerate(lines, 1):
         for problem in picture_problems(line, path.parent, not line.startswith("#")):
-            yield Problem(path.name, number, problem)
+            yield LessonProblem(path.name, number, problem)
 
 
 def _text(path: Path) -> str:
@@ -126,7 +128,7 @@ def _read(path: Path, number: int, id: str) -> Lesson:
     return Lesson(id, number, path.name, "en", sheet.head.title, sheet.head.text, common.equations, common.minutes, tuple(steps))
 
 
-def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[Problem]) -> Lesson:
+def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[LessonProblem]) -> Lesson:
     """Return the lesson with the texts of another language, or as it is if there are none or they do not fit."""
     path = folder / lesson.file.replace(".md", f".{language}.md")
     if not os.path.lexists(path):
@@ -137,7 +139,7 @@ def _translated(folder: Path, lesson: Lesson, language: Language, problems: list
         check_head(sheet.head, folder)
         steps = tuple(_with_texts(step, part) for step, part in zip(lesson.steps, sheet.steps, strict=True))
     except Fault as fault:
-        problems.append(Problem(path.name, fault.line, fault.message))
+        problems.append(LessonProblem(path.name, fault.line, fault.message))
         return lesson
     return replace(lesson, language=language, title=sheet.head.title, goal=sheet.head.text, steps=steps)
 

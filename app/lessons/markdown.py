@@ -29,7 +29,7 @@ class Fault(Exception):
 
 
 @dataclass
-class Block:
+class DataBlock:
     """The lines of a fenced block; `line` is that of the first of them."""
 
     line: int
@@ -37,13 +37,13 @@ class Block:
 
 
 @dataclass
-class Part:
+class SheetPart:
     """The lines under a heading; `line` is that of the heading."""
 
     title: str
     line: int
     lines: list[str] = field(default_factory=list)
-    blocks: list[Block] = field(default_factory=list)
+    blocks: list[DataBlock] = field(default_factory=list)
 
     @property
     def text(self) -> str:
@@ -52,17 +52,17 @@ class Part:
 
 
 @dataclass
-class StepPart(Part):
+class StepPart(SheetPart):
     """A step: what stands before its first section, and the sections by name."""
 
-    sections: dict[str, Part] = field(default_factory=dict)
+    sections: dict[str, SheetPart] = field(default_factory=dict)
 
 
 @dataclass
 class Sheet:
     """A whole file: what stands under the title, and the steps."""
 
-    head: Part
+    head: SheetPart
     steps: list[StepPart]
 
 
@@ -81,9 +81,9 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
     Raises:
         Fault: a heading is missing or out of place, or a fence is left open.
     """
-    head: Part | None = None
+    head: SheetPart | None = None
     steps: list[StepPart] = []
-    here: Part | None = None
+    here: SheetPart | None = None
     fence, block, opened = "", None, 0
     for number, line in enumerate(text.splitlines(), 1):
         found = _FENCE.match(line)
@@ -101,7 +101,7 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
                 raise Fault(number, "a block stands before the title; begin the file with a line like “# Title”.")
             fence, opened = found[1], number
             if found[2] == marker:
-                block = Block(number + 1)
+                block = DataBlock(number + 1)
                 (steps[-1] if steps else here).blocks.append(block)
             else:
                 here.lines.append(line)
@@ -119,7 +119,7 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
         if level == 1:
             if head is not None:
                 raise Fault(number, "there is a second title; a file holds one lesson, its steps begin with ##.")
-            here = head = Part(title, number)
+            here = head = SheetPart(title, number)
         elif head is None:
             raise Fault(number, "a step stands before the title; begin the file with a line like “# Title”.")
         elif level == 2:
@@ -138,7 +138,7 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
     return Sheet(head, steps)
 
 
-def _section(steps: list[StepPart], title: str, number: int) -> Part:
+def _section(steps: list[StepPart], title: str, number: int) -> SheetPart:
     if not steps:
         raise Fault(number, f"“### {title[:40]}” stands outside any step; begin a step with ##.")
     step = steps[-1]
@@ -148,11 +148,11 @@ def _section(steps: list[StepPart], title: str, number: int) -> Part:
         raise Fault(number, f"the section “{title}” is there twice; a step has each once.")
     if step.sections and SECTIONS.index(title) < max(SECTIONS.index(name) for name in step.sections):
         raise Fault(number, f"“{title}” comes too late; the order is {', '.join(SECTIONS)}.")
-    step.sections[title] = Part(title, number)
+    step.sections[title] = SheetPart(title, number)
     return step.sections[title]
 
 
-def read_items(part: Part) -> tuple[str, tuple[Item, ...]]:
+def read_items(part: SheetPart) -> tuple[str, tuple[Item, ...]]:
     """Return the text before a numbered list, and its entries.
 
     An entry may go on in further lines; quoted lines under it (`> …`) are its quote.

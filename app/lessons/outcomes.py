@@ -7,15 +7,15 @@ from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
 from app.lessons.measures import Value, measure
+from app.lessons.reference_runs import comparisons, measured, wanted
 from app.lessons.runs import Pairs, Setup, page_value, settings_text
+from app.lessons.sentences import say
 from app.lessons.texts import Measured
-from app.lessons.trials import comparisons, measured, wanted
-from app.lessons.words import say
 from scenes.settings import RunSettings, specs, values
 
 
 @dataclass(frozen=True)
-class Outcome:
+class StepOutcome:
     """What a run of a step came to.
 
     Attributes:
@@ -54,7 +54,7 @@ class Outcome:
         return tuple(lines)
 
 
-def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> Outcome:
+def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepOutcome:
     """Return what a run of a step came to.
 
     Args:
@@ -70,14 +70,14 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> Outco
         needed = m.compare if own else m.compare[:1] if i == 0 and step.question is not None and step.question.ratio else ()
         found.append((value, *comparisons(setup, m, needed), *(None for _ in m.compare[len(needed) :])))
     complete = time >= setup.seconds - 0.5 * evidence.settings.dt and evidence.rows > 0
-    return Outcome(tuple(found), complete, False, unlike(setup.run, evidence.settings))
+    return StepOutcome(tuple(found), complete, False, unlike(setup.run, evidence.settings))
 
 
-def reference(step: Step, setup: Setup) -> Outcome:
+def reference(step: Step, setup: Setup) -> StepOutcome:
     """Return what the step's run comes to if it is left to itself."""
     own = measured(setup, wanted(step.measurements))
     found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
-    return Outcome(found, True, True)
+    return StepOutcome(found, True, True)
 
 
 def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
@@ -87,7 +87,7 @@ def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class AnswerVerdict:
     """What is said to a prediction.
 
     Attributes:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from enum import StrEnum
 
 from app.lessons.lesson import LessonBook, Step
-from app.lessons.outcomes import Outcome
+from app.lessons.outcomes import StepOutcome
 from app.lessons.progress import Progress, StepProgress
 
 
@@ -55,7 +55,7 @@ def fitting(step: Step, done: StepProgress) -> StepProgress:
         fitting.choice = None
     widths = [1 + len(m.compare) for m in step.measurements]
     for name in ("outcome", "why"):
-        outcome: Outcome | None = getattr(done, name)
+        outcome: StepOutcome | None = getattr(done, name)
         if outcome is not None and [len(row) for row in outcome.values] != widths:
             setattr(fitting, name, None)
     if question is not None and fitting.choice is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from app.lessons.measures import Value
-from app.lessons.outcomes import Attempt, Judgement, Outcome
+from app.lessons.outcomes import Attempt, Judgement, StepOutcome
 from app.lessons.runs import Pairs
 from app.settings import Settings
 from scenes.settings import specs
@@ -32,8 +32,8 @@ class StepProgress:
     """
 
     choice: int | None = None
-    outcome: Outcome | None = None
-    why: Outcome | None = None
+    outcome: StepOutcome | None = None
+    why: StepOutcome | None = None
     hints: int = 0
     attempts: int = 0
     passed: bool = False
@@ -127,7 +127,7 @@ def _count(value: object, most: int) -> int | None:
     return value if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most else None
 
 
-def _outcome_data(outcome: Outcome | None) -> dict[str, Any] | None:
+def _outcome_data(outcome: StepOutcome | None) -> dict[str, Any] | None:
     if outcome is None:
         return None
     # JSON knows no infinity, which is a distance where nothing can be met.
@@ -136,12 +136,12 @@ def _outcome_data(outcome: Outcome | None) -> dict[str, Any] | None:
     return {"values": values, "complete": outcome.complete, "reference": outcome.reference, "unlike": unlike}
 
 
-def _outcome(data: object) -> Outcome | None:
+def _outcome(data: object) -> StepOutcome | None:
     if not isinstance(data, dict) or not isinstance(data.get("values"), list):
         return None
     rows = [row for row in data["values"] if isinstance(row, list)]
     values = tuple(tuple(_value(v) for v in row) for row in rows)
-    return Outcome(values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")))
+    return StepOutcome(values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")))
 
 
 def _value(value: object) -> Value:

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from app.languages.speaking import say
-from app.lessons.places import Start
+from app.i18n.speaking import tr
+from app.lessons.room_places import Start
 from app.settings import Settings
 from scenes.settings import RunSettings, Spec, changed, specs
 
@@ -84,9 +84,9 @@ def page_value(key: str, value: object) -> str:
     """Return a setting's value as a person reads it on the page, with its unit."""
     spec: Spec = specs(Settings)[key]
     if spec.choices:
-        return say(spec.choice_labels[spec.choices.index(str(value))]) if spec.choice_labels else str(value)
+        return tr(spec.choice_labels[spec.choices.index(str(value))]) if spec.choice_labels else str(value)
     if isinstance(value, bool):
-        return say("on") if value else say("off")
+        return tr("on") if value else tr("off")
     if isinstance(value, (int, float)):
         return f"{value * spec.page_scale:.6g} {spec.page_unit}".rstrip()
     return str(value)
@@ -95,4 +95,4 @@ def page_value(key: str, value: object) -> str:
 def settings_text(changes: Pairs) -> str:
     """Return settings as a person reads them on the page, in its language: "n = 2, dt = 5 ms"."""
     known = specs(Settings)
-    return ", ".join(f"{say(known[key].label)} = {page_value(key, value)}" for key, value in changes)
+    return ", ".join(f"{tr(known[key].label)} = {page_value(key, value)}" for key, value in changes)

@@ -9,11 +9,11 @@ import numpy as np
 import pinocchio as pin
 
 from app.lessons.measures import read_parameters
-from app.lessons.places import Place, ball_centre
+from app.lessons.room_places import RoomPlace, ball_centre
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.autopilot import quintic
-from scenes.cast import Person
+from scenes.roles import TargetSource
 from scenes.room import BALL_RADIUS, POINT_RADIUS
 from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget, Target
@@ -26,7 +26,7 @@ SOLO_SCENES: Final = ("solo",)
 class Script(Protocol):
     """What a script is: a frozen dataclass of its parameters."""
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who does it, in a simulation that has just begun."""
         ...
 
@@ -59,7 +59,7 @@ class Push:
     after: float = 1.0
     seconds: float = 60.0
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who pushes."""
         begin, kinematics, other = _hand(simulation), simulation.kinematics, simulation.avoiding
         goal = {
@@ -82,7 +82,7 @@ class PushAndBack:
     seconds: float = 3.0
     rest: float = 1.0
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who pushes and draws back."""
         begin = _hand(simulation)
         way = (simulation.kinematics.hand_pose(simulation.avoiding).translation.copy() - begin) * self.share
@@ -108,7 +108,7 @@ class HandTo:
     z: float = 0.0
     speed: float = 0.1
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who leads the hand."""
         begin, way = _hand(simulation), np.array([self.x, self.y, self.z])
         length = float(np.linalg.norm(way))
@@ -122,7 +122,7 @@ class HandCircle:
     radius: float = 0.1
     period: float = 6.0
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who draws."""
         begin = _hand(simulation)
 
@@ -143,7 +143,7 @@ class ElbowTo:
     angle: float = 0.4
     period: float = 8.0
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who pulls at the elbow."""
         kinematics, arm = simulation.kinematics, simulation.avoiding
         kinematics.update(simulation.positions)
@@ -166,11 +166,11 @@ class BallTo:
     Parameters: place; speed [m/s]; after, how long it waits first [s].
     """
 
-    place: Place
+    place: RoomPlace
     speed: float = 0.2
     after: float = 0.0
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who carries the ball."""
         begin = _ball(simulation)
         way = ball_centre(simulation.room, self.place) - begin
@@ -194,7 +194,7 @@ class BallPush:
     after: float = 0.5
     gap: float = -1.0
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who pushes the ball."""
         begin = _ball(simulation)
         goal = _hand(simulation)
@@ -215,7 +215,7 @@ class BallCircle:
     radius: float = 0.15
     period: float = 6.0
 
-    def person(self, simulation: Simulation) -> Person:
+    def person(self, simulation: Simulation) -> TargetSource:
         """Return who carries the ball."""
         begin = _ball(simulation)
 
@@ -254,7 +254,7 @@ SCRIPTS: Final[dict[str, Known]] = {
 
 
 def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tuple[str, Any], ...]:
-    """Return the parameters of a script, checked; a `Place` among them has been made before.
+    """Return the parameters of a script, checked; a `RoomPlace` among them has been made before.
 
     Raises:
         BadSetting: there is no such script or parameter, a value is not possible, or it has nothing to move in the scene.
@@ -265,14 +265,14 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
     if scene not in known.scenes:
         fitting = ", ".join(other for other, one in SCRIPTS.items() if scene in one.scenes) or "none: nothing can be moved there"
         raise BadSetting(f"The script {name} has nothing to move in the scene {scene}; choose from {fitting}.")
-    places = {key: value for key, value in given.items() if isinstance(value, Place)}
+    places = {key: value for key, value in given.items() if isinstance(value, RoomPlace)}
     wanted = dict(inspect.signature(known.make).parameters)
     for key in places:
-        if key not in wanted or wanted[key].annotation is not Place:
+        if key not in wanted or wanted[key].annotation is not RoomPlace:
             raise BadSetting(f"script {name}: {key} is no place; choose from {', '.join(wanted)}.")
-    plain = {key: parameter for key, parameter in wanted.items() if parameter.annotation is not Place}
+    plain = {key: parameter for key, parameter in wanted.items() if parameter.annotation is not RoomPlace}
     numbers = read_parameters(f"script {name}", known.make, plain, {k: v for k, v in given.items() if k not in places})
-    missing = [key for key, parameter in wanted.items() if parameter.annotation is Place and key not in places]
+    missing = [key for key, parameter in wanted.items() if parameter.annotation is RoomPlace and key not in places]
     if missing:
         raise BadSetting(f"script {name} needs the place {missing[0]!r}.")
     return (*numbers, *places.items())

@@ -6,7 +6,7 @@ from typing import Any, Final, cast, get_args
 
 from app.lessons.blocks import NEEDED, Table, is_number, shown
 from app.lessons.markdown import Fault
-from app.lessons.places import Anchor, Place, Start, ball_centre, start_positions
+from app.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
 from app.lessons.runs import LONGEST, Input, Pairs, Setup, merged
 from app.lessons.scripts import checked_script
 from app.settings import Settings
@@ -84,7 +84,7 @@ def read_start(table: Table) -> Start | None:
     return Start(place, posture)
 
 
-def _place(table: Table) -> Place:
+def _place(table: Table) -> RoomPlace:
     origin = cast(Anchor, table.choice("from", get_args(Anchor), "goal"))
     gap, tilt = table.number("gap", NEEDED, -0.5, 3.0), table.number("tilt", 0.0, -3.2, 3.2)
     toward: Any = table.any("toward")
@@ -95,7 +95,7 @@ def _place(table: Table) -> Place:
     else:
         raise table.fault("toward", f'toward = {shown(toward)} is no direction; write [0.0, 1.0, 0.0], or "upper_arm".')
     table.close()
-    return Place(origin, direction, gap, tilt)
+    return RoomPlace(origin, direction, gap, tilt)
 
 
 def read_input(table: Table, setup: Setup) -> Input:
@@ -143,7 +143,7 @@ def _script(name: str, given: dict[str, Any], setup: Setup) -> Pairs:
                 raise BadSetting(f"script {name[:40]}: {fault.message}") from None
     checked = checked_script(name, found, setup.run.scene)
     for _, value in checked:
-        if isinstance(value, Place):
+        if isinstance(value, RoomPlace):
             ball_centre(room_of(setup.run), value)
     return checked
 

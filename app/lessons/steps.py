@@ -20,12 +20,12 @@ from app.lessons.lesson import (
     Question,
     Step,
 )
-from app.lessons.markdown import ITEM, Fault, Part, Sheet, StepPart, read_items
+from app.lessons.markdown import ITEM, Fault, Sheet, SheetPart, StepPart, read_items
 from app.lessons.measures import QUANTITIES
-from app.lessons.picture import picture_problems
 from app.lessons.runs import Pairs, Setup
 from app.lessons.setups import read_changes, read_setup
 from app.lessons.texts import placeholder_problems
+from app.text.picture import picture_problems
 
 MOST_CHOICES: Final = 6
 MOST_MINUTES: Final = 90
@@ -60,7 +60,7 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
     return common
 
 
-def check_head(head: Part, folder: Path) -> None:
+def check_head(head: SheetPart, folder: Path) -> None:
     """Complain of a picture in a lesson's title or goal, which are shown as a line.
 
     Raises:
@@ -228,7 +228,7 @@ def _hints(part: StepPart, challenge: Challenge | None) -> tuple[str, ...]:
 
 
 def _check_lines(part: StepPart, step: Step) -> None:
-    sections: list[Part] = list(part.sections.values())
+    sections: list[SheetPart] = list(part.sections.values())
     folder = step.setup.folder
     for problem in picture_problems(part.title, folder, False):
         raise Fault(part.line, problem)

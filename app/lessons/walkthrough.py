@@ -13,17 +13,17 @@ from app.lessons.bookmark import Bookmark
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures import measure
-from app.lessons.outcomes import Attempt, Judgement, Outcome, Verdict, observed, reference
+from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement, StepOutcome, observed, reference
 from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
-from app.lessons.places import mark_places, start_positions
 from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
+from app.lessons.reference_runs import person_of
+from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
-from app.lessons.trials import person_of
-from app.lessons.view import Place, View, has_why, make_view, verdict
+from app.lessons.step_view import StepPosition, StepView, has_why, make_view, verdict
 from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
-from scenes.cast import Person
+from scenes.roles import TargetSource
 from scenes.simulation import Simulation
 
 LIVE_ROWS: Final = 2
@@ -45,7 +45,9 @@ class Walkthrough:
         BadSetting: the book holds no lesson.
     """
 
-    def __init__(self, book: LessonBook, progress: Progress | None = None, kept: Mapping[str, Person] | None = None) -> None:
+    def __init__(
+        self, book: LessonBook, progress: Progress | None = None, kept: Mapping[str, TargetSource] | None = None
+    ) -> None:
         if not book.lessons:
             raise BadSetting("There is no lesson to walk through; the folder holds none that can be read.")
         self.book = book
@@ -54,7 +56,7 @@ class Walkthrough:
         self._at = Bookmark(book)
         self._phase = Phase.DO
         self._showing = False
-        self._kept: dict[str, Person] = dict(kept or {})
+        self._kept: dict[str, TargetSource] = dict(kept or {})
         self._watch = RunWatch()
         self._running: tuple[Bookmark, Setup] | None = None
         self._resume()
@@ -223,7 +225,7 @@ class Walkthrough:
         """Return q (nv,) from which the present run begins, for `Simulation.reset`; None for the room's start."""
         return start_positions(simulation.room, self.setup.start)
 
-    def target_source(self, simulation: Simulation) -> Person:
+    def target_source(self, simulation: Simulation) -> TargetSource:
         """Return who moves in a simulation that has just begun with `settings` and `start`; nobody where the student does."""
         return person_of(simulation, self.setup, self._kept)
 
@@ -249,7 +251,7 @@ class Walkthrough:
         """Return whether the run is as long as the step asks for."""
         return simulation.time >= self.setup.seconds - 0.5 * simulation.settings.dt
 
-    def observe(self, simulation: Simulation) -> Outcome:
+    def observe(self, simulation: Simulation) -> StepOutcome:
         """Measure the present run. At its end the outcome is kept, and a run that is not the student's own goes on to OBSERVE."""
         setup = self.setup if self._phase is not Phase.CHALLENGE else self.step.setup
         until = inf if self.yours else setup.seconds
@@ -262,7 +264,9 @@ class Walkthrough:
                 self.next()
         return outcome
 
-    def attempt(self, simulation: Simulation, said: Sequence[float | None] = (), person: Person | None = None) -> Attempt | None:
+    def attempt(
+        self, simulation: Simulation, said: Sequence[float | None] = (), person: TargetSource | None = None
+    ) -> Attempt | None:
         """Judge the present run by the challenge; None where there is none to be tried.
 
         Args:
@@ -270,7 +274,7 @@ class Walkthrough:
             person: what the student did in this run, as someone who does it again; kept for a later step that asks for it.
         """
         challenge = self.step.challenge
-        if challenge is None or self._phase is not Phase.CHALLENGE or challenge.own_law:
+        if challenge is None or self._phase is not Phase.CHALLENGE or challenge.custom_law:
             return None
         attempt = attempted(
             challenge,
@@ -286,10 +290,10 @@ class Walkthrough:
         self._note(attempt)
         return attempt
 
-    def attempt_own_law(self, judgements: Sequence[Judgement]) -> Attempt | None:
+    def attempt_custom_law(self, judgements: Sequence[Judgement]) -> Attempt | None:
         """Take note of how a controller of the student's own did in the tests of `own_law`."""
         challenge = self.step.challenge
-        if challenge is None or self._phase is not Phase.CHALLENGE or not challenge.own_law:
+        if challenge is None or self._phase is not Phase.CHALLENGE or not challenge.custom_law:
             return None
         attempt = Attempt(bool(judgements) and all(j.passed for j in judgements), tuple(judgements))
         self._note(attempt)
@@ -298,7 +302,7 @@ class Walkthrough:
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 
     @property
-    def verdict(self) -> Verdict | None:
+    def verdict(self) -> AnswerVerdict | None:
         """Return what is said to the prediction; None before the outcome is known."""
         return verdict(self._place())
 
@@ -312,7 +316,7 @@ class Walkthrough:
         if self._running is not None:
             self._running = self._at, self.setup
 
-    def view(self, book: LessonBook | None = None) -> View:
+    def view(self, book: LessonBook | None = None) -> StepView:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
         last = self._at.after() is None
         waits = self.locked and self.done.choice is None
@@ -321,7 +325,7 @@ class Walkthrough:
         return make_view(self._place(book), self.yours, can_next, can_back)
 
     @property
-    def kept(self) -> Mapping[str, Person]:
+    def kept(self) -> Mapping[str, TargetSource]:
         """Return what the student did in runs that a later step takes up, by name; it outlives a reload beside `to_json`."""
         return self._kept
 
@@ -332,7 +336,7 @@ class Walkthrough:
         return to_json(progress)
 
     @classmethod
-    def from_json(cls, book: LessonBook, text: str, kept: Mapping[str, Person] | None = None) -> "Walkthrough":
+    def from_json(cls, book: LessonBook, text: str, kept: Mapping[str, TargetSource] | None = None) -> "Walkthrough":
         """Return a walkthrough that goes on from `to_json` and `kept`, with a book that may be another one, or in another language."""
         return cls(book, from_json(text), kept)
 
@@ -362,9 +366,9 @@ class Walkthrough:
         self._showing = False
         self._begin()
 
-    def _place(self, book: LessonBook | None = None) -> Place:
+    def _place(self, book: LessonBook | None = None) -> StepPosition:
         at = self.in_book(book)
-        return Place(at.lesson, at.step, at.step_index, self._phase, self.done, self._showing)
+        return StepPosition(at.lesson, at.step, at.step_index, self._phase, self.done, self._showing)
 
     def _before(self) -> Phase | None:
         """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""

@@ -1,1 +1,7 @@
-"""What is drawn: theme, stage, gizmos, controls, plots, numbers, equation, keys."""
+"""What one visitor sees and operates."""
+
+from pathlib import Path
+from typing import Final
+
+STATIC: Final = Path(__file__).parent / "static"
+"""JavaScript and style sheets of the page."""

@@ -6,18 +6,18 @@ from time import perf_counter
 import numpy as np
 import viser
 
-from app.languages.speaking import say
+from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
-from app.page.controls import Controls
-from app.page.gizmos import NUDGE, SWING, Gizmos
-from app.page.keep import ReplayBar
-from app.page.keys import HOTKEYS, control_of
-from app.page.lab import LabDesk
-from app.page.lesson_desk import LessonDesk
-from app.page.link import LinkBox
-from app.page.plots import DetailsChooser
+from app.page.handles.gizmos import NUDGE, SWING, Gizmos
+from app.page.lessons.lab_report_box import LabReportBox
+from app.page.lessons.lesson_controls import LessonControls
+from app.page.panels.controls import Controls
+from app.page.panels.hotkeys import HOTKEYS, control_of
+from app.page.panels.link_box import LinkBox
+from app.page.panels.plots_panel import DetailsChooser
+from app.page.panels.replay_bar import ReplayBar
 from app.page.view import View
-from app.session import Session
+from app.session.session import Session
 from scenes.settings import RunSettings, specs
 
 
@@ -60,23 +60,23 @@ class Operation:
             self._actions[name] = lambda angle=sign * SWING: self._gizmos.swing(angle)
         self._controls = Controls(client.gui, session, self.act, self._notify)
         self._keep: ReplayBar | None = None
-        with client.gui.add_folder(say("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
+        with client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
             if session.background is not None:
                 self._keep = view.keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
             self._link = LinkBox(client, session, view.lessons)
-            self._lab: LabDesk | None = None
+            self._lab: LabReportBox | None = None
             if self._keep is not None:
-                self._lab = LabDesk(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
+                self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
         self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
         self._gizmos = Gizmos(client.scene, session)
-        self._desk = LessonDesk(client, session, view.lessons, view.lesson_panel, self._notify)
+        self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._notify)
         self._commands = [self._command(hotkey.action) for hotkey in HOTKEYS]
 
     def _command(self, action: str) -> viser.CommandHandle:
         hotkey = next(h for h in HOTKEYS if h.action == action)
         command = self._client.gui.add_command(
             hotkey.title,
-            description=say("Key: {key}", key=hotkey.shown) if hotkey.relayed else None,
+            description=tr("Key: {key}", key=hotkey.shown) if hotkey.relayed else None,
             hotkey=hotkey.key,
             modifier=hotkey.modifier,
             icon=hotkey.icon,
@@ -117,7 +117,7 @@ class Operation:
         self._client.send_file_download(name, content, save_immediately=True)
 
     def _notify(self, title: str, text: str) -> None:
-        self._client.add_notification(say(title), say(text), color="orange", auto_close_seconds=8.0)
+        self._client.add_notification(tr(title), tr(text), color="orange", auto_close_seconds=8.0)
 
     def notify_problems(self, problems: tuple[str, ...]) -> None:
         """Name what was wrong with the link that the visitor came by."""

@@ -9,7 +9,7 @@ import html
 
 from viser._messages import HotkeyKey, KeyModifier
 
-from app.page.keys import pressing
+from app.page.panels.hotkeys import pressing
 
 KEY: HotkeyKey = "9"
 MODIFIER: KeyModifier = "alt+shift"

@@ -9,24 +9,24 @@ from typing import Final
 
 import viser
 
-from app.keep.past import Past
-from app.languages.speaking import say, spoken
-from app.languages.visitor import mark_html
+from app.i18n.reader_language import mark_html
+from app.i18n.speaking import spoken, tr
 from app.lessons.lesson import NO_LESSONS, LessonBook
-from app.page.camera import place_camera, view_of
-from app.page.keep import ReplayBar, past_style
-from app.page.lesson_camera import lesson_view
-from app.page.lesson_marks import Marks
-from app.page.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
-from app.page.lesson_run import LessonRun
-from app.page.logo import titlebar
-from app.page.plots import Plots
-from app.page.readout import Readout
-from app.page.stage import Stage
-from app.page.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale, style_sheet
-from app.page.window import canvas_size
-from app.session import Session
+from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.elbow_marks import Marks
+from app.page.lessons.lesson_camera import lesson_view
+from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
+from app.page.panels.plots_panel import Plots
+from app.page.panels.readout import Readout
+from app.page.panels.replay_bar import ReplayBar, past_style
+from app.page.panels.title_bar import titlebar
+from app.page.window_size import canvas_size
+from app.recording.past import Past
+from app.session.session import Session
 from app.settings import Look, PageSettings
+from app.stage.stage import Stage
+from app.stage.stage_camera import place_camera, view_of
+from app.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale, style_sheet
 from scenes.settings import RunSettings, specs
 from scenes.targets import AnglesTarget
 
@@ -67,13 +67,13 @@ class View:
         host: viser.ViserServer | viser.ClientHandle,
         session: Session,
         clients: Callable[[], list[viser.ClientHandle]],
-        lessons: LessonRun | None = None,
+        lessons: LessonSession | None = None,
         look: Look | None = None,
         book: LessonBook | None = None,
         folds: bool = True,
     ) -> None:
         self._host, self._session, self._clients = host, session, clients
-        self.lessons = lessons or LessonRun(session, NO_LESSONS)
+        self.lessons = lessons or LessonSession(session, NO_LESSONS)
         self._own_look = look
         self.keep: ReplayBar | None = None
         self._past: Past | None = None
@@ -88,7 +88,7 @@ class View:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots_panel = gui.add_panel()
-        self.plots_tab = self._plots_panel.add_tab(say("Live plots"), viser.Icon.CHART_LINE)
+        self.plots_tab = self._plots_panel.add_tab(tr("Live plots"), viser.Icon.CHART_LINE)
         with self.plots_tab:
             # A folded panel takes its style sheet with it; either one keeps the other dressed.
             self._style_too = gui.add_html(style_sheet(page.profile), order=-1.0)
@@ -236,4 +236,4 @@ class View:
 def scene_label(run: RunSettings) -> str:
     """Return what a person calls the experiment."""
     spec = specs(RunSettings)["scene"]
-    return say(spec.choice_labels[spec.choices.index(run.scene)])
+    return tr(spec.choice_labels[spec.choices.index(run.scene)])

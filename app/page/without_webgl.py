@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from app.languages.client import NO_PICTURE, WHAT_TO_SWITCH_ON, WHAT_WORKS
+from app.i18n.client_texts import NO_PICTURE, WHAT_TO_SWITCH_ON, WHAT_WORKS
 
 
 def without_webgl_script() -> str:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from controllers.errors import BadInputFile, Message
+from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
 from scenes.person.angles import BodyPoints, body_angles
 from scenes.person.bvh_file import BvhFile, load_bvh
@@ -25,18 +25,18 @@ WRISTS: Final = frozenset({"hand", "wrist", "palm"})
 THIGHS: Final = frozenset({"upleg", "upperleg", "thigh", "hip", "leg", "femur", "hipjoint"})
 HIPS: Final = ("hips", "hip", "pelvis", "root", "lowerback", "spine")
 
-ADVICE: Final = Message(
+ADVICE: Final = LazyText(
     "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename yours"
 )
 
-_ELBOW: Final[dict[ArmName, Message]] = {"left": Message("left elbow"), "right": Message("right elbow")}
-_UPPER_ARM: Final[dict[ArmName, Message]] = {
-    "left": Message("left upper arm, from which the left elbow should hang"),
-    "right": Message("right upper arm, from which the right elbow should hang"),
+_ELBOW: Final[dict[ArmName, LazyText]] = {"left": LazyText("left elbow"), "right": LazyText("right elbow")}
+_UPPER_ARM: Final[dict[ArmName, LazyText]] = {
+    "left": LazyText("left upper arm, from which the left elbow should hang"),
+    "right": LazyText("right upper arm, from which the right elbow should hang"),
 }
-_WRIST: Final[dict[ArmName, Message]] = {
-    "left": Message("left wrist, which should hang from the left elbow"),
-    "right": Message("right wrist, which should hang from the right elbow"),
+_WRIST: Final[dict[ArmName, LazyText]] = {
+    "left": LazyText("left wrist, which should hang from the left elbow"),
+    "right": LazyText("right wrist, which should hang from the right elbow"),
 }
 """What may be missing, each in whole words: another language turns the side with the noun."""
 
@@ -158,7 +158,7 @@ class _Skeleton:
             for i, (side, part) in enumerate(self._parts):
                 if side is None and part == name:
                     return (i,)
-        raise self._missing(Message("hips"))
+        raise self._missing(LazyText("hips"))
 
     def _named(self, side: ArmName, parts: frozenset[str]) -> int | None:
         return next((i for i, (s, part) in enumerate(self._parts) if s == side and part in parts), None)
@@ -175,7 +175,7 @@ class _Skeleton:
                 found.add(i)
                 yield i
 
-    def _missing(self, what: Message) -> BadInputFile:
+    def _missing(self, what: LazyText) -> BadInputFile:
         names = [joint.name for joint in self._file.joints if joint.name]
         shown = ", ".join(repr(n[:30]) for n in names[:8]) + (" …" if len(names) > 8 else "")
         return BadInputFile(

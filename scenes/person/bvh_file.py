@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from controllers.errors import BadInputFile, Message
+from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
 from scenes.files import read_file
 
@@ -23,7 +23,7 @@ CHANNELS: Final = ("xposition", "yposition", "zposition", "xrotation", "yrotatio
 
 
 @dataclass(frozen=True)
-class Joint:
+class BvhJoint:
     """A joint of the skeleton, or the end of a chain.
 
     Attributes:
@@ -53,7 +53,7 @@ class BvhFile:
     """
 
     name: str
-    joints: tuple[Joint, ...]
+    joints: tuple[BvhJoint, ...]
     frame_time: float
     frames: Array
 
@@ -76,7 +76,7 @@ class BvhFile:
             places[i], turns[i] = place, turn
         return places
 
-    def _translations(self, joint: Joint) -> Array:
+    def _translations(self, joint: BvhJoint) -> Array:
         """Return the way from the parent (k, 3): the offset, or the position channels in its place.
 
         Some exporters write position channels for every joint and leave them at zero: then the offset stands.
@@ -88,7 +88,7 @@ class BvhFile:
                 place[:, axis] = self.frames[:, column]
         return place
 
-    def _rotations(self, joint: Joint) -> Array:
+    def _rotations(self, joint: BvhJoint) -> Array:
         """Return the turn against the parent (k, 3, 3): the rotation channels multiplied in the file's order."""
         turn = np.tile(np.eye(3), (len(self.frames), 1, 1))
         for i, channel in enumerate(joint.channels):
@@ -124,7 +124,7 @@ def load_bvh(source: Path | str | bytes, name: str | None = None) -> BvhFile:
             if error.errno == errno.EFBIG:
                 raise _too_large(name) from None
             raise BadInputFile("{name}: cannot be read ({reason}).", name=name, reason=error.strerror) from None
-    name = name or Message("The BVH file")
+    name = name or LazyText("The BVH file")
     if len(source) > MOST_BYTES:
         raise _too_large(name)
     text = source.decode("utf-8-sig", errors="replace") if isinstance(source, bytes) else source
@@ -163,14 +163,14 @@ class _Reader:
                 self.lines.append((number, line))
         self.at = 0
         self.number = 1
-        self.joints: list[Joint] = []
+        self.joints: list[BvhJoint] = []
         self.columns = 0
 
     def read(self) -> BvhFile:
         if not self.lines or self._next("HIERARCHY").upper() != "HIERARCHY":
             raise self._fault("is not a BVH file, which begins with the word HIERARCHY; export the motion as BVH")
         while self._peek().upper() != "MOTION":
-            kind, *rest = self._next(Message("ROOT or MOTION")).split(None, 1)
+            kind, *rest = self._next(LazyText("ROOT or MOTION")).split(None, 1)
             if kind.upper() != "ROOT" or not rest:
                 raise self._fault("{word} stands where ROOT and a name, or MOTION, is due", word=_shown(kind))
             self._read_tree(rest[0])
@@ -182,7 +182,7 @@ class _Reader:
         """Read a root and all below it, without recursion, since a file may be as deep as it likes."""
         open_joints = [self._read_joint(root, -1)]
         while open_joints:
-            line = self._next(Message("JOINT, End Site or }"))
+            line = self._next(LazyText("JOINT, End Site or }"))
             kind, *rest = line.split(None, 1)
             if kind == "}":
                 open_joints.pop()
@@ -202,7 +202,7 @@ class _Reader:
         channels: tuple[int, ...] = ()
         if name:
             channels = self._read_channels()
-        self.joints.append(Joint(name, parent, np.array([self._number(w) for w in offset]), channels, self.columns))
+        self.joints.append(BvhJoint(name, parent, np.array([self._number(w) for w in offset]), channels, self.columns))
         self.columns += len(channels)
         return len(self.joints) - 1
 
@@ -293,7 +293,7 @@ class _Reader:
         return value
 
     def _fault(self, what: str, /, **parts: object) -> BadInputFile:
-        return BadInputFile("{name}, line {number}: {what}.", name=self.name, number=self.number, what=Message(what, **parts))
+        return BadInputFile("{name}, line {number}: {what}.", name=self.name, number=self.number, what=LazyText(what, **parts))
 
 
 def _shown(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from controllers.errors import BadInputFile, DuetError, Message
+from controllers.errors import BadInputFile, DuetError, LazyText
 from controllers.kinematics import Array
 from scenes.person.film import Detector, Film, Picture, first_line
 from scenes.person.landmarks import LEAST_VISIBILITY, landmarks_to_angles
@@ -73,10 +73,10 @@ class CameraSource:
         if self._end:
             return self._end
         if not self.running:
-            return Message("The camera is off.")
+            return LazyText("The camera is off.")
         if self.angles(0.0) is not None:
             return ""
-        return Message("Nobody is seen: step back until shoulders, elbows and wrists are in the picture.")
+        return LazyText("Nobody is seen: step back until shoulders, elbows and wrists are in the picture.")
 
     def angles(self, time: float) -> Array | None:
         """Return the angles (2, 4) last seen [rad], or None if that is too long ago or nobody was there."""
@@ -89,7 +89,7 @@ class CameraSource:
         except DuetError as error:
             self._end = str(error)
         except Exception as error:
-            self._end = Message("The camera stopped: {reason}. Choose it again to go on.", reason=first_line(error))
+            self._end = LazyText("The camera stopped: {reason}. Choose it again to go on.", reason=first_line(error))
         finally:
             self._latest = (-math.inf, None)
             for part in (self._film, self._detector):
@@ -97,14 +97,16 @@ class CameraSource:
                     part.close()
                 except Exception as error:
                     if not self._end:
-                        self._end = Message("The camera could not be closed: {reason}.", reason=first_line(error))
+                        self._end = LazyText("The camera could not be closed: {reason}.", reason=first_line(error))
 
     def _watch(self) -> None:
         began, previous = self._clock(), None
         while not self._stopping.is_set():
             picture = self._film.next()
             if picture is None:
-                self._end = Message("The camera gives no more pictures.") if self._film.live else Message("The video has ended.")
+                self._end = (
+                    LazyText("The camera gives no more pictures.") if self._film.live else LazyText("The video has ended.")
+                )
                 return
             if not self._film.live:
                 self._stopping.wait(max(0.0, began + picture.time - self._clock()))

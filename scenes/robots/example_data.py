@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
-from controllers.errors import BadSetting, Message
+from controllers.errors import BadSetting, LazyText
 from scenes.settings import RobotName
 
 PACKAGE: Final = "example-robot-data"
@@ -157,7 +157,7 @@ def _load(example: Example, kind: pin.GeometryType | None) -> tuple[pin.Model, p
     return pin.appendModel(pin.Model(), model, pin.GeometryModel(), shapes, 0, lift) if example.column else (model, shapes)
 
 
-_REMEDY: Final = Message(
+_REMEDY: Final = LazyText(
     "Install it with: pip install --force-reinstall {package}; or choose the robot lwr, which needs nothing.", package=PACKAGE
 )
 

@@ -10,18 +10,18 @@ from typing import Any, TypeVar
 
 import pytest
 
-from app.hosts import House, open_house
-from app.lecture import LectureHost
-from app.private_host import PrivateHost
-from app.session import Session
+from app.bench.blocking_client import BlockingClient
+from app.classroom.lecture import LectureHost
+from app.hosting.private_host import PrivateHost
+from app.session.session import Session
 from app.settings import Settings
-from app.visitor.sync_visitor import SyncVisitor
+from app.start import App, start_app
 
 T = TypeVar("T")
 HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"
 
 
-def live_sessions(house: House) -> dict[int, Session]:
+def live_sessions(house: App) -> dict[int, Session]:
     """The sessions of a house by client id; a lecture has its one under −1."""
     host = house.host
     if isinstance(host, LectureHost):
@@ -51,7 +51,7 @@ def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.
 class Guest:
     """A visitor without a browser, and the session on the server that is theirs."""
 
-    visitor: SyncVisitor
+    visitor: BlockingClient
     session: Session
     number: int
 
@@ -69,18 +69,18 @@ class Guest:
         self.wait(lambda s: s.simulation.time >= until, timeout)
 
 
-OpenHouse = Callable[..., House]
+OpenHouse = Callable[..., App]
 Arrive = Callable[..., Guest]
-Join = Callable[..., SyncVisitor]
+Join = Callable[..., BlockingClient]
 
 
 @pytest.fixture
 def house() -> Iterator[OpenHouse]:
     """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port."""
-    houses: list[House] = []
+    houses: list[App] = []
 
-    def make(settings: Settings | None = None, **options: Any) -> House:
-        houses.append(open_house("127.0.0.1", 0, settings or Settings(), **options))
+    def make(settings: Settings | None = None, **options: Any) -> App:
+        houses.append(start_app("127.0.0.1", 0, settings or Settings(), **options))
         return houses[-1]
 
     yield make
@@ -91,10 +91,10 @@ def house() -> Iterator[OpenHouse]:
 @pytest.fixture
 def join() -> Iterator[Join]:
     """`join(house, query="dm=0.1")` is a visitor who sees the arms."""
-    visitors: list[SyncVisitor] = []
+    visitors: list[BlockingClient] = []
 
-    def make(house: House, query: str = "", **options: Any) -> SyncVisitor:
-        visitors.append(SyncVisitor(house.url, query=query, **options))
+    def make(house: App, query: str = "", **options: Any) -> BlockingClient:
+        visitors.append(BlockingClient(house.url, query=query, **options))
         visitors[-1].wait_for(lambda v: v.mirror.replayed and "/arms/left/base" in v.mirror.nodes)
         return visitors[-1]
 
@@ -107,7 +107,7 @@ def join() -> Iterator[Join]:
 def arrive(join: Join) -> Arrive:
     """`arrive(house, query="dm=0.1")` is a visitor with a private session and all its controls."""
 
-    def make(house: House, query: str = "") -> Guest:
+    def make(house: App, query: str = "") -> Guest:
         visitor = join(house, query)
         visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and HAND in v.mirror.nodes)
         number = int(visitor.mirror.nodes[HAND]["owner"])

@@ -6,11 +6,11 @@ import itertools
 from collections.abc import Callable
 from typing import Any
 
-from app.background import Background, Job
+from app.runtime.job_pool import Job, JobPool
 from controllers.errors import DuetError
 
 
-class Inline(Background):
+class Inline(JobPool):
     """Jobs wait for `work`.
 
     Attributes:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Protocol
 
 from playwright.sync_api import Page
 
-from app.page.controls import TABS
+from app.page.panels.controls import TABS
 from app.settings import Settings
 from scenes.settings import specs
 

@@ -12,17 +12,17 @@ from time import perf_counter
 import numpy as np
 from playwright.sync_api import Error, Page
 
-from app.hosts import House
+from app.hosting.private_host import PrivateHost
 from app.lessons.check import said_by
 from app.lessons.lesson import Step, Trial
 from app.lessons.phases import Phase
-from app.lessons.places import start_positions
-from app.lessons.trials import person_of
-from app.page.lesson_run import LessonRun
-from app.private_host import PrivateHost
-from app.session import Session
+from app.lessons.reference_runs import person_of
+from app.lessons.room_places import start_positions
+from app.lessons.session.lesson_session import LessonSession
+from app.session.session import Session
+from app.start import App
 from controllers.kinematics import Array
-from scenes.cast import Person
+from scenes.roles import TargetSource
 from scenes.settings import values
 from scenes.targets import BallTarget, HandTarget
 from tests.app.conftest import ask, live_sessions
@@ -48,7 +48,7 @@ DRAG = 0.02
 """Wall time between two places of a drag [s]."""
 
 
-def enter(page: Page, opened: House, query: str) -> tuple[Session, LessonRun]:
+def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
     """Open a lesson by its link; return the session and its lessons."""
     known = set(live_sessions(opened))
     page.set_default_timeout(60_000)
@@ -61,7 +61,7 @@ def enter(page: Page, opened: House, query: str) -> tuple[Session, LessonRun]:
     return live_sessions(opened)[number], opened.host._stands[number].lessons
 
 
-def shown_step(page: Page, session: Session, run: LessonRun, lesson: int, step: int) -> None:
+def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:
     """Go to a step, from 0, and wait until it is on the page."""
     ask(session, lambda _: run.act("go", lesson, step))
     crumb = f"Lesson {run.book.lessons[lesson].number} · step {step + 1} "
@@ -112,7 +112,7 @@ def named(page: Page) -> None:
 
 
 @contextmanager
-def dragging(session: Session, person: Person) -> Iterator[None]:
+def dragging(session: Session, person: TargetSource) -> Iterator[None]:
     """Have somebody's wishes posted to a session as a drag posts them, for as long as the block runs."""
     over = threading.Event()
 
@@ -160,7 +160,7 @@ class Walker:
         hands: how.
     """
 
-    def __init__(self, page: Page, session: Session, run: LessonRun, hands: Hands) -> None:
+    def __init__(self, page: Page, session: Session, run: LessonSession, hands: Hands) -> None:
         self.page, self.session, self.run, self.hands = page, session, run, hands
 
     def at(self, phase: Phase, what: str = "") -> None:
@@ -197,7 +197,7 @@ class Walker:
             self.at(self.run.walk.phase)
             self._look()
         if step.challenge is not None:
-            (self._own_law if step.challenge.own_law else self._challenge)(step)
+            (self._custom_law if step.challenge.custom_law else self._challenge)(step)
             walked.challenge = "passed"
         walked.seconds = perf_counter() - begin
         return walked
@@ -287,7 +287,7 @@ class Walker:
         assert run.walk.done.passed, (step.id, trial.name, run.walk.done.last)
         page.locator(".duet-l-attempt .card.right").wait_for()
 
-    def _own_law(self, step: Step) -> None:
+    def _custom_law(self, step: Step) -> None:
         """Have the law in the file tested; it passes."""
         self.on("Test my law")
         self.hands.do("check")
@@ -318,7 +318,7 @@ class Walker:
             positions = ask(session, lambda s: start_positions(s.simulation.room, trial.setup.start))
             assert positions is not None and simulation.room.ball is not None
             place = positions[simulation.room.ball].copy()
-            person: Person = _Still(place)
+            person: TargetSource = _Still(place)
         else:
             person = ask(session, lambda _: person_of(simulation, trial.setup))
         if isinstance(self.hands, Keys):

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 
-from app.page.arms import ArmView
+from app.stage.arms import ArmView
 from scenes.robots import RobotName, robot
 
 NAMES: tuple[RobotName, ...] = get_args(RobotName)

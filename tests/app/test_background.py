@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 
-from app import background as background_module
-from app.background import BUSY, ENDED, Background, Job
+from app.runtime import job_pool as background_module
+from app.runtime.job_pool import BUSY, ENDED, Job, JobPool
 from tests.app.conftest import Join, OpenHouse, ask, live_sessions
 from tests.app.jobs import die, double, note, refuse, stumble, wait_for, who
 
@@ -41,15 +41,15 @@ def finished(*jobs: Job) -> bool:
 
 
 @pytest.fixture(scope="module")
-def shared() -> Iterator[Background]:
+def shared() -> Iterator[JobPool]:
     """One worker for all tests that leave it alive."""
-    background = Background(1)
+    background = JobPool(1)
     yield background
     background.close()
 
 
 @pytest.fixture
-def busy(shared: Background, tmp_path: Path) -> Iterator[Callable[[], None]]:
+def busy(shared: JobPool, tmp_path: Path) -> Iterator[Callable[[], None]]:
     """The only worker is busy until this is called."""
     until(lambda: shared.load == (0, 0))
     door = tmp_path / "door"
@@ -60,7 +60,7 @@ def busy(shared: Background, tmp_path: Path) -> Iterator[Callable[[], None]]:
     until(lambda: finished(job))
 
 
-def test_a_job_is_done_and_wakes_who_waits(shared: Background) -> None:
+def test_a_job_is_done_and_wakes_who_waits(shared: JobPool) -> None:
     news = threading.Event()
     owner = object()
     job = shared.submit(owner, "a", double, 21.0, wake=news.set)
@@ -70,7 +70,7 @@ def test_a_job_is_done_and_wakes_who_waits(shared: Background) -> None:
     assert shared.load == (0, 0)
 
 
-def test_a_worker_is_a_modest_one(shared: Background) -> None:
+def test_a_worker_is_a_modest_one(shared: JobPool) -> None:
     job = shared.submit("me", "who", who)
     until(lambda: finished(job))
     number, patience, ignores, threads = job.result
@@ -80,7 +80,7 @@ def test_a_worker_is_a_modest_one(shared: Background) -> None:
 
 
 @pytest.mark.usefixtures("busy")
-def test_the_newest_request_replaces_the_older_ones(shared: Background, tmp_path: Path, busy: Callable[[], None]) -> None:
+def test_the_newest_request_replaces_the_older_ones(shared: JobPool, tmp_path: Path, busy: Callable[[], None]) -> None:
     words = tmp_path / "words"
     jobs = [shared.submit("me", "a", note, words, str(i)) for i in range(5)]
     other = shared.submit("me", "b", note, words, "other kind")
@@ -92,7 +92,7 @@ def test_the_newest_request_replaces_the_older_ones(shared: Background, tmp_path
     assert words.read_text().split("\n") == ["4", "other kind", "other owner", ""]
 
 
-def test_whoever_asks_again_keeps_their_place(shared: Background, tmp_path: Path, busy: Callable[[], None]) -> None:
+def test_whoever_asks_again_keeps_their_place(shared: JobPool, tmp_path: Path, busy: Callable[[], None]) -> None:
     words = tmp_path / "words"
     shared.submit("me", "a", note, words, "old")
     other = shared.submit("you", "a", note, words, "you")
@@ -102,7 +102,7 @@ def test_whoever_asks_again_keeps_their_place(shared: Background, tmp_path: Path
     assert words.read_text().split() == ["me", "you"]
 
 
-def test_a_running_job_is_stopped_by_a_newer_one(shared: Background, tmp_path: Path) -> None:
+def test_a_running_job_is_stopped_by_a_newer_one(shared: JobPool, tmp_path: Path) -> None:
     old = shared.submit("me", "a", wait_for, tmp_path / "never")
     until(lambda: (tmp_path / "begun").exists())
     new = shared.submit("me", "a", double, 1.0)
@@ -111,7 +111,7 @@ def test_a_running_job_is_stopped_by_a_newer_one(shared: Background, tmp_path: P
     assert new.result == 2.0 and old.state == "dropped" and old.result is None
 
 
-def test_an_owner_that_goes_takes_their_jobs_along(shared: Background, tmp_path: Path) -> None:
+def test_an_owner_that_goes_takes_their_jobs_along(shared: JobPool, tmp_path: Path) -> None:
     owner, other = object(), object()
     running = shared.submit(owner, "a", wait_for, tmp_path / "never")
     until(lambda: (tmp_path / "begun").exists())
@@ -126,7 +126,7 @@ def test_an_owner_that_goes_takes_their_jobs_along(shared: Background, tmp_path:
     until(lambda: shared.load == (0, 0))
 
 
-def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: Background, tmp_path: Path) -> None:
+def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: JobPool, tmp_path: Path) -> None:
     patient = shared.submit("me", "long", wait_for, tmp_path / "door")
     until(lambda: (tmp_path / "begun").exists())
     words = tmp_path / "words"
@@ -140,7 +140,7 @@ def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: Background
     assert words.read_text().split() == ["urgent", "usual"]
 
 
-def test_what_is_urgent_does_not_drive_out_its_like(shared: Background, tmp_path: Path) -> None:
+def test_what_is_urgent_does_not_drive_out_its_like(shared: JobPool, tmp_path: Path) -> None:
     first = shared.submit("me", "urgent", wait_for, tmp_path / "door", urgent=True)
     until(lambda: (tmp_path / "begun").exists())
     second = shared.submit("you", "urgent", double, 1.0, urgent=True)
@@ -150,7 +150,7 @@ def test_what_is_urgent_does_not_drive_out_its_like(shared: Background, tmp_path
     assert (tmp_path / "begun").read_text().split() == ["door"]
 
 
-def test_fifty_visitors_share_one_worker(shared: Background) -> None:
+def test_fifty_visitors_share_one_worker(shared: JobPool) -> None:
     owners = [object() for _ in range(50)]
     jobs = [shared.submit(owner, "what if", double, i, urgent=True) for i, owner in enumerate(owners) for _ in range(3)]
     assert len(multiprocessing.active_children()) == 1 and sum(shared.load) <= 51
@@ -161,7 +161,7 @@ def test_fifty_visitors_share_one_worker(shared: Background) -> None:
 
 
 @pytest.mark.usefixtures("busy")
-def test_the_queue_is_bounded(shared: Background, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_queue_is_bounded(shared: JobPool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(background_module, "MOST_WAITING", 3)
     owners = [object() for _ in range(5)]
     jobs = [shared.submit(owner, "a", double, 1.0) for owner in owners]
@@ -173,7 +173,7 @@ def test_the_queue_is_bounded(shared: Background, monkeypatch: pytest.MonkeyPatc
         shared.cancel(owner)
 
 
-def test_what_a_person_can_put_right_is_told_to_them(shared: Background, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_a_person_can_put_right_is_told_to_them(shared: JobPool, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING, "duet.background"):
         job = shared.submit("me", "a", refuse)
         until(lambda: finished(job))
@@ -183,7 +183,7 @@ def test_what_a_person_can_put_right_is_told_to_them(shared: Background, caplog:
     assert job.state == "failed" and "somewhere" not in job.message and "ZeroDivisionError" in caplog.text
 
 
-def test_what_cannot_be_sent_fails_alone(shared: Background, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_cannot_be_sent_fails_alone(shared: JobPool, caplog: pytest.LogCaptureFixture) -> None:
     job = shared.submit("me", "a", double, threading.Lock())
     until(lambda: finished(job))
     assert job.state == "failed"
@@ -197,7 +197,7 @@ def test_what_cannot_be_sent_fails_alone(shared: Background, caplog: pytest.LogC
 
 def test_a_worker_that_dies_is_replaced(caplog: pytest.LogCaptureFixture) -> None:
     others = set(multiprocessing.active_children())
-    background = Background(1)
+    background = JobPool(1)
     dying = background.submit("me", "die", die)
     after = [background.submit(i, "live", double, i) for i in range(3)]
     with caplog.at_level(logging.WARNING, "duet.background"):
@@ -220,7 +220,7 @@ def test_a_worker_that_dies_is_replaced(caplog: pytest.LogCaptureFixture) -> Non
 
 def test_closing_ends_everything_soon(tmp_path: Path) -> None:
     others = set(multiprocessing.active_children())
-    background = Background(1)
+    background = JobPool(1)
     running = background.submit("me", "a", wait_for, tmp_path / "never")
     until(lambda: (tmp_path / "begun").exists())
     waiting = background.submit("me", "b", double, 1.0)
@@ -234,7 +234,7 @@ def test_closing_ends_everything_soon(tmp_path: Path) -> None:
 
 def test_nothing_is_started_before_it_is_needed() -> None:
     before = set(multiprocessing.active_children())
-    background = Background()
+    background = JobPool()
     assert 1 <= background.workers <= 4
     background.close()
     assert set(multiprocessing.active_children()) == before
@@ -242,7 +242,7 @@ def test_nothing_is_started_before_it_is_needed() -> None:
 
 PARENT = """
 import sys, threading
-from app.background import Background
+from app.runtime.job_pool import Background
 from tests.app.jobs import who
 if __name__ == "__main__":
     background = Background(1)

@@ -7,10 +7,11 @@ from typing import Any
 
 import pytest
 
-from app import crowd, fairness
-from app.bench import compare, measure_fairness, table_text
-from app.crowd import PARTS, Shares, limit_of, measure_crowd
-from app.fairness import FRAMES, GAP
+from app.bench import fairness
+from app.bench import visitors as crowd
+from app.bench.fairness import FRAMES, GAP
+from app.bench.measurements import compare, measure_fairness, table_text
+from app.bench.visitors import PARTS, Shares, limit_of, measure_crowd
 
 
 def test_time_is_charged_to_the_innermost_part(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,11 +15,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from app import commands
-from app.commands import AllOptions, RunOptions, Serve, chosen, main
-from app.hosts import House
+from app.cli import commands
+from app.cli.commands import AllOptions, RunOptions, Serve, chosen, main
+from app.runtime.terminal import INTERRUPTED
 from app.settings import Settings, from_query
-from app.terminal import INTERRUPTED
+from app.start import App
 from scenes.room import build_room
 from scenes.settings import RunSettings, specs, values
 
@@ -256,13 +256,13 @@ def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list
 def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     opened: list[str] = []
 
-    def wait(house: House) -> None:
+    def wait(house: App) -> None:
         with urllib.request.urlopen(house.url, timeout=60) as answer:
             opened.append(str(answer.status))
         raise KeyboardInterrupt
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
-    monkeypatch.setattr(House, "wait", wait)
+    monkeypatch.setattr(App, "wait", wait)
     assert main(["serve", "--port", "0", "--lecture", "--key", "auto"]) == INTERRUPTED
     link, status = opened
     assert (

@@ -10,12 +10,12 @@ from typing import Any, cast, get_args
 import pytest
 import viser
 
-from app.page.compare import ComparePanel, smoothness_html, what_if_html
-from app.page.controls import PICKER, TABS
-from app.page.relevance import WHEN, both_avoid, matters
-from app.session import Session
+from app.page.panels.compare import ComparePanel, smoothness_html, what_if_html
+from app.page.panels.controls import PICKER, TABS
+from app.session.relevant_settings import WHEN, both_avoid, matters
+from app.session.session import Session
+from app.session.studies import Smoothness
 from app.settings import Settings
-from app.studies import Smoothness
 from scenes.headless import summarise
 from scenes.rerun import WhatIf
 from scenes.settings import LawName, RunSettings, SceneName, changed, specs, values

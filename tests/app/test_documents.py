@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from app.documents import DOCUMENTS, FOLDER, document_html, document_page
+from app.text.documents import DOCUMENTS, FOLDER, document_html, document_page
 from tests.app.conftest import OpenHouse
 
 VOID = {"br", "hr", "img", "meta", "path", "rect", "circle", "line", "use", "polyline", "ellipse"}

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from app import entrance
-from app.hosts import House
-from app.lecture import LectureHost
-from app.private_host import PrivateHost
+from app.bench.blocking_client import BlockingClient
+from app.classroom.lecture import LectureHost
+from app.hosting import admission as entrance
+from app.hosting.private_host import PrivateHost
+from app.hosting.visitor import Visitor
 from app.settings import Settings
-from app.stand import Stand
-from app.visitor.sync_visitor import SyncVisitor
+from app.start import App
 from scenes.settings import specs
 from tests.app.conftest import OpenHouse
 
@@ -26,24 +26,24 @@ TRIES, PAUSE = 6000, threading.Event()
 class ByHand:
     """A house whose frames are made by hand, and those who come to it."""
 
-    def __init__(self, house: House) -> None:
+    def __init__(self, house: App) -> None:
         # The thread that makes them has come to its end.
         house._loop.stop()
         self.house, self.host, self.now = house, house.host, 0.0
-        self.visitors: list[SyncVisitor] = []
+        self.visitors: list[BlockingClient] = []
 
     def frame(self) -> None:
         self.now += FRAME
         self.host.frame(self.now, FRAME)
 
-    def come(self, query: str = "") -> SyncVisitor:
+    def come(self, query: str = "") -> BlockingClient:
         """A browser that is connected, and about which the next frame knows."""
         before = len(self.host._arrivals)
-        self.visitors.append(SyncVisitor(self.house.url, query=query))
+        self.visitors.append(BlockingClient(self.house.url, query=query))
         self.visitors[-1].wait_for(lambda _: len(self.host._arrivals) > before)
         return self.visitors[-1]
 
-    def leave(self, visitor: SyncVisitor) -> None:
+    def leave(self, visitor: BlockingClient) -> None:
         """The browser is gone, and the next frame knows."""
         before = len(self.host._departures)
         visitor.close()
@@ -53,7 +53,7 @@ class ByHand:
             PAUSE.wait(0.01)
         raise TimeoutError
 
-    def let_in(self, query: str = "") -> SyncVisitor:
+    def let_in(self, query: str = "") -> BlockingClient:
         visitor = self.come(query)
         self.frame()
         while self.host._entrance.busy:
@@ -83,19 +83,19 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """What is done in order, on a machine on which every piece takes as long as there is: (piece or frame, client id)."""
     monkeypatch.setattr(entrance, "SLICE", 0.0)
     done: list[tuple[str, int]] = []
-    build, frame = Stand.build, Stand.frame
+    build, frame = Visitor.build, Visitor.frame
 
-    def building(stand: Stand) -> entrance.Pieces:
+    def building(stand: Visitor) -> entrance.Pieces:
         for _ in build(stand):
             done.append(("piece", stand.client.client_id))
             yield
 
-    def drawing(stand: Stand, now: float, elapsed: float, sessions: int) -> None:
+    def drawing(stand: Visitor, now: float, elapsed: float, sessions: int) -> None:
         done.append(("frame", stand.client.client_id))
         frame(stand, now, elapsed, sessions)
 
-    monkeypatch.setattr(Stand, "build", building)
-    monkeypatch.setattr(Stand, "frame", drawing)
+    monkeypatch.setattr(Visitor, "build", building)
+    monkeypatch.setattr(Visitor, "frame", drawing)
     return done
 
 

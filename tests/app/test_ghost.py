@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app import session as session_module
-from app.session import Session
+from app.session import session as session_module
+from app.session.session import Session
 from app.settings import Ghost, PageSettings, Settings
 from scenes.history import COLUMN
 from scenes.settings import LawName, RunSettings, SceneName, values

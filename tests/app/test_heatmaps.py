@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app import heatmaps
-from app.heatmaps import MOST_PANELS, _drawn, _Plan, draw_maps
-from app.sweep import Sweep, sweep
-from app.sweep_files import SweepFiles, columns_of, head_of
+from app.cli.sweep import Sweep, sweep
+from app.sweep import heatmaps
+from app.sweep.heatmaps import MOST_PANELS, _drawn, _Plan, draw_maps
+from app.sweep.sweep_files import SweepFiles, columns_of, head_of
 from scenes.grids import Grid, Point, read_grid
 from scenes.settings import RunSettings, changed
 from scenes.sweep import FIGURES, Figures

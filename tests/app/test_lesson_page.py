@@ -7,27 +7,27 @@ from pathlib import Path
 
 import pytest
 
-from app.hosts import House
-from app.lecture import LectureHost
+from app.bench.blocking_client import BlockingClient
+from app.classroom.lecture import LectureHost
+from app.hosting.private_host import PrivateHost
+from app.hosting.resume import KEEP, ProgressStore, open_link, step_of
 from app.lessons import FOLDER
 from app.lessons.loading import LANGUAGES, Language, load_lessons
 from app.lessons.phases import Phase
-from app.lessons.picture import PICTURE, read_picture
-from app.lessons.trials import person_of
+from app.lessons.reference_runs import person_of
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.session.saved import SavedLesson
 from app.lessons.walkthrough import Walkthrough
-from app.page.keys import HOTKEYS, LESSON_KEYS
-from app.page.lesson_forecasts import read_number
-from app.page.lesson_html import blocks_html
-from app.page.lesson_marks import reaches
-from app.page.lesson_resume import KEEP, Keeper, open_link, step_of
-from app.page.lesson_run import LessonRun
-from app.page.lesson_saved import Saved
-from app.page.lesson_text import formula, lesson_html, plain, spoken
-from app.private_host import PrivateHost
-from app.session import Session
+from app.page.lessons.elbow_marks import reaches
+from app.page.lessons.forecast_boxes import read_number
+from app.page.lessons.lesson_html import blocks_html
+from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
+from app.session.session import Session
 from app.settings import Settings
-from app.visitor.sync_visitor import SyncVisitor
-from scenes.cast import Nobody
+from app.start import App
+from app.text.lesson_text import formula, lesson_html, plain, spoken
+from app.text.picture import PICTURE, read_picture
+from scenes.roles import NoSource
 from scenes.settings import changed, values
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
 
@@ -35,7 +35,7 @@ BOOK = load_lessons()
 WORD = "0123456789abcdef0123456789abcdef"
 
 
-def run_of(house: House, guest: Guest) -> LessonRun:
+def run_of(house: App, guest: Guest) -> LessonSession:
     """The lessons of a visitor."""
     assert isinstance(house.host, PrivateHost)
     return house.host._stands[guest.number].lessons
@@ -46,27 +46,27 @@ def as_opened(settings: Settings) -> Settings:
     return changed(settings, "lang", "auto")
 
 
-def labels(visitor: SyncVisitor) -> list[str]:
+def labels(visitor: BlockingClient) -> list[str]:
     """What stands on the buttons in view."""
     found = [e for e in list(visitor.mirror.gui.values()) if e["type"] == "GuiButtonMessage" and e.get("visible", True)]
     return [str(e["label"]) for e in found]
 
 
-def click(visitor: SyncVisitor, start: str) -> None:
+def click(visitor: BlockingClient, start: str) -> None:
     """Press the button in view whose label begins like this."""
     visitor.wait_for(lambda v: any(label.startswith(start) for label in labels(visitor)))
     visitor.click(next(label for label in labels(visitor) if label.startswith(start)))
 
 
-def alone(lesson: int = 0, step: int = 0) -> tuple[Session, LessonRun]:
+def alone(lesson: int = 0, step: int = 0) -> tuple[Session, LessonSession]:
     """A session without a page, in a lesson."""
     session = Session(Settings())
-    run = LessonRun(session, BOOK)
+    run = LessonSession(session, BOOK)
     run.enter(lesson, step)
     return session, run
 
 
-def play(session: Session, run: LessonRun, frames: int = 4000) -> None:
+def play(session: Session, run: LessonSession, frames: int = 4000) -> None:
     """Draw frames, without waiting, until the run stands still."""
     run._runs.wait(60.0)
     for _ in range(frames):
@@ -77,14 +77,14 @@ def play(session: Session, run: LessonRun, frames: int = 4000) -> None:
     raise AssertionError("the run does not end")
 
 
-def finish(session: Session, run: LessonRun) -> None:
+def finish(session: Session, run: LessonSession) -> None:
     """Run to the end, and measure."""
     run.act("run")
     play(session, run)
     run.frame()
 
 
-def to_challenge(session: Session, run: LessonRun) -> None:
+def to_challenge(session: Session, run: LessonSession) -> None:
     """Go on to the step's challenge, and skip what can be skipped."""
     while run.walk.phase is not Phase.CHALLENGE:
         run.act("next")
@@ -156,7 +156,7 @@ def test_a_run_that_cannot_go_on_is_skipped_all_the_same() -> None:
 def test_leaving_gives_the_visitors_own_settings_back() -> None:
     session = Session(changed(changed(Settings(), "dm", 0.11), "autopilot", False))
     before = session.settings
-    run = LessonRun(session, BOOK)
+    run = LessonSession(session, BOOK)
     for lesson in range(len(BOOK.lessons)):
         run.enter(lesson)
         session.advance(0.05)
@@ -223,7 +223,7 @@ def test_a_challenge_says_what_failed() -> None:
     assert len(run.view().hints) == 1
 
 
-def swing(session: Session, run: LessonRun) -> None:
+def swing(session: Session, run: LessonSession) -> None:
     """Swing the elbow as a drag would, mark to mark, until the present run is long enough."""
     trial = next(trial for trial in run.walk.step.trials if not trial.fails)
     person = person_of(session.simulation, trial.setup)
@@ -265,11 +265,11 @@ def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
     to_challenge(session, run)
     session.change("v", 0.17)
     run.said.extend([0.25, None, 0.5])
-    run.walk._kept["push"] = Nobody()
+    run.walk._kept["push"] = NoSource()
     saved = run.saved()
     assert saved is not None
     other = Session(Settings())
-    again = LessonRun(other, BOOK)
+    again = LessonSession(other, BOOK)
     again.resume(saved, reopen=True)
     assert other.settings.run == session.settings.run and other.settings.run.law.nominal_velocity == 0.17
     assert again.said == [0.25, None, 0.5] and dict(again.walk.kept) == dict(run.walk.kept)
@@ -375,7 +375,7 @@ def test_keys_are_told_once() -> None:
 
 
 def test_progress_is_kept_for_ten_minutes_and_for_its_own_tab() -> None:
-    keeper, saved = Keeper(), Saved("{}", Settings(), True)
+    keeper, saved = ProgressStore(), SavedLesson("{}", Settings(), True)
     keeper.keep({"resume": WORD, "lesson": "3"}, saved, 0.0)
     keeper.keep({"resume": "../../etc"}, saved, 0.0)
     assert keeper.find({"resume": WORD, "lesson": "3"}, KEEP - 1.0) == (saved, True)
@@ -397,7 +397,7 @@ def test_without_a_link_the_page_is_as_ever(house: OpenHouse, arrive: Arrive) ->
 
 def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pytest.FixtureRequest) -> None:
     opened = house()
-    visitor = SyncVisitor(opened.url, query=f"lesson=3&step=2&resume={WORD}")
+    visitor = BlockingClient(opened.url, query=f"lesson=3&step=2&resume={WORD}")
     with visitor:
         visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS))
         (number,) = live_sessions(opened)
@@ -415,7 +415,7 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
         visitor.wait_for(lambda _: "Next: explain" in labels(visitor))
         kept = ask(session, lambda _: run.walk.to_json())
     # The connection is lost; the same tab comes back by the same link.
-    visitor = SyncVisitor(opened.url, query=f"lesson=3&step=2&resume={WORD}")
+    visitor = BlockingClient(opened.url, query=f"lesson=3&step=2&resume={WORD}")
     request.addfinalizer(visitor.close)
     visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS))
     number = max(live_sessions(opened))
@@ -434,7 +434,7 @@ def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arri
         assert not run_of(opened, guest).open
         guest.run_on(0.1)
         guest.visitor.close()
-    run = LessonRun(Session(Settings()), BOOK)
+    run = LessonSession(Session(Settings()), BOOK)
     assert "choose from 1" in open_link(run, {"lesson": "99"}, None)[0] and not run.open
     assert open_link(run, {"lesson": "1", "step": "x"}, None) and run.open and run.walk.lesson is BOOK.lessons[0]
     assert open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == () and run.walk.step.id == "switch"
@@ -462,7 +462,7 @@ def test_a_lecture_shows_the_lesson_to_all_and_gives_the_buttons_to_one(
     first = join(opened)
     click(first, "Lessons")
     first.wait_for(lambda _: "Run (predict first)" in labels(first))
-    second = SyncVisitor(opened.url)
+    second = BlockingClient(opened.url)
     request.addfinalizer(second.close)
     second.wait_for(lambda v: any("What is left over" in str(e.get("content")) for e in list(v.mirror.gui.values())))
     assert not any(label.startswith("Run") for label in labels(second))

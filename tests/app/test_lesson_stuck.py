@@ -11,8 +11,8 @@ import pytest
 
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
-from app.page.lesson_run import LessonRun
-from app.session import Session
+from app.lessons.session.lesson_session import LessonSession
+from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.settings import Spec, specs
@@ -29,7 +29,7 @@ class Student:
     def __init__(self, seed: int) -> None:
         self.rng = random.Random(seed)
         self.session = Session(Settings())
-        self.run = LessonRun(self.session, BOOK)
+        self.run = LessonSession(self.session, BOOK)
         self.run.enter(self.rng.randrange(len(BOOK.lessons)))
 
     def frame(self, elapsed: float = 0.03) -> None:
@@ -69,7 +69,7 @@ class Student:
                 saved = self.run.saved()
                 assert saved is not None
                 self.session = Session(Settings())
-                self.run = LessonRun(self.session, BOOK)
+                self.run = LessonSession(self.session, BOOK)
                 self.run.resume(saved, reopen=True)
             case _:
                 for _ in range(rng.randrange(1, 60)):

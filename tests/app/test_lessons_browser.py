@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from app.hosting.private_host import PrivateHost
 from app.lessons.phases import Phase
-from app.page.lesson_run import LessonRun
-from app.private_host import PrivateHost
+from app.lessons.session.lesson_session import LessonSession
 from app.settings import Settings
 from scenes.settings import changed, values
 from tests.app.conftest import OpenHouse, ask, live_sessions
@@ -15,7 +15,7 @@ from tests.app.lessons_walk import Walker, enter, named, shown_step
 from tests.browser import PageAt, screenshot, until
 
 
-def at_the_end(run: LessonRun) -> bool:
+def at_the_end(run: LessonSession) -> bool:
     """Whether the last part of a step is reached."""
     return run.walk.phase is run.walk.phases[-1]
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
+from app.bench.blocking_client import BlockingClient
+from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons
-from app.mishaps import INTERVALS, Mishaps
-from app.page.lesson_run import LessonRun
-from app.private_host import PrivateHost
-from app.session import Session
+from app.lessons.session.lesson_session import LessonSession
+from app.runtime.throttled_log import INTERVALS, ThrottledLog
+from app.session.session import Session
 from app.settings import Settings
-from app.visitor.sync_visitor import SyncVisitor
 from tests.app.conftest import OpenHouse, ask
 
 LOG = logging.getLogger("duet.tests.mishaps")
@@ -43,8 +43,8 @@ def clock() -> Clock:
 
 
 @pytest.fixture
-def mishaps(clock: Clock) -> Mishaps:
-    return Mishaps(LOG, clock)
+def mishaps(clock: Clock) -> ThrottledLog:
+    return ThrottledLog(LOG, clock)
 
 
 def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
@@ -55,7 +55,7 @@ def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
 
 
 def test_a_failure_of_every_frame_is_logged_once_and_then_counted(
-    mishaps: Mishaps, clock: Clock, caplog: pytest.LogCaptureFixture
+    mishaps: ThrottledLog, clock: Clock, caplog: pytest.LogCaptureFixture
 ) -> None:
     mishaps.tell("a frame failed", raised(text="at 1 s"), 7)
     assert caplog.records[0].exc_info is not None and "at 1 s" in caplog.text
@@ -83,7 +83,9 @@ def test_a_failure_of_every_frame_is_logged_once_and_then_counted(
     ],
     ids=["somebody else's", "another class", "another place", "something else failed"],
 )
-def test_another_failure_is_news(mishaps: Mishaps, caplog: pytest.LogCaptureFixture, other: Callable[[Mishaps], None]) -> None:
+def test_another_failure_is_news(
+    mishaps: ThrottledLog, caplog: pytest.LogCaptureFixture, other: Callable[[ThrottledLog], None]
+) -> None:
     mishaps.tell("a frame failed", raised(), 7)
     assert len(lines(caplog)) == 1
     other(mishaps)
@@ -93,7 +95,7 @@ def test_another_failure_is_news(mishaps: Mishaps, caplog: pytest.LogCaptureFixt
     assert lines(caplog) == []
 
 
-def test_what_happens_to_the_next_one_is_news(mishaps: Mishaps, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_happens_to_the_next_one_is_news(mishaps: ThrottledLog, caplog: pytest.LogCaptureFixture) -> None:
     for _ in range(2):
         mishaps.tell("a frame failed", raised(), 7)
         mishaps.tell("a frame failed", raised(), 8)
@@ -113,7 +115,7 @@ def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse
         frames += 1
         raise RuntimeError(f"frame {frames}")
 
-    with SyncVisitor(opened.url) as visitor:
+    with BlockingClient(opened.url) as visitor:
         visitor.wait_for(lambda _: visitor.mirror.replayed)
         host = opened.host
         assert isinstance(host, PrivateHost)
@@ -130,7 +132,7 @@ def test_a_lesson_that_fails_at_every_frame_is_told_once_a_run(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     session = Session(Settings())
-    run = LessonRun(session, load_lessons())
+    run = LessonSession(session, load_lessons())
     run.enter(0)
 
     def fail(_: Any) -> None:

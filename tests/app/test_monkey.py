@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser
 
-from app.session import Session
+from app.session.session import Session
 from app.settings import Settings
 from tests.monkey.visitor import let_loose
 from tests.monkey.watch import Trouble, assert_sound, watching

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app import peers
-from app.peer_hold import Baked, OurEngine, Ours, bake
-from app.peers import PACKAGES, disagreement, gate, measure_peers, needs_peers, peers_table
+from app.bench import peers
+from app.bench.peer_hold import Baked, OurEngine, Ours, bake
+from app.bench.peers import PACKAGES, disagreement, gate, measure_peers, needs_peers, peers_table
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
 from scenes.headless import run
@@ -76,8 +76,8 @@ def test_an_engine_that_fails_is_not_let_through() -> None:
 @needs_extra
 @pytest.mark.parametrize("rig", ["torso", "table"])
 def test_the_engines_agree_overlaps_included(rig: str) -> None:
-    from app.peer_mink import MinkEngine
-    from app.peer_pink import PinkEngine
+    from app.bench.peer_mink import MinkEngine
+    from app.bench.peer_pink import PinkEngine
 
     hold = bake(changed(POSE, "rig", rig), 2)
     engines = {"pink": PinkEngine(hold), "mink": MinkEngine(hold)}
@@ -90,7 +90,7 @@ def test_the_engines_agree_overlaps_included(rig: str) -> None:
 
 @needs_extra
 def test_positive_control_a_capsule_of_another_radius_is_found() -> None:
-    from app.peer_mink import MinkEngine
+    from app.bench.peer_mink import MinkEngine
 
     engine = MinkEngine(baked())
     engine._model.geom("right hand").size[0] += 1e-6
@@ -101,7 +101,7 @@ def test_positive_control_a_capsule_of_another_radius_is_found() -> None:
 
 @needs_extra
 def test_the_mujoco_model_has_our_bounds_and_leaves_the_guided_arm_free() -> None:
-    from app.peer_mink import MinkArm, matched_gain, mujoco_model
+    from app.bench.peer_mink import MinkArm, matched_gain, mujoco_model
 
     hold = baked()
     model, ours = mujoco_model(hold), hold.room.model
@@ -139,7 +139,7 @@ def test_ours_is_the_run_bit_for_bit(pairs: str) -> None:
 @needs_extra
 def test_the_task_is_the_same() -> None:
     """A displaced hand comes back along the same line at about the same speed, where nothing is in the way."""
-    from app.peer_mink import MinkArm, matched_gain
+    from app.bench.peer_mink import MinkArm, matched_gain
 
     hold = baked()
     still = replace(hold, guided_positions=hold.guided_positions[:1], guided_velocities=np.zeros((1, 7)))

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.commands import main
-from app.people import People, find_people, from_bvh
+from app.cli.commands import main
+from app.session.input_sources import InputSources, find_input_sources, from_bvh
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.person.bvh import read_bvh
@@ -40,14 +40,14 @@ def test_a_person_of_a_file_begins_anew_at_its_end(wave: Path) -> None:
 def test_what_is_named_wrongly_is_said(wave: Path, tmp_path: Path) -> None:
     """Two sources at once, a camera without a model, a file that is none."""
     with pytest.raises(BadSetting, match="one of them"):
-        find_people(None, 0, wave, wave)
+        find_input_sources(None, 0, wave, wave)
     with pytest.raises(BadSetting, match="--pose-model"):
-        find_people(None, 0, None, None)
+        find_input_sources(None, 0, None, None)
     broken = tmp_path / "broken.bvh"
     broken.write_text("HIERARCHY\nROOT", encoding="utf-8")
     with pytest.raises(BadInputFile, match=r"broken\.bvh"):
-        find_people(broken, None, None, None)
-    assert find_people(None, None, None, None) == People()
+        find_input_sources(broken, None, None, None)
+    assert find_input_sources(None, None, None, None) == InputSources()
 
 
 def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -67,7 +67,7 @@ def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureF
 
 def test_a_visitor_chooses_who_is_imitated(house: OpenHouse, arrive: Arrive, wave: Path) -> None:
     """The file named at the start is there when it is chosen, and the clip again afterwards; without a camera nobody is lost."""
-    guest = arrive(house(Settings(), people=find_people(wave, None, None, None)))
+    guest = arrive(house(Settings(), people=find_input_sources(wave, None, None, None)))
     session, motion = guest.session, read_bvh(wave)
     for key, value in (("source", "file"), ("scene", "imitation")):
         session.post(lambda key=key, value=value: session.change(key, value))
@@ -101,16 +101,16 @@ def test_a_law_of_ones_own_runs_for_every_visitor_and_is_loaded_anew(house: Open
     assert main(["new-law", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
     with pytest.raises(BadInputFile, match="new-law"):
-        find_people(None, None, None, None, tmp_path / "none.py")
-    guest = arrive(house(Settings(), people=find_people(None, None, None, None, path)))
+        find_input_sources(None, None, None, None, tmp_path / "none.py")
+    guest = arrive(house(Settings(), people=find_input_sources(None, None, None, None, path)))
     session = guest.session
-    guest.visitor.wait_for(lambda _: session.own_law_problem == "" and session.simulation.time > 0.5)
+    guest.visitor.wait_for(lambda _: session.custom_law_problem == "" and session.simulation.time > 0.5)
     path.write_text(
         text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0  # a mistake\n"), encoding="utf-8"
     )
-    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.own_law_problem)
+    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.custom_law_problem)
     path.write_text(text, encoding="utf-8")
-    guest.visitor.wait_for(lambda _: session.own_law_problem == "")
+    guest.visitor.wait_for(lambda _: session.custom_law_problem == "")
     session.post(lambda: session.change("law", "unprotected"))
     guest.visitor.wait_for(lambda _: session.settings.run.law.law == "unprotected")
-    assert session.own_law == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0
+    assert session.custom_law == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0

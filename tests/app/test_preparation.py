@@ -14,9 +14,9 @@ from numpy.testing import assert_array_equal
 from viser import _gui_api, _gui_handles, _icons
 from viser._icons_enum import IconName
 
-from app import preparation
+from app.hosting import preparation
+from app.hosting.preparation import Preparation, drawn
 from app.lessons.lesson import NO_LESSONS
-from app.preparation import Preparation, drawn
 from scenes import glb
 from scenes.robots import robot
 from scenes.room_shells import table_glb

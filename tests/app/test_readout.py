@@ -14,16 +14,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.clock import Pace
-from app.page.budget import MISSED, budget_lines, live_html, wanted_rate
-from app.page.contact import contact
-from app.page.equations import EQUATIONS, equation_html, equation_of
-from app.page.readout import status_html, tiles_html, tip_html
-from app.page.relevance import both_avoid
-from app.page.section import section_html, task_error
-from app.page.swivel import Swivel
-from app.session import Session
+from app.page.panels.rate_budget import MISSED, budget_lines, live_html, wanted_rate
+from app.page.panels.readout import status_html, tiles_html, tip_html
+from app.plots.stability_section import section_html, task_error
+from app.session.clock import Pace
+from app.session.contact import contact
+from app.session.elbow_swivel import Swivel
+from app.session.relevant_settings import both_avoid
+from app.session.session import Session
 from app.settings import Settings, from_query
+from app.text.equations import EQUATIONS, equation_html, equation_of
 from controllers.laws.situation import AUTHORITY
 from controllers.limits import Authority
 from controllers.stability import analyse
@@ -270,7 +270,7 @@ def test_an_equation_and_a_source_of_every_law(law: LawName) -> None:
 # --- section III -----------------------------------------------------------------------------------------------------------------
 
 
-def test_section_three_speaks_of_its_own_law_only() -> None:
+def test_section_three_speaks_of_its_custom_law_only() -> None:
     for law in LAWS:
         simulation = played(f"scene=hold&law={law}")
         sample = simulation.sample()

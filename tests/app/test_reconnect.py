@@ -15,16 +15,16 @@ import msgspec
 import numpy as np
 import pytest
 
-from app.cloakroom import MOST, Cloakroom, same_tab
-from app.hosts import House
-from app.lecture import LectureHost
+from app.bench.blocking_client import BlockingClient
+from app.classroom.lecture import LectureHost
+from app.hosting.private_host import PrivateHost
+from app.hosting.resume import KEEP
+from app.hosting.session_store import MOST, SessionStore, same_tab
 from app.lessons.phases import Phase
-from app.page.lesson_resume import KEEP
-from app.page.lesson_run import LessonRun
-from app.private_host import PrivateHost
-from app.session import Session
+from app.lessons.session.lesson_session import LessonSession
+from app.session.session import Session
 from app.settings import Settings
-from app.visitor.sync_visitor import SyncVisitor
+from app.start import App
 from scenes.settings import changed
 from tests.app.conftest import HAND, Join, OpenHouse, ask, live_sessions
 from tests.app.page.helpers import page_label
@@ -33,7 +33,7 @@ from tests.browser import PageAt, until, wait_ready
 WORD = "0123456789abcdef0123456789abcdef"
 
 
-def host_of(opened: House) -> PrivateHost:
+def host_of(opened: App) -> PrivateHost:
     assert isinstance(opened.host, PrivateHost)
     return opened.host
 
@@ -41,13 +41,13 @@ def host_of(opened: House) -> PrivateHost:
 class Tab:
     """A tab that comes back by its own link under its own word, whenever its connection breaks."""
 
-    def __init__(self, opened: House, link: str, word: str = WORD) -> None:
+    def __init__(self, opened: App, link: str, word: str = WORD) -> None:
         self.opened, self.query, self.number = opened, f"{link}&resume={word}", -1
-        self.visitor: SyncVisitor = self.come()
+        self.visitor: BlockingClient = self.come()
 
-    def come(self) -> SyncVisitor:
+    def come(self) -> BlockingClient:
         before = set(live_sessions(self.opened))
-        self.visitor = SyncVisitor(self.opened.url, query=self.query)
+        self.visitor = BlockingClient(self.opened.url, query=self.query)
         self.visitor.wait_for(lambda _: len(set(live_sessions(self.opened)) - before) == 1, 60.0)
         (self.number,) = set(live_sessions(self.opened)) - before
         self.visitor.wait_for(
@@ -60,7 +60,7 @@ class Tab:
         return live_sessions(self.opened)[self.number]
 
     @property
-    def lessons(self) -> LessonRun:
+    def lessons(self) -> LessonSession:
         return host_of(self.opened)._stands[self.number].lessons
 
     def cut(self, unfinished: bytes = b"") -> None:
@@ -74,7 +74,7 @@ class Tab:
 def tab(house: OpenHouse) -> Iterator[Callable[..., Tab]]:
     with ExitStack() as stack:
 
-        def make(opened: House, link: str = "", word: str = WORD) -> Tab:
+        def make(opened: App, link: str = "", word: str = WORD) -> Tab:
             one = Tab(opened, link, word)
             stack.callback(lambda: one.visitor.close())
             return one
@@ -103,11 +103,11 @@ def remembered(one: Tab) -> dict[str, Any]:
     return ask(one.session, look, 60.0)
 
 
-def labels(visitor: SyncVisitor) -> list[str]:
+def labels(visitor: BlockingClient) -> list[str]:
     return [str(element.get("label")) for element in list(visitor.mirror.gui.values())]
 
 
-def click(visitor: SyncVisitor, start: str) -> None:
+def click(visitor: BlockingClient, start: str) -> None:
     """Press the button whose label begins so."""
     visitor.wait_for(lambda v: any(label.startswith(start) for label in labels(visitor)), 60.0)
     visitor.click(next(label for label in labels(visitor) if label.startswith(start)))
@@ -266,7 +266,7 @@ def test_what_is_kept_is_kept_for_ten_minutes_and_for_few() -> None:
         def close(self) -> None:
             closed.append(self.number)
 
-    room, lessons = Cloakroom(), np.nan
+    room, lessons = SessionStore(), np.nan
     query: dict[str, str] = {"resume": WORD, "dm": "0.2", "window": "800x600"}
 
     def leave(query: dict[str, str], now: float) -> Session:

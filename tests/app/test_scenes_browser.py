@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
-from app.session import Session
+from app.session.session import Session
 from scenes.room import BALL_RADIUS, PATH
 from scenes.settings import RunSettings, SceneName, specs
 from scenes.targets import BallTarget

@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.app.conftest import HAND, Arrive, OpenHouse
-from tests.app.server.conftest import get
+from tests.app.web.conftest import get
 from tests.browser import PageAt, free_port, wait_ready
 
 WATCH = """
@@ -83,7 +83,7 @@ def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(
 
 
 def test_a_frame_that_does_not_end_is_noticed(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.frame_loop.STUCK", 0.5)
+    monkeypatch.setattr("app.hosting.frame_loop.STUCK", 0.5)
     opened, let_go = house(), threading.Event()
     one = arrive(opened)
 

@@ -14,7 +14,7 @@ import viser
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.page.stability import PERIOD, StabilityPanel, condition_text, error_text, ranks_text, stability_html
+from app.plots.stability_text import PERIOD, StabilityPanel, condition_text, error_text, ranks_text, stability_html
 from controllers.kinematics import Array
 from controllers.stability import Analysis, analyse, barrier
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app import session as session_module
-from app.background import Background
-from app.session import Session
+from app.runtime.job_pool import JobPool
+from app.session import session as session_module
+from app.session.session import Session
+from app.session.studies import REST, SMOOTHNESS_WINDOW
 from app.settings import PageSettings, Settings
-from app.studies import REST, SMOOTHNESS_WINDOW
 from controllers.errors import BadSetting
 from scenes import rerun as rerun_module
 from scenes.headless import summarise
@@ -281,14 +281,14 @@ def test_without_a_background_nothing_is_computed() -> None:
 
 
 @pytest.fixture(scope="module")
-def background() -> Iterator[Background]:
+def background() -> Iterator[JobPool]:
     """One real worker."""
-    background = Background(1)
+    background = JobPool(1)
     yield background
     background.close()
 
 
-def test_many_visitors_are_all_answered_by_one_process(background: Background) -> None:
+def test_many_visitors_are_all_answered_by_one_process(background: JobPool) -> None:
     sessions = [Session(Settings(page=PageSettings(what_if=True)), background=background) for _ in range(12)]
     for i, session in enumerate(sessions):
         for _ in range(12):
@@ -315,7 +315,7 @@ def test_many_visitors_are_all_answered_by_one_process(background: Background) -
     assert leaving.what_if is None and background.load == (0, 0)
 
 
-def test_positive_control_a_wrong_override_would_be_told(background: Background) -> None:
+def test_positive_control_a_wrong_override_would_be_told(background: JobPool) -> None:
     session = Session(Settings(), background=background)
     session.advance(0.1)
     recorded = session.recorded()

@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 import tyro
 
-from app import sweep as command
-from app.options import RunOptions
-from app.sweep import INTERRUPTED, Sweep, sweep
-from app.sweep_files import SweepFiles
+from app.cli import sweep as command
+from app.cli.options import RunOptions
+from app.cli.sweep import INTERRUPTED, Sweep, sweep
+from app.sweep.sweep_files import SweepFiles
 from controllers.errors import BadInputFile, BadSetting
 from scenes.grids import Grid, read_grid
 from scenes.headless import run
@@ -241,7 +241,7 @@ import sys
 from pathlib import Path
 # Whoever runs the tests in the background has it ignored, and children would, too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from app.sweep import Sweep, sweep
+from app.cli.sweep import Sweep, sweep
 sys.exit(sweep(Sweep(over=("seed=1:200",), seconds=20.0, workers=2, maps=False, out=Path(sys.argv[1]))))
 """
 

@@ -17,8 +17,8 @@ from urllib.parse import quote
 
 import pytest
 
-from app.own_law.commands import NewLaw, new_law
-from app.terminal import INTERRUPTED
+from app.cli.laws import NewLaw, new_law
+from app.runtime.terminal import INTERRUPTED
 from tests.app.test_background import alive
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and descriptors as POSIX has them")
@@ -32,9 +32,9 @@ CROWD: Final = (
     HEARS
     + """
 def crowd():
-    from app.crowd import measure_crowd
+    from app.bench.visitors import measure_crowd
     measure_crowd(1, 60.0, lecture=False)
-from app.terminal import run_in_terminal
+from app.runtime.terminal import run_in_terminal
 raise SystemExit(run_in_terminal(crowd))
 """
 )

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from app.background import Background
-from app.page.map import map_html, place_of
-from app.trade_off import TradeOffMap, row
+from app.plots.trade_off_chart import map_html, place_of
+from app.runtime.job_pool import JobPool
+from app.session.trade_off import TradeOffMap, row
 from scenes.rerun import Stopped
 from scenes.settings import LawSettings, RunSettings
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
@@ -18,9 +18,9 @@ RUN = RunSettings(dt=0.02)
 
 
 @pytest.fixture
-def background() -> Iterator[Background]:
+def background() -> Iterator[JobPool]:
     """One worker."""
-    made = Background(1)
+    made = JobPool(1)
     yield made
     made.close()
 
@@ -30,7 +30,7 @@ def whole(power: float = 1.0) -> tuple[TradeOff, ...]:
     return tuple(TradeOff(n, v, n / 100.0, v ** (2.0 * power)) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES)
 
 
-def test_the_map_grows_and_is_computed_once(background: Background) -> None:
+def test_the_map_grows_and_is_computed_once(background: JobPool) -> None:
     """Every point of every n in the end; n and v themselves do not begin it anew, anything else does."""
     news = threading.Event()
     made = TradeOffMap(background, news.set)

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.figures.catalogue import CATALOGUE, Entry
-from app.figures.command import figures
-from app.figures.options import Figures
+from app.cli.figures import figures
+from app.cli.figures_options import Figures
+from app.figures.figure_list import CATALOGUE, FigureEntry
 from controllers.kinematics import Array
 
 
-def entry(name: str) -> Entry:
+def entry(name: str) -> FigureEntry:
     """The figure of a name."""
     return next(entry for entry in CATALOGUE if entry.name == name)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from app.figures.catalogue import CATALOGUE, chosen
-from app.figures.command import figures
-from app.figures.options import Figures
+from app.cli.figures import figures
+from app.cli.figures_options import Figures
+from app.figures.figure_list import CATALOGUE, chosen
 from controllers.errors import BadSetting
 
 

@@ -12,11 +12,11 @@ import pytest
 from numpy.testing import assert_allclose
 from PIL import Image
 
-from app.figures import laws
-from app.figures.catalogue import CATALOGUE, Entry
-from app.figures.drawn import write_csv
-from app.figures.plan import Plan
-from app.figures.scheme import BLOCKS
+from app.figures import laws_compared as laws
+from app.figures.drawn_figure import write_csv
+from app.figures.fig4_scheme import BLOCKS
+from app.figures.figure_list import CATALOGUE, FigureEntry
+from app.figures.run_plan import Plan
 from controllers import budget
 from controllers.activation import activation
 from scenes.settings import LawSettings, RunSettings, specs
@@ -28,7 +28,7 @@ CRITICAL = LawSettings().critical_distance
 SLACK = 1e-4
 
 
-def csv_text(figure: Entry, plan: Plan) -> str:
+def csv_text(figure: FigureEntry, plan: Plan) -> str:
     """The CSV of a figure that is drawn once more."""
     out = io.StringIO()
     write_csv(out, figure.draw(plan))
@@ -39,7 +39,7 @@ def csv_text(figure: Entry, plan: Plan) -> str:
 
 
 @pytest.mark.parametrize("figure", CATALOGUE, ids=lambda e: e.name)
-def test_files(figure: Entry, folder: Path) -> None:
+def test_files(figure: FigureEntry, folder: Path) -> None:
     """PNG at 200 dpi with something on it, SVG without a date, CSV with a header and rows."""
     with Image.open(folder / f"{figure.stem}.png") as picture:
         assert picture.width >= 1000 and picture.height >= 500

@@ -8,9 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from app.figures import film
-from app.figures.render import Mesh, View, render
-from app.figures.staging import arms, ball, furniture, links
+from app.figures import fig8_film as film
+from app.figures.render import Mesh, Viewpoint, render
+from app.figures.room_meshes import arms, ball, furniture, links
 from controllers.kinematics import Array
 from scenes.person.body import BodyPart
 from scenes.person.source import MissingPackage
@@ -35,7 +35,7 @@ def is_red(picture: Array) -> NDArray[np.bool_]:
 
 
 def test_the_middle_of_the_view_is_the_middle_of_the_picture() -> None:
-    view = View(CAMERA, WIDE, HIGH)
+    view = Viewpoint(CAMERA, WIDE, HIGH)
     flat, depth = view.project(np.array([CAMERA.centre, (0.0, 0.1, 1.0), (0.0, 0.0, 1.1)]))
     assert_allclose(flat[0], (WIDE / 2, HIGH / 2), atol=1e-9)
     # 0.8 m fill the height at the centre's distance.
@@ -45,7 +45,7 @@ def test_the_middle_of_the_view_is_the_middle_of_the_picture() -> None:
 
 
 def test_a_narrow_picture_still_shows_the_whole_width() -> None:
-    flat, _ = View(CAMERA, 40, 80).project(np.array([(0.0, -0.6, 1.0), (0.0, 0.6, 1.0)]))
+    flat, _ = Viewpoint(CAMERA, 40, 80).project(np.array([(0.0, -0.6, 1.0), (0.0, 0.6, 1.0)]))
     assert_allclose(flat[:, 0], (0.0, 40.0), atol=1e-9)
 
 
@@ -53,7 +53,7 @@ def test_a_sphere_covers_its_disc() -> None:
     """Of the radius that perspective gives it, and at the place where its middle is."""
     radius, middle = 0.2, np.array([0.0, 0.15, 1.05])
     covered = is_red(shot(ball(middle, radius, RED)))
-    view = View(CAMERA, WIDE, HIGH)
+    view = Viewpoint(CAMERA, WIDE, HIGH)
     (x, y), depth = (value[0] for value in view.project(middle[None]))
     # The outline is where the sight touches the sphere.
     seen_radius = view.focal * radius / np.sqrt(depth**2 - radius**2)

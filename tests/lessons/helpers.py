@@ -6,7 +6,7 @@ from pathlib import Path
 from app.lessons.lesson import LessonBook
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
-from app.lessons.trials import simulated
+from app.lessons.reference_runs import simulated
 from app.lessons.walkthrough import Walkthrough
 
 SMALL = """# A small lesson

@@ -10,9 +10,9 @@ import pytest
 from app.lessons.check import Walk, check_lesson, table_text
 from app.lessons.lesson import Lesson, Step
 from app.lessons.measures import Value
-from app.lessons.outcomes import Outcome, reference
+from app.lessons.outcomes import StepOutcome, reference
+from app.lessons.reference_runs import measured
 from app.lessons.runs import Setup
-from app.lessons.trials import measured
 from controllers import budget
 from controllers.activation import activation
 from tests.lessons.helpers import our_book
@@ -32,7 +32,7 @@ def step_of(lesson: str, step: str) -> Step:
     return found
 
 
-def outcome_of(lesson: str, step: str) -> Outcome:
+def outcome_of(lesson: str, step: str) -> StepOutcome:
     """What its run comes to."""
     return reference(step_of(lesson, step), step_of(lesson, step).setup)
 
@@ -67,7 +67,7 @@ def test_every_inequality_of_every_challenge_can_fail() -> None:
     loopholes = {"hold": {"authority", "speed"}, "strict-priority": set()}
     for lesson in LESSONS:
         for step in lesson.steps:
-            if step.challenge is None or step.challenge.own_law:
+            if step.challenge is None or step.challenge.custom_law:
                 continue
             missed = {id for trial in step.trials for id in trial.fails}
             asked = {c.measurement.id for c in step.challenge.criteria} | {f.measurement.id for f in step.challenge.forecasts}

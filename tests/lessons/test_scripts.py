@@ -8,10 +8,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Start
-from app.lessons.places import Place, ball_centre, mark_places, start_positions
+from app.lessons.reference_runs import begin, measured, person_of, simulated
+from app.lessons.room_places import RoomPlace, ball_centre, mark_places, start_positions
 from app.lessons.runs import Input, Setup
 from app.lessons.scripts import SCRIPTS, checked_script, script, to_and_fro
-from app.lessons.trials import begin, measured, person_of, simulated
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.history import COLUMN
@@ -20,7 +20,7 @@ from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget
 
-PLACE = Place("goal", (0.0, 0.0, 1.0), 0.3)
+PLACE = RoomPlace("goal", (0.0, 0.0, 1.0), 0.3)
 MEANT: dict[str, dict[str, Any]] = {"push": {"speed": 0.2}, "ball_to": {"place": PLACE}, "ball_push": {"speed": 0.2}}
 
 
@@ -122,7 +122,7 @@ def test_bad_scripts_are_named(name: str, given: dict[str, Any], scene: str, mes
 def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
     """Measured from where it is told, to the ball's surface and that of the control point."""
     room = build_ball_room("lwr", "elbow" if origin == "elbow" else "hand")
-    centre = ball_centre(room, Place(origin, (1.0, 2.0, -0.5), gap))
+    centre = ball_centre(room, RoomPlace(origin, (1.0, 2.0, -0.5), gap))
     simulation = fresh("ball", point="elbow" if origin == "elbow" else "hand")
     simulation.kinematics.update(simulation.positions)
     arm = simulation.avoiding
@@ -131,7 +131,7 @@ def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
     assert np.linalg.norm(centre - at) == pytest.approx(gap + BALL_RADIUS + POINT_RADIUS)
     assert_allclose(np.cross(centre - at, [1.0, 2.0, -0.5]), 0.0, atol=1e-12)
     if origin in ("hand", "elbow"):
-        simulation.reset(start_positions(room, Start(Place(origin, (1.0, 2.0, -0.5), gap))))
+        simulation.reset(start_positions(room, Start(RoomPlace(origin, (1.0, 2.0, -0.5), gap))))
         simulation.step(None)
         assert simulation.sample().distance == pytest.approx(gap, abs=1e-9)
 
@@ -144,7 +144,7 @@ def test_a_tilt_is_the_angle_to_the_upper_arm() -> None:
     arm = simulation.avoiding
     elbow = simulation.kinematics.joint_point(arm.elbow)
     along = elbow - simulation.kinematics.joint_point(arm.shoulder)
-    straight, tilted = (ball_centre(room, Place("elbow", "upper_arm", 0.2, tilt)) - elbow for tilt in (0.0, 0.3))
+    straight, tilted = (ball_centre(room, RoomPlace("elbow", "upper_arm", 0.2, tilt)) - elbow for tilt in (0.0, 0.3))
     assert_allclose(np.cross(straight, along), 0.0, atol=1e-12)
     assert float(straight @ tilted) / float(straight @ straight) == pytest.approx(np.cos(0.3))
 
@@ -154,9 +154,9 @@ def test_places_that_are_not_possible_are_named() -> None:
     with pytest.raises(BadSetting, match="scene = ball"):
         ball_centre(build_alone(), PLACE)
     with pytest.raises(BadSetting, match="no direction"):
-        ball_centre(build_ball_room(), Place("goal", (0.0, 0.0, 0.0), 0.1))
+        ball_centre(build_ball_room(), RoomPlace("goal", (0.0, 0.0, 0.0), 0.1))
     with pytest.raises(BadSetting, match="out of its room"):
-        ball_centre(build_ball_room(), Place("goal", (1.0, 0.0, 0.0), 2.9))
+        ball_centre(build_ball_room(), RoomPlace("goal", (1.0, 0.0, 0.0), 2.9))
     with pytest.raises(BadSetting, match="has 3 angles, but the arms of this room have 7"):
         start_positions(build_alone(), Start(posture=(0.0, 0.0, 0.0)))
     with pytest.raises(BadSetting, match="angle 2 is 9; it must be from"):

@@ -15,10 +15,10 @@ from urllib.parse import quote
 
 from playwright.sync_api import Browser, BrowserContext, Error, FileChooser
 
-from app.hosts import House, open_house
-from app.private_host import PrivateHost
-from app.session import Session
+from app.hosting.private_host import PrivateHost
+from app.session.session import Session
 from app.settings import Settings
+from app.start import App, start_app
 from scenes.settings import specs
 from tests.app.conftest import ask, live_sessions
 from tests.browser import _HARMLESS, artefacts
@@ -54,7 +54,7 @@ class Monkey:
         done: what was done, in words.
     """
 
-    def __init__(self, opened: House, context: BrowserContext, seed: int, watch: Watch) -> None:
+    def __init__(self, opened: App, context: BrowserContext, seed: int, watch: Watch) -> None:
         self.opened, self.context, self.seed, self.watch = opened, context, seed, watch
         self.done: list[str] = []
         self.counts: Counter[str] = Counter()
@@ -230,7 +230,7 @@ def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lectu
     Raises:
         Trouble: the message says what was done.
     """
-    opened = open_house("127.0.0.1", 0, Settings(), lecture=lecture)
+    opened = start_app("127.0.0.1", 0, Settings(), lecture=lecture)
     context = browser.new_context(viewport={"width": 1024, "height": 768}, accept_downloads=True)
     try:
         with watching() as watch:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from app.session import Session
+from app.session.session import Session
 from scenes.settings import changed, values
 
 

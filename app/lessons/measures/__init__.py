@@ -1,6 +1,12 @@
 """Everything that can be measured in a run, one subject a file."""
 
-from app.lessons.measures import along, distance, following, hand, line, smoothness, tasks
+from app.lessons.measures import contact_line as line
+from app.lessons.measures import distances as distance
+from app.lessons.measures import following
+from app.lessons.measures import hand_errors as hand
+from app.lessons.measures import leverage as along
+from app.lessons.measures import task_stability as tasks
+from app.lessons.measures import velocity_jumps as smoothness
 from app.lessons.measures.quantity import (
     QUANTITIES,
     Quantity,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.distance import has_obstacle
+from app.lessons.measures.distances import has_obstacle
 from app.lessons.measures.quantity import Value, quantity
 from controllers.kinematics import Array
 

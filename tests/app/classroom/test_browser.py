@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from playwright.sync_api import Page
 
-from app.lecture import LectureHost
-from app.session import Session
+from app.classroom.lecture import LectureHost
+from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import OpenHouse, ask

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from app.classroom.address import Address, find_address, own_address, qr_svg
 from app.classroom.ballots import Ballots
+from app.classroom.breakout_places import HOLD, MOST, Kept, Places
 from app.classroom.classroom import Classroom
-from app.classroom.key import is_mistaken, is_teacher
-from app.classroom.places import HOLD, MOST, Kept, Places
+from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.lessons.loading import load_lessons
 from app.lessons.outcomes import reference
 from app.lessons.phases import Phase

@@ -10,23 +10,23 @@ from typing import Any
 
 import pytest
 
-from app.apart import MOVED_CODE
-from app.hosts import House
-from app.lecture import LectureHost
+from app.bench.blocking_client import BlockingClient
+from app.bench.headless_client import HeadlessClient
+from app.bench.page_mirror import Mirror
+from app.classroom.lecture import LectureHost
+from app.classroom.teacher_panel import COMMANDS
+from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons, load_notes
-from app.page.teacher import COMMANDS
-from app.private_host import PrivateHost
-from app.server.index import ROOM_IS_FULL
-from app.visitor.mirror import Mirror
-from app.visitor.sync_visitor import SyncVisitor
-from app.visitor.visitor import Visitor
+from app.start import App
+from app.web.audiences import MOVED_CODE
+from app.web.index_page import ROOM_IS_FULL
 from scenes.settings import values
 from tests.app.conftest import HAND, OpenHouse, ask
 
 BOOK, NOTES = load_lessons(), load_notes()
 KEY = "chalk"
 WAIT = 60.0
-Come = Callable[..., SyncVisitor]
+Come = Callable[..., BlockingClient]
 
 
 @pytest.fixture(autouse=True)
@@ -41,7 +41,7 @@ def heard(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Mirror, "take", remember)
 
 
-def everything(visitor: SyncVisitor | Visitor) -> str:
+def everything(visitor: BlockingClient | HeadlessClient) -> str:
     """All that a page was ever sent."""
     return html.unescape("\n".join(list(vars(visitor.mirror).get("heard", []))))
 
@@ -49,11 +49,11 @@ def everything(visitor: SyncVisitor | Visitor) -> str:
 @pytest.fixture
 def come() -> Iterator[Come]:
     """`come(house, "ann")` is a student whose tab remembers a word; `come(house, key=KEY)` a teacher."""
-    visitors: list[SyncVisitor] = []
+    visitors: list[BlockingClient] = []
 
-    def make(house: House, name: str = "", query: str = "", key: str = "") -> SyncVisitor:
+    def make(house: App, name: str = "", query: str = "", key: str = "") -> BlockingClient:
         word = f"resume={name.encode().hex():0<32}" if name else ""
-        visitors.append(SyncVisitor(house.url, query="&".join(part for part in (word, query, key and f"key={key}") if part)))
+        visitors.append(BlockingClient(house.url, query="&".join(part for part in (word, query, key and f"key={key}") if part)))
         visitors[-1].wait_for(lambda v: v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)), WAIT)
         return visitors[-1]
 
@@ -62,20 +62,20 @@ def come() -> Iterator[Come]:
         visitor.close()
 
 
-def host_of(house: House) -> LectureHost:
+def host_of(house: App) -> LectureHost:
     """The lecture's host."""
     assert isinstance(house.host, LectureHost)
     return house.host
 
 
-def shown(visitor: SyncVisitor | Visitor) -> str:
+def shown(visitor: BlockingClient | HeadlessClient) -> str:
     """All texts in view on a page."""
     return html.unescape(
         " ".join(str(e.get("content") or "") for e in list(visitor.mirror.gui.values()) if e.get("visible", True))
     )
 
 
-def sees(visitor: SyncVisitor, *texts: str) -> None:
+def sees(visitor: BlockingClient, *texts: str) -> None:
     """Wait until a page shows texts."""
     try:
         visitor.wait_for(lambda _: all(text in shown(visitor) for text in texts), WAIT)
@@ -83,19 +83,19 @@ def sees(visitor: SyncVisitor, *texts: str) -> None:
         raise AssertionError(f"{[t for t in texts if t not in shown(visitor)]} not in {shown(visitor)[-3000:]}") from error
 
 
-def labels(visitor: SyncVisitor) -> list[str]:
+def labels(visitor: BlockingClient) -> list[str]:
     """What stands on the buttons in view."""
     found = [e for e in list(visitor.mirror.gui.values()) if e["type"] == "GuiButtonMessage" and e.get("visible", True)]
     return [str(e["label"]) for e in found]
 
 
-def click(visitor: SyncVisitor, start: str) -> None:
+def click(visitor: BlockingClient, start: str) -> None:
     """Press the button in view whose label begins like this."""
     visitor.wait_for(lambda v: any(label.removeprefix("● ").startswith(start) for label in labels(visitor)), WAIT)
     visitor.click(next(label for label in labels(visitor) if label.removeprefix("● ").startswith(start)))
 
 
-def choose(visitor: SyncVisitor, label: str) -> None:
+def choose(visitor: BlockingClient, label: str) -> None:
     """Press one of a row of buttons."""
 
     def row(v: Any) -> dict[str, Any] | None:
@@ -109,20 +109,20 @@ def choose(visitor: SyncVisitor, label: str) -> None:
     visitor.send({"type": "GuiUpdateMessage", "uuid": found["uuid"], "updates": {"value": value}})
 
 
-def command(visitor: SyncVisitor, name: str) -> None:
+def command(visitor: BlockingClient, name: str) -> None:
     """Do something by its name, as the palette and the keys do."""
     visitor.wait_for(lambda v: any(c["label"] == name for c in list(v.mirror.commands.values())), WAIT)
     uuid = next(uuid for uuid, c in visitor.mirror.commands.items() if c["label"] == name)
     visitor.send({"type": "CommandTriggerMessage", "uuid": uuid})
 
 
-def is_sent_away(visitor: SyncVisitor) -> None:
+def is_sent_away(visitor: BlockingClient) -> None:
     """Wait until a page is asked to come again."""
     visitor.wait_for(lambda v: v.closed is not None, WAIT)
     assert visitor.closed is not None and visitor.closed.rcvd is not None and visitor.closed.rcvd.code == MOVED_CODE
 
 
-def open_class(house: OpenHouse, come: Come, **options: Any) -> tuple[House, LectureHost, SyncVisitor]:
+def open_class(house: OpenHouse, come: Come, **options: Any) -> tuple[App, LectureHost, BlockingClient]:
     """A lecture with its teacher, in lesson 1."""
     opened = house(lecture=True, key=KEY, **options)
     teacher = come(opened, key=KEY)
@@ -131,12 +131,12 @@ def open_class(house: OpenHouse, come: Come, **options: Any) -> tuple[House, Lec
     return opened, host_of(opened), teacher
 
 
-def dm_of(house: House, host: LectureHost, number: int) -> float:
+def dm_of(house: App, host: LectureHost, number: int) -> float:
     """The d_m of somebody who explores."""
     return ask(host.sessions[number], lambda s: s.settings.run.law.critical_distance)
 
 
-def explores(host: LectureHost, visitor: SyncVisitor) -> int:
+def explores(host: LectureHost, visitor: BlockingClient) -> int:
     """Wait until a visitor has a session of their own, and return its number."""
     visitor.wait_for(lambda v: HAND in v.mirror.nodes or "Lesson" in shown(visitor), WAIT)
     visitor.wait_for(lambda v: any(e["type"] == "GuiSliderMessage" for e in list(v.mirror.gui.values())), WAIT)
@@ -415,7 +415,7 @@ def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, c
     with pytest.raises(urllib.error.HTTPError, match="503") as full:
         urllib.request.urlopen(opened.url, timeout=60)
     assert "2 places" in full.value.read().decode()
-    with SyncVisitor(opened.url, query="key=wrong") as late:
+    with BlockingClient(opened.url, query="key=wrong") as late:
         late.wait_for(lambda v: v.closed)
         assert late.closed is not None and late.closed.rcvd is not None and late.closed.rcvd.reason == ROOM_IS_FULL
     teacher = come(opened, key=KEY)

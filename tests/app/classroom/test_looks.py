@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import html
 
-from app.apart import MOST
-from app.languages.lesson_book import in_language
-from app.languages.words import words_of
-from app.lecture import LectureHost
+from app.bench.blocking_client import BlockingClient
+from app.bench.headless_client import HeadlessClient
+from app.classroom.lecture import LectureHost
+from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
-from app.page.lesson_text import plain
-from app.page.theme import PALETTES
+from app.lessons.translated_book import in_language
 from app.settings import Language, Theme
-from app.visitor.sync_visitor import SyncVisitor
-from app.visitor.visitor import Visitor
+from app.text.lesson_text import plain
+from app.theme import PALETTES
+from app.web.audiences import MOST
 from tests.app.conftest import HAND, Join, OpenHouse, ask
 
 BOOK = load_lessons()
@@ -21,28 +21,28 @@ WAIT = 25.0
 LESSON = next(i for i, lesson in enumerate(BOOK.lessons) if lesson.number == 1)
 
 
-def texts(visitor: SyncVisitor | Visitor) -> str:
+def texts(visitor: BlockingClient | HeadlessClient) -> str:
     """All texts on a page."""
     return html.unescape(" ".join(str(e.get("content") or "") for e in list(visitor.mirror.gui.values())))
 
 
-def says(visitor: SyncVisitor, *words: str) -> None:
+def says(visitor: BlockingClient, *words: str) -> None:
     """Wait until a page says something."""
     visitor.wait_for(lambda _: all(word in texts(visitor) for word in words), WAIT)
 
 
-def strokes(visitor: SyncVisitor | Visitor) -> set[tuple[str, float]]:
+def strokes(visitor: BlockingClient | HeadlessClient) -> set[tuple[str, float]]:
     """Colour and width of the lines in the plots."""
     plots = [e for e in list(visitor.mirror.gui.values()) if e["type"] == "GuiUplotMessage"]
     return {(str(line["stroke"]), float(line["width"])) for plot in plots for line in plot["series"][1:]}
 
 
-def is_fast(visitor: SyncVisitor) -> bool:
+def is_fast(visitor: BlockingClient) -> bool:
     """Whether a page has the light of the fast picture."""
     return bool(visitor.mirror.nodes["/light/sky"].get("visible", True))
 
 
-def commands(visitor: SyncVisitor | Visitor) -> set[str]:
+def commands(visitor: BlockingClient | HeadlessClient) -> set[str]:
     """The names in a page's palette."""
     return {str(command["label"]) for command in list(visitor.mirror.commands.values())}
 
@@ -57,7 +57,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     screen = join(opened, "screen=1&profile=projector&theme=dark&lang=de")
     slovene = join(opened, language="sl, de;q=0.5")
     ask(host.session, lambda _: host.lessons.enter(LESSON))
-    looks: list[tuple[SyncVisitor, Language, Theme, float, bool]] = [
+    looks: list[tuple[BlockingClient, Language, Theme, float, bool]] = [
         (english, "en", "light", 1.0, False),
         (german, "de", "light", 1.0, True),
         (screen, "de", "dark", 1.3, False),

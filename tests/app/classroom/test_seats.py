@@ -6,34 +6,34 @@ from urllib.parse import quote
 
 import numpy as np
 
-from app.classroom.key import MOST, Guesses
-from app.classroom.lead import Lead
-from app.hosts import House
-from app.lecture import LectureHost
-from app.page.keys import HOTKEYS
-from app.server.index import KEY_LATER
-from app.session import Session
+from app.bench.blocking_client import BlockingClient
+from app.bench.headless_client import CAMERA
+from app.classroom.leader import Leader
+from app.classroom.lecture import LectureHost
+from app.hosting.teacher_key import MOST, Guesses
+from app.page.panels.hotkeys import HOTKEYS
+from app.session.session import Session
 from app.settings import Settings
-from app.visitor.sync_visitor import SyncVisitor
-from app.visitor.visitor import CAMERA
+from app.start import App
+from app.web.index_page import KEY_LATER
 from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask
 from tests.app.page.helpers import bodies, hotkey_uuid
 
 LEADER = f"resume={'1' * 32}"
 
 
-def lecture(opened: House) -> tuple[LectureHost, Session]:
+def lecture(opened: App) -> tuple[LectureHost, Session]:
     """The host and the session of a lecture."""
     assert isinstance(opened.host, LectureHost)
     return opened.host, opened.host.session
 
 
-def arms(visitor: SyncVisitor) -> dict[str, tuple[float, ...]]:
+def arms(visitor: BlockingClient) -> dict[str, tuple[float, ...]]:
     """How every link is turned on a visitor's page."""
     return {name: tuple(node["wxyz"]) for name, node in list(visitor.mirror.nodes.items()) if name.startswith("/arms/")}
 
 
-def has_controls(visitor: SyncVisitor) -> bool:
+def has_controls(visitor: BlockingClient) -> bool:
     """Whether a visitor has anything to operate."""
     operated = {"GuiSliderMessage", "GuiDropdownMessage", "GuiCheckboxMessage", "GuiNumberMessage", "GuiButtonGroupMessage"}
     there_are = {element["type"] for element in list(visitor.mirror.gui.values())}
@@ -107,7 +107,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
 
 
 def test_without_a_key_the_lead_is_kept_for_a_minute_and_is_no_students() -> None:
-    lead, (ann, bo, cy) = Lead(None), ({"resume": letter * 32} for letter in "abc")
+    lead, (ann, bo, cy) = Leader(None), ({"resume": letter * 32} for letter in "abc")
     assert not lead.admits(1, ann | {"screen": "1"}, 0.0)
     assert lead.admits(2, ann, 0.0) and not lead.admits(3, bo, 1.0) and lead.holds(2) and not lead.holds(3)
     # A reload: the new connection is there before the old one has gone.

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page
 
-from app.hosts import House
-from app.page.relevance import matters
-from app.session import Session
+from app.session.relevant_settings import matters
+from app.session.session import Session
 from app.settings import Settings
+from app.start import App
 from scenes.settings import values
 from tests.app.conftest import HAND, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, page_label
@@ -34,7 +34,7 @@ WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 LATE_UPDATE = r"Tried to update non-existent component"
 
 
-def visit(page: Page, opened: House, query: str = "") -> Session:
+def visit(page: Page, opened: App, query: str = "") -> Session:
     """Open a house's page; the session that it got."""
     before = set(live_sessions(opened))
     page.set_default_timeout(60_000)

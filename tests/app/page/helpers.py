@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from app.page.keys import HOTKEYS
-from app.page.relevance import matters
-from app.session import Session
+from app.bench.blocking_client import BlockingClient
+from app.page.panels.hotkeys import HOTKEYS
+from app.session.relevant_settings import matters
+from app.session.session import Session
 from app.settings import Settings
-from app.visitor.sync_visitor import SyncVisitor
 from scenes.settings import changed, specs, values
 from tests.app.conftest import Guest, ask
 
@@ -67,7 +67,7 @@ def another(key: str, present: Any) -> tuple[Any, Any]:
     return page, page / spec.page_scale
 
 
-def hotkey_uuid(visitor: SyncVisitor, action: str) -> str:
+def hotkey_uuid(visitor: BlockingClient, action: str) -> str:
     """The uuid of the palette command that stands for a hotkey."""
     text = next(h.text for h in HOTKEYS if h.action == action).capitalize()
     return next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == text)
@@ -87,13 +87,13 @@ def roundtrip(guest: Guest) -> None:
     guest.wait(lambda s: abs(s.settings.run.limit_gain - value) < 1e-9)
 
 
-def bodies(visitor: SyncVisitor, kind: str) -> list[dict[str, Any]]:
+def bodies(visitor: BlockingClient, kind: str) -> list[dict[str, Any]]:
     """The GUI elements of a kind that are not hidden, in the order they came."""
     elements = list(visitor.mirror.gui.values())
     return [element for element in elements if element["type"] == kind and element.get("visible", True)]
 
 
-def notes(visitor: SyncVisitor) -> list[str]:
+def notes(visitor: BlockingClient) -> list[str]:
     """What the notifications say."""
     return [str(note["body"]) for note in bodies(visitor, "NotificationShowMessage")]
 

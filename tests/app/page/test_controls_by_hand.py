@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
-from app.page.controls import PICKER, TABS
-from app.session import Session
+from app.page.panels.controls import PICKER, TABS
+from app.session.session import Session
 from tests.app.conftest import HAND, OpenHouse, ask
 from tests.app.page.by_hand import control, hand, see_controls, see_plots, set_by_hand, visit
 from tests.app.page.helpers import bring_into_view

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from app.page.controls import PICKER, TABS
-from app.session import Session
+from app.page.panels.controls import PICKER, TABS
+from app.session.session import Session
 from scenes.settings import values
 from tests.app.conftest import Arrive, OpenHouse, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, assert_sound, bodies, bring_into_view, notes, page_label, roundtrip

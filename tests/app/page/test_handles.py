@@ -6,10 +6,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from app.page.gizmos import swivel_frame
-from app.session import Session
+from app.bench.headless_client import HeadlessClient
+from app.page.handles.gizmos import swivel_frame
+from app.session.session import Session
 from app.settings import Settings
-from app.visitor.visitor import Visitor
 from scenes.history import COLUMN
 from scenes.targets import HandTarget
 from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, live_sessions
@@ -95,7 +95,7 @@ def test_dragging_the_hand(house: OpenHouse, arrive: Arrive) -> None:
     visitor.move_gizmo(HAND, phase="end")
     one.wait(lambda s: s.held is None)
 
-    def on_hand(_: Visitor) -> bool:
+    def on_hand(_: HeadlessClient) -> bool:
         pose = session.simulation.kinematics.hand_pose(session.simulation.guided)
         return bool(np.linalg.norm(np.array(visitor.mirror.nodes[HAND]["position"]) - pose.translation) < 1e-3)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from app.page.gizmos import NUDGE, SWING, swivel_frame
-from app.page.keys import HOTKEYS
-from app.visitor.visitor import CAMERA
+from app.bench.headless_client import CAMERA
+from app.page.handles.gizmos import NUDGE, SWING, swivel_frame
+from app.page.panels.hotkeys import HOTKEYS
 from scenes.targets import HandTarget
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import SPECS, press

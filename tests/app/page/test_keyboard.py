@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from app.page.gizmos import NUDGE
-from app.page.keys import HOTKEYS
+from app.page.handles.gizmos import NUDGE
+from app.page.panels.hotkeys import HOTKEYS
 from scenes.settings import values
 from scenes.targets import HandTarget
 from tests.app.conftest import OpenHouse, ask

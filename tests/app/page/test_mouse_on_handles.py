@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.page.gizmos import swivel_frame
-from app.session import Session
+from app.page.handles.gizmos import swivel_frame
+from app.session.session import Session
 from scenes.history import COLUMN
 from scenes.targets import HandTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask

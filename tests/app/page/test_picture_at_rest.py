@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.page.buttons import MARK
-from app.page.keys import HOTKEYS
+from app.page.panels.choice_buttons import MARK
+from app.page.panels.hotkeys import HOTKEYS
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import see_plots, visit
 from tests.browser import PageAt, settled_view, until, wait_frames

@@ -10,10 +10,10 @@ import pinocchio as pin
 from PIL import Image
 from playwright.sync_api import Page
 
-from app.page.place import RADIUS
-from app.page.theme import PALETTES, rgb
-from app.session import Session
+from app.session.session import Session
 from app.settings import Theme
+from app.stage.target_place import RADIUS
+from app.theme import PALETTES, rgb
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import visit
 from tests.browser import PageAt, screenshot, until, world_to_px

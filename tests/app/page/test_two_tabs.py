@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from playwright.sync_api import Dialog
 
-from app.lecture import LectureHost
+from app.classroom.lecture import LectureHost
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import HAND, OpenHouse, ask, live_sessions

@@ -11,9 +11,9 @@ import urllib.request
 import pytest
 import websockets
 
-from app.server.index import ROOM_IS_FULL
-from app.session import Session
-from app.visitor.sync_visitor import SyncVisitor
+from app.bench.blocking_client import BlockingClient
+from app.session.session import Session
+from app.web.index_page import ROOM_IS_FULL
 from tests.app.conftest import HAND, Arrive, OpenHouse, live_sessions
 from tests.app.page.helpers import assert_sound
 
@@ -33,7 +33,7 @@ def test_the_ninth_visitor_is_turned_away_kindly(house: OpenHouse, arrive: Arriv
     guests = [arrive(opened) for _ in range(8)]
     status, text = fetch(opened.url)
     assert status == 503 and "Every place is taken" in text and "8 places" in text
-    with SyncVisitor(opened.url) as ninth:
+    with BlockingClient(opened.url) as ninth:
         ninth.wait_for(lambda v: v.closed)
         assert ninth.closed is not None and ninth.closed.rcvd is not None and ninth.closed.rcvd.reason == ROOM_IS_FULL
     for guest in guests:
@@ -49,7 +49,7 @@ def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> 
     opened = house()
 
     def visit(number: int) -> None:
-        with SyncVisitor(opened.url, query=f"seed={number}") as visitor:
+        with BlockingClient(opened.url, query=f"seed={number}") as visitor:
             visitor.wait_for(lambda v: HAND in v.mirror.nodes)
             if number % 3 == 0:
                 visitor.move_gizmo(HAND, phase="start")
@@ -86,4 +86,4 @@ def test_a_message_for_a_closed_tab_is_no_news(house: OpenHouse, arrive: Arrive,
     witness.run_on(0.1)
     assert [record.getMessage() for record in caplog.records if record.exc_info] == []
     with pytest.raises(websockets.InvalidStatus):
-        SyncVisitor(opened.url, origin="https://evil.example")
+        BlockingClient(opened.url, origin="https://evil.example")

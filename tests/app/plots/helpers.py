@@ -10,8 +10,8 @@ from typing import Any, cast, get_args
 import numpy as np
 import viser
 
-from app.page.plots import Plots
-from app.session import Session
+from app.page.panels.plots_panel import Plots
+from app.session.session import Session
 from app.settings import Details, PageSettings, Settings
 from scenes.settings import LawName, LawSettings, RobotName, RunSettings, SceneName
 from scenes.simulation import Simulation

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.page.bins import COLUMNS, POINTS, WINDOW, Curve, PlotBuffer, drawable
-from app.page.courses import course_of
+from app.plots.time_plots import time_plot_of
+from app.plots.time_series import COLUMNS, POINTS, WINDOW, Curve, RollingSeries, drawable
 from scenes.autopilot import Autopilot
 from scenes.history import COLUMN
 from scenes.settings import RobotName, RunSettings
@@ -21,7 +21,7 @@ from tests.app.plots.helpers import played
 
 @pytest.mark.parametrize("robot", get_args(RobotName))
 def test_bins_of_every_arm(robot: RobotName) -> None:
-    simulation, buffer = played("master_slave", robot=robot), PlotBuffer()
+    simulation, buffer = played("master_slave", robot=robot), RollingSeries()
     buffer.feed(simulation)
     own = simulation.avoiding.joints
     count = own.stop - own.start
@@ -31,13 +31,13 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     newest = np.array([line[-1] for line in series[1:]])
     assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
     assert np.isnan(newest[count:7]).all()
-    assert len(course_of("joints", simulation).legend) == len(course_of("rates", simulation).legend) == count
+    assert len(time_plot_of("joints", simulation).legend) == len(time_plot_of("rates", simulation).legend) == count
     desired = [line[-1] for line in buffer.series(tuple(COLUMNS[f"qd{i + 1}"] for i in range(4)))[1:]]
     assert desired == sample.desired[own][:4].tolist()
 
 
 def test_bins_of_an_arm_alone_have_an_elbow_and_no_distance() -> None:
-    buffer = PlotBuffer()
+    buffer = RollingSeries()
     buffer.feed(played("solo"))
     _, distance, elbow, error = buffer.series((COLUMNS["d"], COLUMNS["elbow"], COLUMNS["e"]))
     assert np.isinf(distance).all() and np.isfinite(elbow).all() and np.ptp(elbow) > 0.05
@@ -46,7 +46,7 @@ def test_bins_of_an_arm_alone_have_an_elbow_and_no_distance() -> None:
 
 def test_changes_of_the_closest_pair_are_counted_once() -> None:
     settings = RunSettings(scene="ball", point="arm")
-    simulation, buffer = Simulation(settings), PlotBuffer()
+    simulation, buffer = Simulation(settings), RollingSeries()
     for step in range(3400):
         simulation.step(None)
         if step % 13 == 0:
@@ -58,7 +58,7 @@ def test_changes_of_the_closest_pair_are_counted_once() -> None:
 
 def test_another_room_begins_with_empty_bins() -> None:
     """Even if as many steps were made there meanwhile as were seen here."""
-    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
+    simulation, buffer = Simulation(RunSettings()), RollingSeries()
     for _ in range(50):
         simulation.step(None)
     buffer.feed(simulation)
@@ -74,7 +74,7 @@ def test_another_room_begins_with_empty_bins() -> None:
 @pytest.mark.parametrize("steps", [30, 80, 400])
 def test_a_run_that_begins_anew_begins_with_empty_bins(steps: int) -> None:
     """Also if it was not looked at until it had as many steps as before, or more: no time of the old run stays on the axis."""
-    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
+    simulation, buffer = Simulation(RunSettings()), RollingSeries()
     person = simulation.person()
     for _ in range(80):
         simulation.step(person.target(simulation.time))
@@ -86,7 +86,7 @@ def test_a_run_that_begins_anew_begins_with_empty_bins(steps: int) -> None:
     for _ in range(steps):
         simulation.step(None)
     buffer.feed(simulation)
-    fresh = PlotBuffer()
+    fresh = RollingSeries()
     fresh.feed(simulation)
     columns = (COLUMNS["d"], COLUMNS["q1"], COLUMNS["changes"])
     for here, there in zip(buffer.series(columns), fresh.series(columns), strict=True):
@@ -121,7 +121,7 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
     for _ in range(900):
         for run in (simulation, ghost):
             run.step(person.target(run.time))
-    own, other = PlotBuffer(), PlotBuffer()
+    own, other = RollingSeries(), RollingSeries()
     own.feed(simulation)
     other.feed(ghost)
     columns = (COLUMNS["d"], COLUMNS["e2"])
@@ -133,7 +133,7 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
         before = times < late * 0.005 - 1e-6
         assert np.array_equal(line[before], beside[before])
     # One that has not made a step yet.
-    assert np.array_equal(PlotBuffer().beside(own, columns), lines)
+    assert np.array_equal(RollingSeries().beside(own, columns), lines)
     # Of a ghost whose newest bin is far away nothing is shown.
     for _ in range(4400):
         simulation.step(None)
@@ -150,7 +150,7 @@ def test_another_curve_keeps_the_extremes_of_its_bins(times: list[float], smalle
     for number, value in zip(curve.numbers, curve.values, strict=True):
         inside = values[numbers == number]
         assert value == (inside.min() if smallest else inside.max())
-    buffer = PlotBuffer()
+    buffer = RollingSeries()
     simulation = played(seconds=3.0)
     buffer.feed(simulation)
     times_shown, own = buffer.series((COLUMNS["d"],))
@@ -168,7 +168,7 @@ def test_another_curve_keeps_the_extremes_of_its_bins(times: list[float], smalle
 @pytest.mark.parametrize(("dt", "batch", "seconds"), [(0.005, 7, 31.0), (0.00125, 50, 8.0), (0.02, 1, 47.0), (0.02, 40, 47.0)])
 def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
     settings = RunSettings(dt=dt)
-    simulation, buffer = Simulation(settings, 100_000), PlotBuffer()
+    simulation, buffer = Simulation(settings, 100_000), RollingSeries()
     person = Autopilot(simulation.room, settings.guided, settings.seed)
     for step in range(round(seconds / dt)):
         simulation.step(person.target(simulation.time))
@@ -195,7 +195,7 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
 
 
 def test_a_reset_empties_the_bins() -> None:
-    simulation, buffer = Simulation(RunSettings()), PlotBuffer()
+    simulation, buffer = Simulation(RunSettings()), RollingSeries()
     assert np.isnan(buffer.series((1,))[1]).all()
     for _ in range(500):
         simulation.step(None)

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.page.bins import COLUMNS, PlotBuffer
-from app.page.chart import Chart, Frame
-from app.page.contact import contact
-from app.page.curve import FAR, FRAME, curve_html, distances
-from app.page.laws import LAW_NAMES, all_laws, laws_html
-from app.page.pairs import pairs_html
+from app.plots.activation_curve import FAR, FRAME, curve_html, distances
+from app.plots.chart import Chart, Frame
+from app.plots.laws_chart import LAW_NAMES, all_laws, laws_html
+from app.plots.pair_strips import pairs_html
+from app.plots.time_series import COLUMNS, RollingSeries
+from app.session.contact import contact
 from scenes.history import COLUMN
 from scenes.settings import LawName, LawSettings, RunSettings
 from scenes.simulation import Simulation
@@ -120,7 +120,7 @@ def test_the_axis_of_speeds_does_not_breathe() -> None:
 
 
 def test_the_strips_show_who_was_closest_when() -> None:
-    simulation, buffer = Simulation(RunSettings(scene="ball", point="arm")), PlotBuffer()
+    simulation, buffer = Simulation(RunSettings(scene="ball", point="arm")), RollingSeries()
     for _ in range(2400):
         simulation.step(None)
     buffer.feed(simulation)
@@ -141,7 +141,7 @@ def test_the_strips_show_who_was_closest_when() -> None:
 
 
 def test_one_pair_never_changes() -> None:
-    buffer = PlotBuffer()
+    buffer = RollingSeries()
     buffer.feed(played("ball"))
     assert "never changes" in pairs_html(played("ball"), buffer)
-    assert "<path" not in pairs_html(played("ball"), PlotBuffer())
+    assert "<path" not in pairs_html(played("ball"), RollingSeries())

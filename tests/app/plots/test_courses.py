@@ -8,11 +8,11 @@ from typing import get_args
 
 import pytest
 
-from app.own_law.own_law import OwnLaw
-from app.page.bins import COLUMNS
-from app.page.courses import colour_of, course_of
-from app.page.details import CHARTS, cells, layout_html, possible_details
-from app.page.theme import PALETTES
+from app.custom_law.custom_law import CustomLaw
+from app.page.panels.plot_chooser import CHARTS, cells, layout_html, possible_details
+from app.plots.time_plots import colour_of, time_plot_of
+from app.plots.time_series import COLUMNS
+from app.theme import PALETTES
 from scenes.settings import RobotName, RunSettings, SceneName
 from scenes.simulation import Simulation
 from tests.app.plots.helpers import DETAILS, SCENES, go_on, panel, played, session_of
@@ -29,7 +29,7 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: SceneName
         for name in shown:
             if name in CHARTS:
                 continue
-            course = course_of(name, simulation)
+            course = time_plot_of(name, simulation)
             assert {line.run for line in course.lines} <= {"own", "ghost", "what_if"}
             for line in course.lines:
                 assert line.column in COLUMNS
@@ -38,7 +38,7 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: SceneName
             # Not two lines of one colour without another cue.
             own = [(line.colour, line.dash) for line in course.lines if line.run == "own"]
             assert len(set(own)) == len(own)
-    unit = course_of("error", simulation).unit
+    unit = time_plot_of("error", simulation).unit
     assert unit == ("rad²" if scene in ("master_slave", "imitation") else "m²")
 
 
@@ -47,7 +47,7 @@ def test_a_plot_has_the_same_lines_in_every_experiment(name: str) -> None:
     """The page would make one with other lines anew, in the moment in which its data change too."""
     settings = [RunSettings(scene=scene) for scene in ("hold", "master_slave", "imitation")]
     settings += [RunSettings(scene="imitation", avoid="both"), RunSettings(scene="master_slave", robot=get_args(RobotName)[-1])]
-    lines = {tuple(line.column for line in course_of(name, Simulation(s)).lines) for s in settings}
+    lines = {tuple(line.column for line in time_plot_of(name, Simulation(s)).lines) for s in settings}
     assert len(lines) == 1
 
 
@@ -60,7 +60,7 @@ def test_a_law_of_ones_own_has_no_resting_distance(tmp_path: Path) -> None:
     go_on(session, 0.5)
     plots.show(session, 0.0)
     assert len(gui.plots[0].data[3]) and any("d*" in block.content for block in gui.blocks)
-    with OwnLaw(path) as law:
+    with CustomLaw(path) as law:
         session.simulation.use(law)
         session.reset()
         go_on(session, 0.5)

@@ -8,10 +8,10 @@ from typing import cast
 import numpy as np
 import pytest
 
-from app.page.bins import POINTS, WINDOW
-from app.page.details import CHARTS, cells
-from app.page.plots import CURTAIN
-from app.session import Session
+from app.page.panels.plot_chooser import CHARTS, cells
+from app.page.panels.plots_panel import CURTAIN
+from app.plots.time_series import POINTS, WINDOW
+from app.session.session import Session
 from app.settings import PageSettings
 from scenes.history import COLUMN
 from scenes.rerun import WhatIf

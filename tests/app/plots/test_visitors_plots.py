@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.visitor.sync_visitor import SyncVisitor
+from app.bench.blocking_client import BlockingClient
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import bodies, page_label, press
 
 
-def plots(visitor: SyncVisitor) -> list[tuple[np.ndarray, ...]]:
+def plots(visitor: BlockingClient) -> list[tuple[np.ndarray, ...]]:
     """The data of every plot, in order."""
     return [tuple(np.array(row) for row in element["data"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
-def looks(visitor: SyncVisitor) -> list[tuple[Any, ...]]:
+def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
     """Colour and width of the first line of every plot, in order."""
     return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app import session as session_module
-from app.session import Session
+from app.session import session as session_module
+from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import RunSettings, specs
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from app import session as session_module
-from app.clock import BUDGET, LONGEST_GAP, SPEEDS
-from app.session import Session
+from app.session import session as session_module
+from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS
+from app.session.session import Session
 from app.settings import Settings
 from scenes.targets import Target
 from tests.app.session.conftest import DT, bits

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from app.session import Session
+from app.session.session import Session
 from app.settings import Settings
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.session import Session
+from app.session.session import Session
 from scenes.room import BALL_ROOM
 from scenes.targets import BallTarget, HandTarget, JointTarget, Target
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app import session as session_module
-from app.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of, next_speed
-from app.session import Session
+from app.session import session as session_module
+from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of, next_speed
+from app.session.session import Session
 
 DT = 0.005
 

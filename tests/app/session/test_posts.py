@@ -8,8 +8,8 @@ from itertools import cycle, islice
 
 import pytest
 
-from app.posts import BUDGET, MOST_PRESSES, MOST_REBUILDS, PERIOD, Posts
-from app.session import Session
+from app.session.action_queue import BUDGET, MOST_PRESSES, MOST_REBUILDS, PERIOD, ActionQueue
+from app.session.session import Session
 from app.settings import PageSettings, Settings
 
 
@@ -50,7 +50,7 @@ class Hand:
 def clock(session: Session) -> Hand:
     """The clock of the session's posts."""
     hand = Hand()
-    session.posts = Posts(hand)
+    session.posts = ActionQueue(hand)
     return hand
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app import session as session_module
-from app.session import Session
+from app.session import session as session_module
+from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.room import Room

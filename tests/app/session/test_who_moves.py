@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.session import Session
+from app.session.session import Session
 from scenes.headless import run
 from scenes.inputs import RecordedPerson
 from scenes.rerun import rerun

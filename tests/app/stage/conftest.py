@@ -8,8 +8,8 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from app.session import Session
-from app.visitor.sync_visitor import SyncVisitor
+from app.bench.blocking_client import BlockingClient
+from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.settings import SceneName
 from tests.app.conftest import Arrive, Guest, OpenHouse
@@ -40,7 +40,7 @@ def settle(guest: Guest) -> None:
         guest.visitor.wait_for(lambda v, before=before: v.received.messages["BackgroundImageMessage"] > before)
 
 
-def drawn(visitor: SyncVisitor) -> set[str]:
+def drawn(visitor: BlockingClient) -> set[str]:
     """Names of all nodes that are more than a branch of the tree."""
     return {name for name, node in list(visitor.mirror.nodes.items()) if node.get("type") not in (None, "FrameMessage")}
 

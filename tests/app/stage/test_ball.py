@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 
-from app.page.gizmos import NUDGE
-from app.session import Session
+from app.page.handles.gizmos import NUDGE
+from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.targets import BallTarget

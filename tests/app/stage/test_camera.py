@@ -8,8 +8,8 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from app.page.camera import place_camera, view_of
-from app.page.figure import on_stage
+from app.stage.person_figure import on_stage
+from app.stage.stage_camera import place_camera, view_of
 from controllers.kinematics import Array
 from scenes.room import PATH
 from scenes.settings import RobotName, RunSettings, SceneName

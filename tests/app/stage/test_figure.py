@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 
-from app.page.figure import SCALE, on_person, on_stage
+from app.stage.person_figure import SCALE, on_person, on_stage
 from controllers.kinematics import Array
 from scenes.person.angles import arm_points
 from scenes.person.figure import Figure

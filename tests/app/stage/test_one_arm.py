@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 
-from app.page.arm_handles import swivel_frame, wanted_pose
-from app.session import Session
+from app.page.handles.arm_handles import swivel_frame, wanted_pose
+from app.session.session import Session
 from controllers.kinematics import Array
 from scenes import solo
 from scenes.targets import HandTarget

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from numpy.testing import assert_allclose
 
-from app.hosts import House
+from app.bench.blocking_client import BlockingClient
 from app.settings import Settings
-from app.visitor.sync_visitor import SyncVisitor
+from app.start import App
 from scenes.settings import RobotName, RunSettings, SceneName, specs, values
 from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse, live_sessions
 from tests.app.stage.conftest import BALL, GRIP, SCENES, change, drawn, settle, visible
@@ -38,7 +38,7 @@ def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHous
     ]
     for scene, robot, rig in way:
         change(one, scene=scene, robot=robot, rig=rig)
-        with SyncVisitor(opened.url, query=f"autopilot=0&scene={scene}&robot={robot}&rig={rig}") as fresh:
+        with BlockingClient(opened.url, query=f"autopilot=0&scene={scene}&robot={robot}&rig={rig}") as fresh:
             fresh.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/room" in v.mirror.nodes, 30.0)
             # Handles are put where they belong in the first frames after they were made.
             fresh.wait_for(lambda v: v.received.frames >= 4, 30.0)
@@ -101,7 +101,7 @@ def test_another_look_reaches_every_part(one: Guest, scene: SceneName) -> None:
 
 
 def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Any) -> None:
-    opened: House = house(lecture=True)
+    opened: App = house(lecture=True)
     first = join(opened)
     first.wait_for(lambda v: HAND in v.mirror.nodes)
     second = join(opened)

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 import tyro
 
+from app.cli.lessons_options import Lessons
 from app.lessons import FOLDER
 from app.lessons.check import check_lesson, lessons
 from app.lessons.measures import QUANTITIES
-from app.lessons.options import Lessons
 from app.lessons.scripts import SCRIPTS
 from controllers.errors import BadSetting
 from tests.lessons.helpers import SMALL, book_of, our_book

@@ -14,8 +14,8 @@ from app.lessons.labels import LABELS, label_of
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS
 from app.lessons.loading import LANGUAGES, load_notes
 from app.lessons.measures import QUANTITIES
-from app.lessons.words import WORDS
-from app.page.equations import ALONE
+from app.lessons.sentences import WORDS
+from app.text.equations import ALONE
 from controllers.activation import activation
 from scenes.lwr.facts import JOINTS
 from tests.lessons.helpers import our_book

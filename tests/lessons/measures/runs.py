@@ -12,9 +12,9 @@ import pinocchio as pin
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Start
-from app.lessons.places import Place
+from app.lessons.reference_runs import simulated
+from app.lessons.room_places import RoomPlace
 from app.lessons.runs import Input, Setup
-from app.lessons.trials import simulated
 from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.room import BALL_RADIUS, POINT_RADIUS
@@ -35,17 +35,25 @@ RUNS: dict[str, Setup] = {
     "pose": setup(1.0, scene="solo", task="pose", dt=0.02),
     "ball": setup(8.0, scene="ball", pairs="single", n=2.0, k=2.0, dt=0.02),
     "switch": setup(5.0, scene="ball", pairs="single", law="strict_switched", k=2.0, dt=0.005),
-    "tail": setup(8.0, None, Start(Place("goal", UP, 0.1)), scene="ball", pairs="single", n=2.0, k=2.0, dt=0.02),
+    "tail": setup(8.0, None, Start(RoomPlace("goal", UP, 0.1)), scene="ball", pairs="single", n=2.0, k=2.0, dt=0.02),
     "steep": setup(
-        8.0, None, Start(Place("goal", (0.0, -0.3145, -0.1), 0.2)), scene="ball", pairs="single", dm=0.1, n=20.0, k=10.0, dt=0.02
+        8.0,
+        None,
+        Start(RoomPlace("goal", (0.0, -0.3145, -0.1), 0.2)),
+        scene="ball",
+        pairs="single",
+        dm=0.1,
+        n=20.0,
+        k=10.0,
+        dt=0.02,
     ),
     "beside": setup(
-        6.0, None, Start(Place("elbow", UP, 0.14)), scene="ball", point="elbow", pairs="single", n=6.0, k=2.0, dt=0.02
+        6.0, None, Start(RoomPlace("elbow", UP, 0.14)), scene="ball", point="elbow", pairs="single", n=6.0, k=2.0, dt=0.02
     ),
     "short": setup(
         1.4,
         None,
-        Start(Place("elbow", "upper_arm", 0.1, 0.35)),
+        Start(RoomPlace("elbow", "upper_arm", 0.1, 0.35)),
         scene="ball",
         point="elbow",
         pairs="single",

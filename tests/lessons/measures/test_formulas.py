@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Start
 from app.lessons.measures import measure
-from app.lessons.measures.line import balance
-from app.lessons.measures.smoothness import largest_zigzag
-from app.lessons.places import Place
-from app.lessons.trials import simulated
+from app.lessons.measures.contact_line import balance
+from app.lessons.measures.velocity_jumps import largest_zigzag
+from app.lessons.reference_runs import simulated
+from app.lessons.room_places import RoomPlace
 from scenes.settings import LawSettings
 from tests.lessons.measures.runs import RUNS, looped_zigzag, seen
 
@@ -32,7 +32,7 @@ def test_the_rank_is_one_less_where_the_hand_itself_keeps_clear() -> None:
 def test_the_lever_of_an_elbow_is_its_upper_arm_times_the_sine(degrees: float) -> None:
     """|J_d| = L sin φ with L = 0.4 m, and λ v / |J_d| in the first step; a joint's top speed is 1.92 rad/s."""
     tilt = float(np.radians(degrees))
-    run = replace(RUNS["short"], start=Start(Place("elbow", "upper_arm", 0.1, tilt)), seconds=0.3)
+    run = replace(RUNS["short"], start=Start(RoomPlace("elbow", "upper_arm", 0.1, tilt)), seconds=0.3)
     evidence = Evidence(simulated(run))
     assert measure(evidence, "smallest_lever") == pytest.approx(0.4 * np.sin(tilt), rel=1e-6)
     assert measure(evidence, "textbook_speed") == pytest.approx(0.3 / (0.4 * np.sin(tilt)), rel=1e-6)

@@ -15,8 +15,8 @@ from scipy.spatial.distance import pdist
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Start
 from app.lessons.measures import QUANTITIES, checked_parameters, measure, shown_value
-from app.lessons.places import Place
-from app.lessons.trials import simulated
+from app.lessons.reference_runs import simulated
+from app.lessons.room_places import RoomPlace
 from controllers.kinematics import Array
 from scenes.room import PATH
 from scenes.simulation import Simulation
@@ -193,7 +193,7 @@ def test_the_time_without_authority_is_not_always_zero() -> None:
     assert measure(Evidence(seen("short").simulation), "time_without_authority") == pytest.approx(
         0.01 * float(np.count_nonzero(seen("short").col("authority")))
     )
-    steep = replace(RUNS["short"], start=Start(Place("elbow", "upper_arm", 0.1, 0.02)))
+    steep = replace(RUNS["short"], start=Start(RoomPlace("elbow", "upper_arm", 0.1, 0.02)))
     assert (measure(Evidence(simulated(steep)), "time_without_authority") or 0.0) > 0.03
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.testing import assert_allclose
 
-from app.lessons.own_law import StandIn, examine, stand_in
-from app.lessons.trials import person_of, simulated
+from app.custom_law.trials import WHY
+from app.lessons.law_challenge import StandIn, examine, stand_in
+from app.lessons.reference_runs import person_of, simulated
 from app.lessons.walkthrough import Walkthrough
-from app.own_law.trials import WHY
 from controllers.laws.situation import Situation
-from scenes.cast import Nobody
+from scenes.roles import NoSource
 from scenes.settings import changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
@@ -93,7 +93,7 @@ def test_what_the_student_did_is_kept_for_the_step_that_asks_for_it() -> None:
     assert isinstance(script, HandTarget)
     own = person_of(simulation, walk.setup)
     walk.go("hold", 2)
-    assert walk.yours and isinstance(walk.target_source(simulation), Nobody)
+    assert walk.yours and isinstance(walk.target_source(simulation), NoSource)
     to_challenge(walk)
     attempt = walk.attempt(simulated(walk.step.trials[0].setup), person=own)
     assert attempt is not None and attempt.passed
@@ -131,15 +131,15 @@ def test_the_textbooks_law_fails_where_there_is_no_lever() -> None:
     assert "fails by" in judgement.text and judgement.text.endswith(WHY[judgement.id])
 
 
-def test_own_law_attempts_are_noted() -> None:
+def test_custom_law_attempts_are_noted() -> None:
     """By the judgements that a loader brings; there is nothing else to attempt in that step."""
     walk = Walkthrough(our_book())
     walk.go("limits", 3)
-    assert walk.attempt_own_law(()) is None
+    assert walk.attempt_custom_law(()) is None
     to_challenge(walk)
     assert walk.attempt(simulated(walk.setup)) is None
     judgements = examine(stand_in("unprotected"), only=("leaves the task alone", "gets out")).judgements
-    failed = walk.attempt_own_law(judgements)
+    failed = walk.attempt_custom_law(judgements)
     assert failed is not None and failed.failed == ("gets out",) and "fails by" in failed.text
-    passed = walk.attempt_own_law([judgement for judgement in judgements if judgement.passed])
+    passed = walk.attempt_custom_law([judgement for judgement in judgements if judgement.passed])
     assert passed is not None and walk.done.passed and walk.done.attempts == 2

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.lessons.phases import Phase
-from app.lessons.trials import begin, simulated
+from app.lessons.reference_runs import begin, simulated
 from app.lessons.walkthrough import Walkthrough
 from scenes.settings import changed
 from scenes.simulation import Simulation

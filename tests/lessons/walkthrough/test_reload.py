@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.lessons.phases import Phase
 from app.lessons.progress import Progress, from_json, to_json
-from app.lessons.trials import simulated
+from app.lessons.reference_runs import simulated
 from app.lessons.walkthrough import Walkthrough
 from tests.lessons.helpers import SMALL, book_of, run_out, small_walk, to_challenge
 from tests.lessons.walkthrough.conftest import two_lessons

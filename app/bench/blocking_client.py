@@ -1,0 +1,107 @@
+"""A visitor for plain functions."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
+
+import websockets
+
+from app.bench.headless_client import HeadlessClient, Received
+from app.bench.page_mirror import Mirror
+
+T = TypeVar("T")
+
+
+class BlockingClient:
+    """A `HeadlessClient` for plain functions: its loop runs in a thread of its own.
+
+    Needed where the calling thread already has a running loop, as it does while Playwright's synchronous interface is open.
+
+    Raises, when made:
+        websockets.InvalidStatus: turned away.
+    """
+
+    def __init__(self, url: str, origin: str | None = None, query: str = "", *, camera: bool = True, **options: Any) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True, name="visitor")
+        self._thread.start()
+        try:
+            self.visitor = self._run(self._make(url, origin, query, camera, options))
+        except BaseException:
+            self._end()
+            raise
+
+    @staticmethod
+    async def _make(url: str, origin: str | None, query: str, camera: bool, options: dict[str, Any]) -> HeadlessClient:
+        return await HeadlessClient(url, origin, query, **options).connect(camera=camera)
+
+    def _run(self, work: Coroutine[Any, Any, T], timeout: float = 30.0) -> T:
+        return asyncio.run_coroutine_threadsafe(work, self._loop).result(timeout)
+
+    def _end(self) -> None:
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join(5.0)
+        self._loop.close()
+
+    @property
+    def mirror(self) -> Mirror:
+        """The page so far."""
+        return self.visitor.mirror
+
+    @property
+    def received(self) -> Received:
+        """The counters."""
+        return self.visitor.received
+
+    @property
+    def closed(self) -> websockets.ConnectionClosed | None:
+        """Why the connection ended, None while it lives."""
+        return self.visitor.closed
+
+    def send(self, message: dict[str, Any]) -> None:
+        """See `HeadlessClient.send`."""
+        self._run(self.visitor.send(message))
+
+    def send_raw(self, data: bytes | str) -> None:
+        """See `HeadlessClient.send_raw`."""
+        self._run(self.visitor.send_raw(data))
+
+    def set_value(self, label: str, value: object) -> None:
+        """See `HeadlessClient.set_value`."""
+        self._run(self.visitor.set_value(label, value))
+
+    def click(self, label: str) -> None:
+        """See `HeadlessClient.click`."""
+        self._run(self.visitor.click(label))
+
+    def move_gizmo(
+        self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
+    ) -> None:
+        """See `HeadlessClient.move_gizmo`."""
+        self._run(self.visitor.move_gizmo(name, position, wxyz, phase=phase))
+
+    def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
+        """See `HeadlessClient.wait_for`; the predicate runs in the visitor's thread."""
+        self._run(self.visitor.wait_for(predicate, timeout), timeout + 5.0)
+
+    def break_off(self, unfinished: bytes = b"") -> None:
+        """See `HeadlessClient.break_off`."""
+        self._run(self.visitor.break_off(unfinished))
+
+    def close(self) -> None:
+        """Leave and end the thread. May be called twice."""
+        if self._loop.is_closed():
+            return
+        try:
+            self._run(self.visitor.close())
+        finally:
+            self._end()
+
+    def __enter__(self) -> BlockingClient:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

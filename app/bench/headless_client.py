@@ -1,0 +1,211 @@
+"""One connection: speaks viser's protocol, keeps a mirror of the page, counts what arrives."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import msgspec
+import viser
+import websockets
+from websockets.typing import Origin, Subprotocol
+
+from app.bench.page_mirror import Mirror, decode_frame
+
+CAMERA: Final[dict[str, Any]] = {
+    "type": "ViewerCameraMessage",
+    "wxyz": [1.0, 0.0, 0.0, 0.0],
+    "position": [3.0, 3.0, 3.0],
+    "fov": 1.3,
+    "near": 0.01,
+    "far": 1000.0,
+    "image_height": 800,
+    "image_width": 1200,
+    "look_at": [0.0, 0.0, 0.0],
+    "up_direction": [0.0, 0.0, 1.0],
+}
+
+
+@dataclass
+class Received:
+    """What has arrived since the counters were last reset.
+
+    Attributes:
+        frames: websocket messages (viser calls them windows; one is one update of the page).
+        bytes: their size.
+        messages: viser messages by type; stays empty unless frames are decoded.
+        lags: from the server's `perf_counter` at sending to ours at receipt, in seconds; means something on one machine only.
+        times: when each frame came, on our `perf_counter` [s].
+    """
+
+    frames: int = 0
+    bytes: int = 0
+    messages: Counter[str] = field(default_factory=Counter)
+    lags: list[float] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+
+
+class HeadlessClient:
+    """One connection.
+
+    Args:
+        url: the page's address, such as `http://127.0.0.1:8080` (`ws://` will do too).
+        origin: what to send as Origin; None for none, as programs do.
+        query: the deep link's query without `?`.
+        decode: False only counts frames and bytes, which costs next to nothing.
+        read_pause: seconds to wait between frames, to play a slow one.
+        language: what to send as Accept-Language; "" for none, as programs do.
+
+    Attributes:
+        mirror: the page so far.
+        received: counters.
+        closed: why the connection ended, None while it lives.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        origin: str | None = None,
+        query: str = "",
+        *,
+        decode: bool = True,
+        read_pause: float = 0.0,
+        language: str = "",
+    ) -> None:
+        base = url.replace("http://", "ws://", 1).replace("https://", "wss://", 1).rstrip("/")
+        self.url = f"{base}/?{query}" if query else base
+        self.mirror = Mirror()
+        self.received = Received()
+        self.closed: websockets.ConnectionClosed | None = None
+        self._origin = origin
+        self._decode = decode
+        self._read_pause = read_pause
+        self._headers = {"Accept-Language": language} if language else {}
+        self._news = asyncio.Event()
+        self._reader: asyncio.Task[None] | None = None
+        self._socket: websockets.ClientConnection | None = None
+
+    async def connect(self, timeout: float = 10.0, *, camera: bool = True) -> HeadlessClient:
+        """Connect, and say where we look from, after which the server counts us in.
+
+        Raises:
+            websockets.InvalidStatus: turned away (wrong Origin).
+        """
+        self._socket = await websockets.connect(
+            self.url,
+            origin=None if self._origin is None else Origin(self._origin),
+            additional_headers=self._headers,
+            subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
+            max_size=None,
+            compression=None,
+            ping_interval=None,
+            open_timeout=timeout,
+            close_timeout=2.0,
+            proxy=None,
+        )
+        if camera:
+            # A full room closes at once; the reader will tell.
+            with contextlib.suppress(websockets.ConnectionClosed):
+                await self.send(CAMERA)
+        self._reader = asyncio.create_task(self._read())
+        return self
+
+    async def _read(self) -> None:
+        assert self._socket is not None
+        try:
+            while True:
+                frame = await self._socket.recv()
+                assert isinstance(frame, bytes)
+                self.received.frames += 1
+                self.received.bytes += len(frame)
+                self.received.times.append(time.perf_counter())
+                if self._decode:
+                    messages, sent_at = decode_frame(frame)
+                    self.received.lags.append(time.perf_counter() - sent_at)
+                    for message in messages:
+                        self.received.messages[message["type"]] += 1
+                        self.mirror.take(message)
+                self._news.set()
+                if self._read_pause:
+                    await asyncio.sleep(self._read_pause)
+        except websockets.ConnectionClosed as closed:
+            self.closed = closed
+        finally:
+            self._news.set()
+
+    def reset_counters(self) -> None:
+        """Count from here."""
+        self.received = Received()
+
+    async def send(self, message: dict[str, Any]) -> None:
+        """Send one message, as a dictionary with `type`."""
+        await self.send_raw(msgspec.msgpack.encode(message))
+
+    async def send_raw(self, data: bytes | str) -> None:
+        """Send anything at all."""
+        assert self._socket is not None
+        await self._socket.send(data)
+
+    async def set_value(self, label: str, value: object) -> None:
+        """Operate the GUI element with this label."""
+        await self.send({"type": "GuiUpdateMessage", "uuid": self.mirror.labelled(label)["uuid"], "updates": {"value": value}})
+
+    async def click(self, label: str) -> None:
+        """Press the button with this label."""
+        uuid = self.mirror.labelled(label, "GuiButtonMessage")["uuid"]
+        await self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
+
+    async def move_gizmo(
+        self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
+    ) -> None:
+        """One step of dragging a gizmo; `phase` is "start", "update" or "end"."""
+        message: dict[str, Any] = {"name": name, "owner": self.mirror.nodes[name].get("owner", "")}
+        if phase == "update":
+            message |= {"type": "TransformControlsUpdateMessage", "position": position, "wxyz": wxyz}
+        else:
+            message |= {"type": f"TransformControlsDrag{phase.capitalize()}Message"}
+        await self.send(message)
+
+    async def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
+        """Return as soon as `predicate(self)` is true; it is asked again after every frame and at the end of the connection.
+
+        Raises:
+            TimeoutError: it never was.
+        """
+
+        async def until() -> None:
+            while not predicate(self):
+                self._news.clear()
+                # The predicate may also look at things that change without a frame.
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._news.wait(), 0.05)
+
+        try:
+            await asyncio.wait_for(until(), timeout)
+        except TimeoutError as error:
+            raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}") from error
+
+    async def break_off(self, unfinished: bytes = b"") -> None:
+        """End the connection as a lost line does, without a word; `unfinished`: a message of which only a part is sent before."""
+        assert self._socket is not None
+        if unfinished:
+            # A masked binary frame (RFC 6455, section 5.2) that promises all, and half of it.
+            head = b"\x82\xfe" + len(unfinished).to_bytes(2, "big") + b"\0\0\0\0"
+            self._socket.transport.write(head + unfinished[: len(unfinished) // 2])
+            await asyncio.sleep(0)
+        self._socket.transport.abort()
+
+    async def close(self) -> None:
+        """Leave. May be called twice."""
+        if self._socket is not None:
+            await self._socket.close()
+        if self._reader is not None:
+            if self._read_pause:
+                self._reader.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._reader

@@ -1,0 +1,206 @@
+"""`lwr-duet bench --peers`: the hold experiment with two QP libraries beside our laws, in one interleaved run.
+
+Everybody has the same two arms, capsules and pairs, the same pose to hold with the same gain, the same joint bounds, and the same
+obstacle: the guided arm's joints are taken from a run of ours. The peers are told its velocity, as an equality constraint; our own
+laws are not, except where "+w" is said. What is timed is one whole step from q to the next q; ours includes writing it into the
+history.
+
+It is no contest of equals. The peers solve a general quadratic programme with many options, ours are one row. Their settings are
+those of their documentation where they have a meaning here; every one of them is in `app.bench.peer_pink` and `app.bench.peer_mink`.
+"""
+
+import platform
+import statistics
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+from time import perf_counter_ns
+from typing import Any, Final
+
+import numpy as np
+
+from app.bench.peer_hold import Baked, Engine, Method, OurEngine, Ours, bake, our_laws
+from controllers.errors import BadSetting, DuetError
+from controllers.kinematics import Array
+from scenes.room import Room
+from scenes.settings import RunSettings
+
+PACKAGES: Final = {"pink": "pin-pink", "mink": "mink", "mujoco": "mujoco", "qpsolvers": "qpsolvers", "daqp": "daqp"}
+"""Module → package of the extra `peers`."""
+
+AGREEMENT: Final = 1e-9
+"""How far distances [m] and poses [m, -] of two engines may differ."""
+
+POSTURES: Final = 1000
+"""Random postures at which the engines are compared."""
+
+BLOCK: Final = 100
+"""Steps of one method before the next one has its turn; the first block of each is not timed."""
+
+
+def needs_peers() -> None:
+    """Do nothing if the peers can be measured.
+
+    Raises:
+        BadSetting: a package is not installed.
+    """
+    absent = [package for module, package in PACKAGES.items() if find_spec(module) is None]
+    if absent:
+        raise BadSetting(f"--peers needs {', '.join(absent)}, which is not installed: pip install 'lwr-duet[peers]'.")
+
+
+def _methods(baked: Baked) -> dict[str, Callable[[], Method]]:
+    from app.bench.peer_mink import MinkArm, matched_gain
+    from app.bench.peer_pink import PinkArm
+
+    pairs = len(baked.room.geometry.collisionPairs)
+    ours = {name: (lambda law=law: Ours(baked, law)) for name, law in our_laws(baked.settings.law).items()}
+    return {
+        **ours,
+        "pink, all pairs +w": lambda: PinkArm(baked, pairs),
+        "pink, 3 closest pairs +w": lambda: PinkArm(baked, 3),
+        "mink, all pairs +w": lambda: MinkArm(baked, matched_gain(baked.settings.dt)),
+        "mink, all pairs, default gain +w": lambda: MinkArm(baked, 0.85),
+    }
+
+
+def disagreement(mine: Engine, other: Engine, room: Room, postures: int = POSTURES, seed: int = 1) -> dict[str, float]:
+    """Return the largest differences between two engines over random postures, and the smallest distance met, all in [m].
+
+    Raises:
+        DuetError: they do not have the same pairs.
+    """
+    model, random = room.model, np.random.default_rng(seed)
+    distances, poses, nearest = [0.0], [0.0], np.inf
+    for _ in range(postures):
+        q = random.uniform(model.lowerPositionLimit, model.upperPositionLimit)
+        a, b = mine.distances(q), other.distances(q)
+        if a.keys() != b.keys():
+            raise DuetError(
+                f"Peers: {_named(a.keys() ^ b.keys())} is a pair in one engine and not in the other; they cannot be compared."
+            )
+        distances += [abs(a[pair] - b[pair]) for pair in a]
+        nearest = min(nearest, *a.values())
+        poses += [float(np.abs(x - y).max()) for x, y in zip(mine.hand_pose(q), other.hand_pose(q), strict=True)]
+    # Unlike Python's, numpy's maximum does not overlook a nan.
+    return {"distance": float(np.max(distances)), "hand_pose": float(np.max(poses)), "nearest": nearest}
+
+
+def _named(pairs: set[tuple[str, str]]) -> str:
+    return " / ".join(min(pairs))
+
+
+def gate(baked: Baked, engines: dict[str, Engine]) -> dict[str, dict[str, float]]:
+    """Return how well the engines agree with ours.
+
+    Raises:
+        DuetError: not well enough; a comparison would mean nothing.
+    """
+    mine, found = OurEngine(baked), {}
+    for name, engine in engines.items():
+        found[name] = differences = disagreement(mine, engine, baked.room)
+        for what in ("distance", "hand_pose"):
+            if not differences[what] <= AGREEMENT:
+                raise DuetError(
+                    f"Peers: {what.replace('_', ' ')} of {name} differs from ours by {differences[what]:.1e}, more than {AGREEMENT:g}; "
+                    "the comparison would mean nothing."
+                )
+    return found
+
+
+def measure_peers(steps: int = 9200, settings: RunSettings | None = None) -> dict[str, Any]:
+    """Return all figures, ready for JSON.
+
+    Args:
+        steps: of the hold experiment, for each method.
+        settings: of the experiment; None for the usual ones with the hand's pose to be held, a task that all three know.
+
+    Raises:
+        BadSetting: a peer is not installed.
+        DuetError: the engines do not agree.
+    """
+    needs_peers()
+    from app.bench.peer_mink import MinkEngine
+    from app.bench.peer_pink import PinkEngine
+
+    settings = settings or RunSettings(task="pose")
+    baked = bake(settings, steps)
+    agreement = gate(baked, {"pink": PinkEngine(baked), "mink": MinkEngine(baked)})
+    methods = {name: make() for name, make in _methods(baked).items()}
+    records = _interleaved(methods, baked)
+    figures = {name: _summary(record, baked) for name, record in records.items()}
+    for name, method in methods.items():
+        figures[name]["unsolved"] = float(method.unsolved)
+    fastest = figures["ours, single pair (paper)"]["median_us"]
+    for row in figures.values():
+        row["ratio"] = row["median_us"] / fastest
+    return {
+        "version": version("lwr-duet"),
+        "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
+        "packages": {package: version(package) for package in PACKAGES.values()},
+        "settings": asdict(settings),
+        "steps": steps,
+        "pairs": len(baked.room.geometry.collisionPairs),
+        "agreement": agreement,
+        "figures": figures,
+    }
+
+
+@dataclass(frozen=True)
+class _Record:
+    """Every step of one method: q (steps, nv), q̇ (steps, nv), and wall times [ns]."""
+
+    positions: Array
+    velocities: Array
+    times: list[int]
+
+
+def _interleaved(methods: dict[str, Method], baked: Baked) -> dict[str, _Record]:
+    shape = (baked.steps, baked.room.model.nv)
+    records = {name: _Record(np.empty(shape), np.empty(shape), []) for name in methods}
+    for first in range(0, baked.steps, BLOCK):
+        for name, method in methods.items():
+            record = records[name]
+            for step in range(first, min(first + BLOCK, baked.steps)):
+                record.positions[step] = method.positions
+                method.prepare(step)
+                begin = perf_counter_ns()
+                velocities = method.advance(step)
+                record.times.append(perf_counter_ns() - begin)
+                record.velocities[step] = velocities
+    return records
+
+
+def _summary(record: _Record, baked: Baked) -> dict[str, float]:
+    off = float(np.abs(record.positions[:, baked.guided] - baked.guided_positions).max())
+    if off > AGREEMENT:
+        raise DuetError(f"Peers: an obstacle was {off:.1e} rad off; everybody must meet the same one.")
+    engine = OurEngine(baked)
+    d = np.array([engine.nearest(q) for q in record.positions])
+    misses = np.array([engine.hand_pose(q)[0] - baked.place for q in record.positions])
+    change = np.abs(np.diff(record.velocities[:, baked.avoiding], axis=0))
+    times = record.times[BLOCK:] or record.times
+    d_m = baked.settings.law.critical_distance
+    return {
+        "median_us": statistics.median(times) / 1000.0,
+        "p99_us": float(np.percentile(times, 99)) / 1000.0,
+        "d_min": float(d.min()),
+        "share_below": float((d < d_m).mean()),
+        "e2_max": float((misses * misses).sum(axis=1).max()),
+        "ddq_max": float(change.max()) / baked.settings.dt if len(change) else 0.0,
+    }
+
+
+def peers_table(result: dict[str, Any]) -> str:
+    """Return the figures as a table."""
+    header = f"{'':34s} {'step µs':>8s} {'ratio':>6s} {'d_min mm':>9s} {'< d_m':>7s} {'e²max m²':>9s} {'q̈max rad/s²':>12s}"
+    lines = [f"hold, {result['pairs']} pairs, {result['steps']} steps, interleaved", header]
+    for name, row in result["figures"].items():
+        lines.append(
+            f"{name:34s} {row['median_us']:8.1f} {row['ratio']:6.1f} {1000.0 * row['d_min']:9.2f} {100.0 * row['share_below']:6.1f}% "
+            f"{row['e2_max']:9.4f} {row['ddq_max']:12.2f}" + (f"   {row['unsolved']:g} steps unsolved" if row["unsolved"] else "")
+        )
+    for name, row in result["agreement"].items():
+        lines.append(f"{name}'s distances differ from ours by at most {row['distance']:.1e} m ({POSTURES} random postures)")
+    return "\n".join(lines)

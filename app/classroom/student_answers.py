@@ -1,0 +1,155 @@
+"""A student's own part of the stage's page: the answers as buttons and keys, and what is said to their own answer."""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import viser
+from viser._messages import HotkeyKey
+
+from app.classroom.classroom import Poll
+from app.classroom.classroom_html import banner_html, mine_html
+from app.i18n.speaking import tr
+from app.page.lessons.lesson_html import choice_label
+from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.window_size import canvas_size
+from app.theme import NARROW
+from app.web.audiences import expand_for
+
+PHONE: Final = 576.0
+"""On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""
+
+KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
+
+_OWN: Final = "<style>.duet-l-choices,.duet-l-verdict{display:none!important}</style>"
+"""What is listed for a projector has buttons here, and the verdict is about this student's answer."""
+
+
+def is_narrow(client: viser.ClientHandle) -> bool:
+    """Return whether a window has no room for lesson, stage and controls beside each other."""
+    return canvas_size(client)[0] < NARROW
+
+
+class Banner:
+    """One line at the top of a page: what the teacher has everybody do.
+
+    Args:
+        gui: of one student.
+    """
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
+        self._handle = gui.add_html("", order=-30.0)
+        self._other: viser.GuiHtmlHandle | None = None
+        self._shown: tuple[str, bool] = "", False
+
+    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None = None) -> None:
+        """Say something; "" says nothing. `tab`: where it is said instead, as the controls are folded up."""
+        made = banner_html(kind, text), tab is not None
+        if made == self._shown:
+            return
+        self._shown = made
+        if tab is not None and self._other is None:
+            with tab:
+                self._other = self._gui.add_html("", order=0.5)
+        self._handle.content = "" if tab is not None else made[0]
+        if self._other is not None:
+            self._other.content = made[0] if tab is not None else ""
+
+    def close(self) -> None:
+        """Take it away."""
+        for handle in (self._handle, self._other):
+            if handle is not None:
+                handle.remove()
+
+
+class Answers:
+    """The part of one student.
+
+    Args:
+        client: the student's.
+        panel: of the lessons, which everybody sees.
+        answer: called with the index of a choice, on the network's thread.
+    """
+
+    def __init__(self, client: viser.ClientHandle, panel: LessonPanel, answer: Callable[[int], None]) -> None:
+        self._client, self._panel, self._answer = client, panel, answer
+        self._buttons: list[viser.GuiButtonHandle] = []
+        self._commands: list[viser.CommandHandle] = []
+        self._texts: list[viser.GuiHtmlHandle] = []
+        self._shown: tuple[Any, ...] = ()
+        self._narrow, self._phone, self._folded = is_narrow(client), canvas_size(client)[0] <= PHONE, False
+
+    def fold(self, folded: bool) -> None:
+        """On a narrow window make room: while a lesson is open it goes before the numbers, which can be unfolded."""
+        if not self._narrow or folded == self._folded or (folded and self._panel.panel is None):
+            return
+        self._folded = folded
+        if not folded:
+            self._client.gui.main_panel.expand()
+            return
+        self._client.gui.main_panel.minimize()
+        if self._phone and self._panel.panel is not None:
+            expand_for(self._client, self._panel.panel)
+
+    def _make(self) -> None:
+        gui = self._client.gui
+        assert self._panel.tab is not None
+        with self._panel.tab:
+            self._texts = [
+                gui.add_html(_OWN, order=ORDER["choices"] + 0.1),
+                gui.add_html("", order=ORDER["choices"] + 8.5),
+                gui.add_html("", order=ORDER["verdict"] + 0.5),
+            ]
+            for i in range(len(KEYS)):
+                self._buttons.append(self._button(i))
+
+    def _button(self, index: int) -> viser.GuiButtonHandle:
+        button = self._client.gui.add_button(f"{index + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + index)
+
+        @button.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            del event
+            self._answer(index)
+
+        return button
+
+    def _command(self, index: int) -> viser.CommandHandle:
+        command = self._client.gui.add_command(
+            tr("Answer {number}", number=index + 1), hotkey=KEYS[index], icon=viser.Icon.HAND_CLICK
+        )
+
+        @command.on_trigger
+        async def _(event: viser.CommandEvent) -> None:
+            del event
+            self._answer(index)
+
+        return command
+
+    def show(self, poll: Poll | None, mine: int | None) -> None:
+        """Bring buttons, keys and texts up to date."""
+        asked = None if poll is None else (poll.place, poll.choices, poll.open, poll.outcome, poll.verdicts)
+        if self._panel.tab is None or (asked, mine) == self._shown:
+            return
+        self._shown = asked, mine
+        if not self._buttons:
+            self._make()
+        count = min(len(poll.choices), len(KEYS)) if poll is not None and poll.open else 0
+        for i, button in enumerate(self._buttons):
+            if poll is not None and i < count:
+                button.label = choice_label(i + 1, poll.choices[i], i == mine)
+                button.color = "orange" if i == mine else "gray"
+            if button.visible != (i < count):
+                button.visible = i < count
+        while len(self._commands) > count:
+            self._commands.pop().remove()
+        while len(self._commands) < count:
+            self._commands.append(self._command(len(self._commands)))
+        said = "" if poll is None else mine_html(poll, mine)
+        over = poll is not None and bool(poll.verdicts)
+        self._texts[1].content, self._texts[2].content = ("", said) if over else (said, "")
+
+    def close(self) -> None:
+        """Take everything away: this student has become the one who leads."""
+        for handle in (*self._buttons, *self._commands, *self._texts):
+            handle.remove()
+        self._buttons, self._commands, self._texts, self._shown = [], [], [], ()

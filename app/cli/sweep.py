@@ -1,0 +1,84 @@
+"""`lwr-duet sweep`: a grid of settings over a scene, on all cores, as one table and its maps."""
+
+import os
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from tqdm import tqdm
+
+from app.cli.options import Flat, RunOptions, chosen
+from app.runtime.terminal import INTERRUPTED, ending_at_once
+from app.sweep.heatmaps import draw_maps, needs_matplotlib
+from app.sweep.sweep_files import Format, SweepFiles
+from controllers.errors import BadSetting
+from scenes.grids import Grid, read_grid
+from scenes.settings import RunSettings
+from scenes.sweep import run_points
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Run a grid of settings over a scene, on all cores; write one table and its maps. The same command goes on where it was ended."""
+
+    over: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="KEY=VALUES")] = ()
+    """A setting and its values: n=1:20 (steps of 1), v=0.05:0.6:12 (12 values) or law=smooth_priority,unprotected. May be repeated."""
+    seconds: float = 46.0
+    """Simulated time of each run [s]."""
+    out: Path = Path("sweep")
+    """Folder for the table and the maps."""
+    format: Format = "csv"
+    """Of the table; parquet needs pyarrow."""
+    workers: int = 0
+    """Processes; 0 takes one a core. The figures do not depend on it."""
+    maps: bool = True
+    """Draw d_min, e2_max and ddq_max (needs matplotlib)."""
+    settings: Flat[RunOptions] = field(default_factory=RunOptions)  # type: ignore[valid-type]
+    """All that is not swept."""
+
+
+def sweep(command: Sweep) -> int:
+    """Run what is missing, write the table, draw the maps. Returns the exit code.
+
+    Raises:
+        BadSetting, BadInputFile: before anything runs.
+    """
+    settings: RunSettings = chosen(command.settings, RunSettings())
+    if command.workers < 0:
+        raise BadSetting(f"workers = {command.workers} cannot be; give a number from 1, or 0 for one a core.")
+    if command.maps:
+        with ending_at_once():
+            needs_matplotlib()
+    grid = read_grid(settings, command.over, command.seconds)
+    files = SweepFiles(command.out, grid, command.format)
+    try:
+        _complete(grid, files, command.workers or _cores())
+    except KeyboardInterrupt:
+        print(f"{len(files.rows)} of {grid.size} runs are in {files.part}; the same command goes on from there.", file=sys.stderr)
+        return INTERRUPTED
+    print(files.table)
+    if command.maps:
+        drawn = draw_maps(grid, files.rows, command.out)
+        for path in drawn:
+            print(path)
+        if not drawn:
+            print("No maps: too many values for panels side by side; sweep fewer settings at once.", file=sys.stderr)
+    return 0
+
+
+def _complete(grid: Grid, files: SweepFiles, workers: int) -> None:
+    missing = files.missing()
+    kept = grid.size - len(missing)
+    if missing:
+        with files.recording() as add, tqdm(total=grid.size, initial=kept, unit="run", disable=None, leave=False) as bar:
+            for index, figures in run_points(grid, missing, workers):
+                add(index, figures)
+                bar.update()
+    files.finish()
+
+
+def _cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,143 @@
+"""The runs and situations in which laws are tested: the product's own rooms, bounds and integration, with the law put in."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
+from typing import Final
+
+import numpy as np
+
+from app.custom_law.trial_result import Candidate
+from controllers.errors import LazyText
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation
+from scenes.history import COLUMN
+from scenes.settings import LawSettings, RunSettings, SceneName
+from scenes.simulation import Simulation
+from scenes.targets import HandTarget, Target
+
+CRITICAL_DISTANCE: Final = 0.15
+"""d_m that the tests ask for [m]."""
+
+DT: Final = 0.005
+"""Time step, unless a test says otherwise [s]."""
+
+FAR: Final = 2.5
+"""Distance of an obstacle that is not near, in d_m."""
+
+DEPTH: Final = 0.05
+"""How deep inside each other the arms begin [m]."""
+
+LENGTHS: Final = (0.3, 0.1, 0.03, 0.01, 1e-3, 1e-6, 0.0)
+"""|J_d| of the situations in which the arm has less and less of a lever [m/rad]."""
+
+TOP_SPEED: Final = 1.92
+"""Of the joints in these situations [rad/s], the LWR's slowest."""
+
+PATIENCE: Final = 10.0
+"""Time that all calls of one run may take together [s]."""
+
+
+class TrialStopped(Exception):
+    """The law failed, or takes so long that the test would not end; the message says why."""
+
+
+def enter(scene: SceneName, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
+    """Return an experiment at its start, with a law of its own or (None) unprotected."""
+    settings = RunSettings(scene=scene, dt=dt, law=LawSettings(law="unprotected", critical_distance=CRITICAL_DISTANCE))
+    simulation = Simulation(replace(settings, path=path))  # pyright: ignore[reportArgumentType]
+    if law is not None:
+        simulation.law = law
+    return simulation
+
+
+def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None]) -> Array:
+    """Return the history's table after one step a target.
+
+    Raises:
+        Stopped: the law has failed, or is too slow.
+    """
+    taken = 0.0
+    for target in targets:
+        simulation.step(target)
+        stop_if_failed(law)
+        taken += law.seconds
+        if taken > PATIENCE:
+            raise TrialStopped(
+                LazyText(
+                    "stopped after {time:.2f} s of the run: a call takes {taken:.3g} ms.",
+                    time=simulation.time,
+                    taken=taken / simulation.steps * 1e3,
+                )
+            )
+    return simulation.history.table()
+
+
+def stop_if_failed(law: Candidate) -> None:
+    """End a test whose law has failed.
+
+    Raises:
+        Stopped: with what the law did wrong.
+    """
+    if law.problem is not None:
+        raise TrialStopped(law.problem.text)
+
+
+def largest_error(table: Array) -> float:
+    """Return the largest |e| of a run [m]. `table`: its steps (steps, columns of `scenes.history`)."""
+    return float(table[:, COLUMN["e2"]].max()) ** 0.5
+
+
+@cache
+def error_of_the_task_alone() -> float:
+    """Return the largest |e| of two seconds of the circle with nothing to keep clear of [m]."""
+    simulation = enter("solo", None, path="circle")
+    for _ in range(round(2.0 / DT)):
+        simulation.step(None)
+    return largest_error(simulation.history.table())
+
+
+def put_the_ball_away(simulation: Simulation) -> None:
+    """Begin with the ball `FAR` · d_m from the hand, on the side away from its path."""
+    ball = simulation.room.ball
+    assert ball is not None
+    q = simulation.positions.copy()
+    hand = simulation.kinematics.hand_pose(simulation.avoiding).translation.copy()
+    way = hand - q[ball]
+    way /= np.linalg.norm(way)
+    distance = 0.0
+    q[ball] = hand
+    for _ in range(20):
+        # The ball has a radius, and the hand is none: the distance is measured, not computed.
+        q[ball] += way * (FAR * CRITICAL_DISTANCE - distance)
+        simulation.reset(q)
+        distance = simulation.sample().distance
+    assert math.isclose(distance, FAR * CRITICAL_DISTANCE, abs_tol=1e-6)
+
+
+@cache
+def overlapping() -> tuple[float, ...]:
+    """Return a posture q (nv,) in which the arms overlap by `DEPTH`: the guided arm was pushed into an unprotected one."""
+    simulation = enter("hold", None)
+    goal = HandTarget(simulation.kinematics.hand_pose(simulation.avoiding).translation.copy())
+    while simulation.sample().distance > -DEPTH:
+        simulation.step(goal)
+    return tuple(simulation.positions.tolist())
+
+
+@cache
+def hard_situations() -> tuple[Situation, ...]:
+    """Return situations with less and less of a lever, and with distances at which 1/d is no help."""
+    signs = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    row, J = signs / math.sqrt(7.0), np.random.default_rng(1).uniform(-0.5, 0.5, (3, 7))
+    # The task pulls towards the obstacle, and elsewhere as well.
+    nominal = -0.1 * signs
+    nominal[:2] = 0.05
+    bound = np.full(7, TOP_SPEED)
+
+    def at(length: float, distance: float) -> Situation:
+        near = np.array([distance]), np.zeros(1)
+        return Situation(np.zeros(7), nominal, row * length, distance, 0.0, J, -bound, bound, (row * length)[None, :], *near)
+
+    return (*(at(length, d) for length in LENGTHS for d in (0.10, 0.0, -0.05, 0.2)), at(0.0, math.inf))

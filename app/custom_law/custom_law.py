@@ -1,0 +1,392 @@
+"""A law that stands in a file of one's own."""
+
+import errno
+import math
+import struct
+from pathlib import Path
+from time import monotonic
+from types import TracebackType
+from typing import ClassVar, Final
+
+import numpy as np
+
+from app.custom_law.law_limits import LawLimits, LawProblem, problem_of
+from app.custom_law.process import LawFailed, LawProcess
+from app.custom_law.wire import QuestionKind, pack_activation, pack_activations, pack_rates, pack_situation
+from controllers.errors import BadInputFile, LazyText
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation, Unanswered
+from scenes.files import read_file, readable
+
+LOOK: Final = 0.5
+"""Time between two looks at the file [s]."""
+
+LARGEST: Final = 2**20
+"""Size of a file [bytes]; more is none that somebody wrote."""
+
+MOST: Final = 0.0125
+"""Time that the calls of one frame may wait at most [s]."""
+
+LONG: Final = 0.1
+"""Time after which it is worth a word that a call waits [s]."""
+
+_MISSED: Final = 4
+"""Looks in a row without a file, after which it is away."""
+
+_REMEMBERED: Final = 4096
+"""Values of λ kept: a curve is drawn again and again at the same distances."""
+
+
+class CustomLaw:
+    """A law (see `controllers.laws.situation.Law`) that calls `law(situation)` of a file, in a process of its own.
+
+    The process is started by the first call, and anew when the file has changed; there is never more than one. Where the law
+    fails, q̇ = 0: the arm freezes, and `problem` says why. It stays so until the file has changed, or `restart`. Of what the law
+    does, no exception but `Unanswered` leaves any method. All methods belong to one thread; one `CustomLaw` may be the law of several
+    simulations of that thread.
+
+    The same situations give the same bits as long as the law itself keeps nothing in mind between two calls.
+
+    Args:
+        path: of the file.
+        limits: of time and memory.
+        waits: whether a call waits for its answer as long as the limits allow. If not, all calls until the next `allow` wait no longer
+            than that says, and one that is not answered by then raises `Unanswered`: it is to be made again, and does not ask again.
+        text: of the file, if it is known already; None to read it.
+
+    Attributes:
+        problem: why it is not in force; None if all is well. After the file has changed, the old one's stays until the new one has
+            given velocities; `refresh` asks it for some, so that it goes while nothing moves, too.
+        need: time that a call takes inside the law, averaged over the last ten or so [s]; 0 before the first one.
+
+    Raises:
+        BadInputFile: there is no such file, or it cannot be read.
+    """
+
+    wants_task: ClassVar[bool] = True
+    wants_all_pairs: ClassVar[bool] = True
+    """A file that says `WANTS_ALL_PAIRS = False` is spared them."""
+
+    def __init__(
+        self,
+        path: Path,
+        limits: LawLimits = LawLimits(),  # noqa: B008 (frozen)
+        waits: bool = False,
+        text: bytes | None = None,
+    ) -> None:
+        self.path = path.absolute()
+        self.limits = limits
+        self.problem: LawProblem | None = None
+        self.need = 0.0
+        self._waits = waits
+        self._process: LawProcess | None = None
+        self._stamp = _stamp(self.path)
+        self._text = read_law(self.path) if text is None else text
+        self._looked = monotonic()
+        self._idle = False
+        """Whether no process is to be started: the law has failed, or is closed."""
+        self._closed = False
+        self._known: dict[float, float] = {}
+        self._question: bytes | None = None
+        """The newest situation, as it was asked about."""
+        self._answers: dict[bytes, bytes] = {}
+        """What has been answered of the present step, which may have to be made again."""
+        self._curves: dict[QuestionKind, tuple[bytes, bytes]] = {}
+        """The newest curves for charts: question and answer."""
+        self._left = 0.0
+        """How long calls may still wait [s]."""
+        self._since: float | None = None
+        """Since when a call has waited."""
+        self._answered = False
+        """Whether the present process has given velocities."""
+        self._missed = 0
+
+    def __enter__(self) -> "CustomLaw":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    @property
+    def pid(self) -> int | None:
+        """Id of the process; None while there is none."""
+        return self._process.pid if self._process is not None else None
+
+    @property
+    def away(self) -> bool:
+        """Whether the file has not been there for a while; what was read of it last stays in force."""
+        return self._missed >= _MISSED
+
+    @property
+    def seconds(self) -> float:
+        """Time that the newest call took inside the law, without the way there and back [s]; nan if there was none."""
+        return self._process.seconds if self._process is not None else float("nan")
+
+    @property
+    def ready(self) -> bool:
+        """Whether the file is loaded and has not failed; nothing is loaded before the first call or `restart`."""
+        return self._process is not None and self._ready(False) is not None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a call has been waiting for so long that it is worth a word."""
+        return self._since is not None and monotonic() - self._since > LONG
+
+    def allow(self, seconds: float) -> None:
+        """Let the calls from now on wait so long together, and as long as was left over before, at most `MOST` [s]."""
+        self._left = min(self._left + seconds, MOST)
+
+    def step_made(self) -> int:
+        """Note that the step which was asked about was made; return how often the law was called for it."""
+        calls = sum(question[0] == QuestionKind.LAW for question in self._answers)
+        self._answers.clear()
+        return calls
+
+    def __call__(self, situation: Situation) -> Array:
+        """Return q̇ (n,) [rad/s]; zeros where the law fails.
+
+        Raises:
+            Unanswered: there is no answer yet.
+        """
+        self._question = pack_situation(situation)
+        payload = self._ask(self._question)
+        return np.zeros(len(situation.nominal)) if payload is None else np.frombuffer(payload, np.float64).copy()
+
+    def activation(self, distance: float) -> float:
+        """Return what the file's `activation(distance)` says, in [0, 1]; 0 if it has none, or has failed.
+
+        Raises:
+            Unanswered: there is no answer yet.
+        """
+        known = self._known.get(distance)
+        if known is not None:
+            return known
+        process = self._loaded()
+        if process is None or not process.has_activation:
+            return 0.0
+        payload = self._ask(pack_activation(distance))
+        if payload is None:
+            return 0.0
+        if len(self._known) >= _REMEMBERED:
+            self._known.clear()
+        lam: float = struct.unpack("<d", payload)[0]
+        self._known[distance] = lam
+        return lam
+
+    def activations(self, distances: Array) -> Array:
+        """Return λ (k,) at distances (k,) for a chart: the newest answer to this; nan until there is one."""
+        process = self._ready(self._waits)
+        if process is not None and not process.has_activation:
+            return np.zeros(len(distances))
+        return self._curve(QuestionKind.ACTIVATIONS, pack_activations(distances), len(distances))
+
+    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
+        """Return J_d q̇ [m/s] of an arm of which only one joint moves the distance, see `Law.line_rate`; nan where it is not known."""
+        return float(self.line_rates(np.array([distance]), pull, approach, square)[0])
+
+    def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
+        """Return `line_rate` (k,) at distances (k,) for a chart: the newest answer, of a moment ago; nan until there is one."""
+        return self._curve(QuestionKind.RATES, pack_rates(distances, pull, approach, square), len(distances))
+
+    def refresh(self) -> bool:
+        """Return whether the file has changed, and if so load it. It looks no more often than every 0.5 s, so call it every frame."""
+        now = monotonic()
+        if self._closed:
+            return False
+        if self._process is not None:
+            # So that a file that has been broken, or mended, is noticed while nothing moves.
+            self._listen()
+        if now - self._looked < LOOK:
+            return False
+        self._looked = now
+        stamp = _stamp(self.path)
+        self._missed = self._missed + 1 if stamp is None else 0
+        if stamp is None or stamp == self._stamp:
+            # Editors replace a file by removing it first: that it is away is no news.
+            return False
+        self._stamp = stamp
+        try:
+            text = read_law(self.path)
+        except BadInputFile as error:
+            self._fail(LawProblem(str(error)))
+            return True
+        if text == self._text and self.problem is None:
+            return False
+        self._text = text
+        if self._process is not None or self._idle:
+            self.restart()
+        return True
+
+    def _listen(self) -> None:
+        """Take in what the process has answered meanwhile; one that has not given any velocities yet is asked for the newest ones."""
+        process = self._ready(False)
+        if process is None:
+            return
+        if not self._answered and self._question is None:
+            self.problem = None
+        elif not self._answered and self._question is not None and not process.asked(QuestionKind.LAW):
+            self._post(process, self._question)
+        while self._take_in(process, 0.0):
+            pass
+        if not process.busy:
+            self._since = None
+
+    def load(self) -> bool:
+        """Return whether the file could be loaded; waits for it, whatever `waits` is."""
+        return self._ready(True) is not None
+
+    def restart(self) -> None:
+        """Begin anew with the text as it is, at once; after a failure that was the machine's."""
+        if self._closed:
+            return
+        self._end()
+        self._idle = False
+        self._ready(False)
+
+    def close(self) -> None:
+        """End the process; from now on q̇ = 0."""
+        self._end()
+        self._closed = self._idle = True
+
+    def _ready(self, wait: bool) -> LawProcess | None:
+        """Return the process if it can be asked; start it if there is none and there may be one."""
+        if self._idle:
+            return None
+        try:
+            if self._process is None:
+                self._process = LawProcess(self.path, self._text, self.limits)
+            if not self._process.ready(wait):
+                return None
+        except LawFailed as failed:
+            self._fail(failed.problem)
+            return None
+        except OSError as error:
+            self._fail(
+                problem_of(readable(self.path.name), LazyText("its process could not be started: {error}", error=str(error)))
+            )
+            return None
+        # The file, not the class, has the last word.
+        self.__dict__["wants_all_pairs"] = self._process.wants_all_pairs
+        return self._process
+
+    def _loaded(self) -> LawProcess | None:
+        """Return the process if it is there to be asked; None if the law has failed.
+
+        Raises:
+            Unanswered: the file is not loaded yet.
+        """
+        process = self._ready(self._waits)
+        if process is None and not self._idle:
+            raise self._unanswered()
+        return process
+
+    def _ask(self, question: bytes) -> bytes | None:
+        """Return the answer to a question of the present step; None if the law has failed.
+
+        Raises:
+            Unanswered: it is not there yet.
+        """
+        while (process := self._loaded()) is not None:
+            if question in self._answers:
+                # Whoever waits makes no step twice, and a law may answer the same question in another way the next time.
+                return self._answers.pop(question) if self._waits else self._answers[question]
+            kind = QuestionKind(question[0])
+            # A law that took longer the last time, or did not answer in an earlier frame, would be waited for in vain.
+            in_vain = process.asked(kind) or (kind is QuestionKind.LAW and process.seconds > self._left)
+            if not process.asked(kind):
+                self._post(process, question)
+            begin = monotonic()
+            there = self._take_in(process, math.inf if self._waits else 0.0 if in_vain else self._left)
+            self._left = max(self._left - (monotonic() - begin), 0.0)
+            if not there and not self._idle:
+                raise self._unanswered()
+        return None
+
+    def _unanswered(self) -> Unanswered:
+        self._since = self._since or monotonic()
+        return Unanswered()
+
+    def _curve(self, kind: QuestionKind, question: bytes, count: int) -> Array:
+        """Return the newest curve (count,) of a kind, nan until there is one; ask for this one if it is another."""
+        process = self._ready(self._waits)
+        if process is not None and self._curves.get(kind, (b"", b""))[0] != question and not process.asked(kind):
+            self._post(process, question)
+            while self._take_in(process, math.inf if self._waits else 0.0):
+                pass
+        values = np.frombuffer(self._curves.get(kind, (b"", b""))[1], np.float64)
+        return values.copy() if len(values) == count else np.full(count, np.nan)
+
+    def _post(self, process: LawProcess, question: bytes) -> None:
+        try:
+            process.ask(question)
+        except LawFailed as failed:
+            self._fail(failed.problem)
+
+    def _take_in(self, process: LawProcess, seconds: float) -> bool:
+        """Take in the next answer; return whether it came in time [s]."""
+        try:
+            news = process.answer(seconds) if process is self._process else None
+        except LawFailed as failed:
+            self._fail(failed.problem)
+            return False
+        if news is None:
+            return False
+        question, payload = news
+        kind = QuestionKind(question[0])
+        if kind in (QuestionKind.RATES, QuestionKind.ACTIVATIONS):
+            self._curves[kind] = news
+            return True
+        self._answers[question] = payload
+        if kind is QuestionKind.LAW:
+            self._answered, self.problem = True, None
+            self.need += (process.seconds - self.need) * (0.1 if self.need else 1.0)
+        return True
+
+    def _fail(self, problem: LawProblem) -> None:
+        self.problem = problem
+        self._end()
+        self._idle = True
+
+    def _end(self) -> None:
+        self._known.clear()
+        self._answers.clear()
+        self._curves.clear()
+        self._answered, self._since, self.need = False, None, 0.0
+        process, self._process = self._process, None
+        if process is not None:
+            process.end()
+
+
+def _stamp(path: Path) -> tuple[int, int, int] | None:
+    """Return what changes when a file is written; None if it is not there."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def read_law(path: Path) -> bytes:
+    """Return a law's file as it is.
+
+    Raises:
+        BadInputFile: see there.
+    """
+    try:
+        return read_file(path, LARGEST)
+    except FileNotFoundError:
+        raise BadInputFile(
+            "{path}: there is no such file; `lwr-duet new-law {name}` writes one to begin with.", path=path, name=path.name
+        ) from None
+    except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise BadInputFile(
+                "{path}: is larger than {size} MiB; give a Python file with a function law(situation).",
+                path=path,
+                size=LARGEST >> 20,
+            ) from None
+        raise BadInputFile(
+            "{path}: cannot be read ({reason}); give a Python file with a function law(situation).",
+            path=path,
+            reason=error.strerror,
+        ) from None

@@ -1,0 +1,252 @@
+"""A student's file, as it is read and called in its own process, and what is wrong with it in the student's words."""
+
+import contextlib
+import inspect
+import traceback
+from collections.abc import Callable
+from importlib.util import decode_source
+from time import perf_counter
+from types import CodeType
+from typing import Any, Final
+
+import numpy as np
+
+from app.custom_law.student_situation import Array, Situation, one_joint
+from controllers.errors import LazyText, joined
+
+FILENAME: Final = "<own law>"
+"""What the file is called in tracebacks: plain letters, whatever its real name, so that every tool can print it."""
+
+LONGEST: Final = 300
+"""Characters of a message."""
+
+CURVE: Final = 0.02
+"""Time for a whole curve of a chart [s]; what is missing then is left out of the picture."""
+
+BALLAST: Final = 4 * 2**20
+"""Memory kept for saying that there is no more [bytes]."""
+
+
+class Wrong(Exception):
+    """Something is wrong with the file.
+
+    Args:
+        text: what, and what was expected; or with parts its template, see `LazyText`.
+        line: where; None if unknown.
+        parts: what is filled in.
+    """
+
+    def __init__(self, text: str, /, line: int | None = None, **parts: object) -> None:
+        made = LazyText(text, **parts) if parts else text
+        super().__init__(made)
+        self.text = made if len(made) <= LONGEST else made[: LONGEST - 1] + "…"
+        self.line = line
+
+
+class LawFile:
+    """The functions of a file.
+
+    Args:
+        path: for `__file__`.
+        text: the file as it is, in whatever encoding it declares.
+        memory: what it may take, for the message when it wants more [bytes].
+
+    Attributes:
+        wants_all_pairs: whether it reads `rows`, `distances` and `approaches`.
+        has_activation: whether it has a function `activation`.
+
+    Raises:
+        Wrong: it does not compile, it fails while it is read, or there is no function `law` of one argument.
+    """
+
+    def __init__(self, path: str, text: bytes, memory: int) -> None:
+        self._memory, self._text = memory, text
+        self._ballast: bytearray | None = bytearray(BALLAST)
+        try:
+            code = compile(text, FILENAME, "exec", dont_inherit=True)
+        except SyntaxError as error:
+            raise Wrong(*_syntax(error)) from None
+        except ValueError as error:
+            raise Wrong("this is no Python text: {error}", error=str(error)) from None
+        # Not "__main__": what stands under `if __name__ == "__main__"` is for trying it out by hand.
+        names: dict[str, Any] = {"__name__": "own_law", "__file__": path}
+        try:
+            exec(code, names)
+        except BaseException as error:
+            raise self._explained(error, None) from None
+        self._law = self._function(names, "law", "situation")
+        if self._law is None:
+            raise Wrong("there is no function law(situation); write one that returns joint velocities.")
+        self._activation = self._function(names, "activation", "distance")
+        self.has_activation = self._activation is not None
+        self.wants_all_pairs = bool(names.get("WANTS_ALL_PAIRS", True))
+
+    def _function(self, names: dict[str, Any], name: str, argument: str) -> Callable[[Any], Any] | None:
+        """Return a function of the file that takes one argument; None if there is none of this name."""
+        function = names.get(name)
+        if function is None:
+            return None
+        if not callable(function):
+            raise Wrong(
+                "{name} is a {kind}; it must be a function: def {name}({argument}).",
+                name=name,
+                kind=type(function).__name__,
+                argument=argument,
+            )
+        try:
+            inspect.signature(function).bind(None)
+        except TypeError as error:
+            raise Wrong(
+                "{name} must take one argument, {name}({argument}); as it stands: {error}.",
+                line=_line_of(function),
+                name=name,
+                argument=argument,
+                error=str(error),
+            ) from None
+        except ValueError:
+            pass  # Written in C: it will turn out when it is called.
+        return function
+
+    def velocities(self, situation: Situation) -> tuple[Array, float]:
+        """Return q̇ (n,) [rad/s] and the time that it took [s].
+
+        Raises:
+            Wrong: an exception, or something else than n finite numbers.
+        """
+        law, n = self._law, len(situation.row)
+        assert law is not None
+        try:
+            begin = perf_counter()
+            result = law(situation)
+            seconds = perf_counter() - begin
+            return self._checked(result, n), seconds
+        except Wrong:
+            raise
+        except BaseException as error:
+            raise self._explained(error, _line_of(law)) from None
+
+    def _checked(self, result: Any, n: int) -> Array:
+        """Return what `law` returned as an array (n,) of finite numbers."""
+        line = _line_of(self._law)
+        told = {"line": line, "expected": LazyText("{n} joint velocities [rad/s], an array of shape ({n},)", n=n)}
+        if result is None:
+            raise Wrong("law returned None; expected {expected}. Is a `return` missing?", **told)
+        try:
+            array = np.asarray(result)
+            number = array.dtype.kind in "fiub"
+        except ValueError:
+            raise Wrong(
+                "law returned a {kind} of uneven parts; expected {expected}.", kind=type(result).__name__, **told
+            ) from None
+        if not number:
+            if array.dtype.kind == "c":
+                raise Wrong("law returned complex numbers; expected {expected}.", **told)
+            kind = type(result).__name__
+            raise Wrong("law returned a {kind} that holds no plain numbers; expected {expected}.", kind=kind, **told)
+        if array.shape != (n,):
+            if array.shape == ():
+                raise Wrong("law returned a single number; expected {expected}.", **told)
+            raise Wrong("law returned an array of shape {shape}; expected {expected}.", shape=str(array.shape), **told)
+        velocities = array.astype(np.float64, copy=False)
+        finite = np.isfinite(velocities)
+        if np.count_nonzero(finite) < n:
+            joint = int(np.argmin(finite))
+            raise Wrong(
+                "law returned {value} for joint {joint} of {n}; expected finite numbers.",
+                line=line,
+                value=str(velocities[joint]),
+                joint=joint + 1,
+                n=n,
+            )
+        return velocities
+
+    def activation(self, distance: float) -> float:
+        """Return λ at a distance [m].
+
+        Raises:
+            Wrong: an exception, or no number from 0 to 1.
+        """
+        function = self._activation
+        assert function is not None
+        try:
+            result = function(distance)
+        except BaseException as error:
+            raise self._explained(error, _line_of(function)) from None
+        try:
+            lam = float(result)
+        except Exception:
+            if result is None:
+                raise Wrong("activation returned None; expected a number from 0 to 1.", line=_line_of(function)) from None
+            kind = type(result).__name__
+            raise Wrong(
+                "activation returned a {kind}; expected a number from 0 to 1.", line=_line_of(function), kind=kind
+            ) from None
+        if not 0.0 <= lam <= 1.0:
+            raise Wrong(
+                "activation returned {lam} at d = {distance} m; expected 0 to 1.",
+                line=_line_of(function),
+                lam=f"{lam:g}",
+                distance=f"{distance:g}",
+            )
+        return lam
+
+    def activations(self, distances: Array) -> Array:
+        """Return λ (k,) at distances (k,) [m]; nan where the function fails, or time is up."""
+        return _curve(self.activation, distances)
+
+    def rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
+        """Return J_d q̇ (k,) [m/s] of one pair at distances (k,), see `Law.line_rate`; nan where the law fails, or time is up."""
+
+        def rate(distance: float) -> float:
+            situation = one_joint(distance, pull, approach, square)
+            row = situation.row.copy()
+            return float(row.dot(self.velocities(situation)[0]))
+
+        return _curve(rate, distances)
+
+    def _explained(self, error: BaseException, otherwise: int | None) -> Wrong:
+        """Return what an exception in the file says, and on which of its lines; `otherwise` if on none."""
+        self._ballast = None
+        line = otherwise
+        for frame, number in traceback.walk_tb(error.__traceback__):
+            if frame.f_code.co_filename == FILENAME:
+                line = number
+        if isinstance(error, MemoryError):
+            what: str = LazyText("it wants more memory than the {size} MiB that a law may take", size=self._memory >> 20)
+        elif isinstance(error, SystemExit):
+            what = LazyText("it called exit ({code}); a law returns velocities, or raises an exception", code=str(error.code))
+        else:
+            what = "".join(traceback.format_exception_only(error)).strip().splitlines()[-1]
+        return Wrong(joined((what, quoted(self._text, line)), ""), line)
+
+
+def _curve(function: Callable[[float], float], distances: Array) -> Array:
+    """Return a function's values (k,) at distances (k,) [m]; nan where it fails, or time is up."""
+    found = np.full(len(distances), np.nan)
+    end = perf_counter() + CURVE
+    for i, distance in enumerate(distances.tolist()):
+        with contextlib.suppress(Wrong):
+            found[i] = function(distance)
+        if perf_counter() > end:
+            break
+    return found
+
+
+def quoted(text: bytes, line: int | None) -> str:
+    """Return “, in …” with a line of a file, counted from 1; "" if there is none."""
+    try:
+        lines = decode_source(text).splitlines()
+    except (SyntaxError, UnicodeDecodeError):
+        return ""
+    return LazyText(", in “{text}”", text=lines[line - 1].strip()) if line is not None and 0 < line <= len(lines) else ""
+
+
+def _syntax(error: SyntaxError) -> tuple[str, int | None]:
+    text = LazyText(", in “{text}”", text=error.text.strip()) if error.text and error.text.strip() else ""
+    return joined((f"{type(error).__name__}: {error.msg}", text), ""), error.lineno
+
+
+def _line_of(function: object) -> int | None:
+    """Return where a function of the file begins; None if it is not of the file."""
+    code: CodeType | None = getattr(inspect.unwrap(function) if callable(function) else None, "__code__", None)
+    return code.co_firstlineno if code is not None and code.co_filename == FILENAME else None

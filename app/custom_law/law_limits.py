@@ -1,0 +1,42 @@
+"""What a student's law may take, and what is said when it fails."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from controllers.errors import LazyText
+
+
+@dataclass(frozen=True)
+class LawLimits:
+    """What a law's process may take.
+
+    Attributes:
+        start: time until the process is up, before it has seen the file [s]; nothing that the file could do anything about.
+        load: time for reading the file, and for the first call, which may have to load a library [s].
+        call: time for every further call [s].
+        memory: what it may take in addition to Python and NumPy [bytes].
+    """
+
+    start: float = 30.0
+    load: float = 3.0
+    call: float = 0.05
+    memory: int = 512 * 2**20
+
+
+class LawProblem(NamedTuple):
+    """Why a law is not in force.
+
+    Attributes:
+        text: one line for its author: file, line if it is known, what is wrong, what was expected.
+        line: of the file, counted from 1; None if it cannot be told.
+    """
+
+    text: str
+    line: int | None = None
+
+
+def problem_of(name: str, what: str, line: int | None = None) -> LawProblem:
+    """Return the problem of a file."""
+    if line is None:
+        return LawProblem(LazyText("{name}: {what}", name=name, what=what))
+    return LawProblem(LazyText("{name}, line {line}: {what}", name=name, line=line, what=what), line)

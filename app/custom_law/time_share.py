@@ -1,0 +1,24 @@
+"""How much of a frame the server waits for laws of one's own."""
+
+from time import monotonic
+from typing import Final
+
+SHARE: Final = 0.4
+"""Part of the wall time that the frame thread waits for all laws of one's own together."""
+
+_LATELY: Final = 0.5
+"""Time after which a law that was not called does not count any more [s]."""
+
+
+class LawTimeShare:
+    """`SHARE` in equal parts, one for every session whose law of one's own is called."""
+
+    def __init__(self) -> None:
+        self._called: dict[int, float] = {}
+
+    def part(self, session: int) -> float:
+        """Return the part of the wall time that one session's law has. `session`: any number of its own; its law is called now."""
+        now = monotonic()
+        self._called[session] = now
+        self._called = {one: when for one, when in self._called.items() if now - when < _LATELY}
+        return SHARE / len(self._called)

@@ -1,0 +1,43 @@
+"""What a test of a law comes to."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from app.custom_law.law_limits import LawProblem
+from controllers.laws.situation import Law
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """Of one test.
+
+    Attributes:
+        name: of the test.
+        passed: whether the inequality holds.
+        reason: which one, and by how much it holds or fails; a `Message`.
+        numbers: behind it, SI units.
+    """
+
+    name: str
+    passed: bool
+    reason: str
+    numbers: dict[str, float]
+
+
+class Candidate(Law, Protocol):
+    """A law that may fail.
+
+    Attributes:
+        problem: why it has; None if it has not.
+        seconds: time that its newest call took [s].
+    """
+
+    @property
+    def problem(self) -> LawProblem | None:
+        """See there."""
+        ...
+
+    @property
+    def seconds(self) -> float:
+        """See there."""
+        ...

@@ -1,0 +1,231 @@
+"""Six scripted tests of a law, each of which says which inequality failed and by how much.
+
+Every run is the product's own: rooms, persons, bounds and integration, with d_m = 0.15 m, v = 0.30 m/s and a hand that never moves
+faster than 0.25 m/s. The paper's law passes all six if its pseudo-inverse is damped, or its velocity clipped to the bounds; as it is
+printed it asks for any speed where J_d is singular. What other laws fail is tested with them.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+
+from app.custom_law.arena import (
+    CRITICAL_DISTANCE,
+    DT,
+    TOP_SPEED,
+    TrialStopped,
+    enter,
+    error_of_the_task_alone,
+    hard_situations,
+    largest_error,
+    overlapping,
+    play,
+    put_the_ball_away,
+    stop_if_failed,
+)
+from app.custom_law.trial_result import Candidate, TrialResult
+from controllers.errors import LazyText
+from scenes.history import COLUMN
+from scenes.recording import pair_label
+
+SLACK: Final = 0.002
+"""What a time step of 5 ms may cost a law that switches [m]."""
+APPROACH: Final = 8.0
+"""Length of the run with a hand that comes near [s]; without avoidance the arms overlap in it."""
+REST: Final = 1.5
+"""The hand of the ball experiment rests for so long [s]."""
+UNHARMED: Final = 0.010
+"""What an obstacle that is not near may do to the hand [m]."""
+UNTOUCHED: Final = 0.001
+"""What an empty room may do to it [m]."""
+ESCAPE: Final = 2.0
+"""Time for getting out [s]: at v it takes 0.67 s."""
+STAY: Final = 2.5
+"""Until when it has to stay out [s]."""
+PASSAGE: Final = 5.5
+"""The hand has passed the ball by then [s]."""
+HALVED: Final = 0.65
+"""Half the time step leaves at most this share of the largest step of q̇: 1/2 if q̇ is smooth, 1 at a jump."""
+QUICK: Final = 1e-3
+"""Time that a call may take [s]."""
+
+
+def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: Sequence[str] | None = None) -> list[TrialResult]:
+    """Return the verdicts of the tests.
+
+    Args:
+        law: d ↦ q̇ as in `controllers.laws.situation.Law`.
+        again: called before every test, so that a law that has failed can begin anew.
+        only: names of the tests to be made; None for all six.
+    """
+    verdicts: list[TrialResult] = []
+    for name in TRIALS if only is None else only:
+        again()
+        try:
+            passed, reason, numbers = TRIALS[name](law)
+        except TrialStopped as stopped:
+            passed, reason, numbers = False, str(stopped), {}
+        verdicts.append(TrialResult(name, passed, reason, numbers))
+    return verdicts
+
+
+Outcome = tuple[bool, str, dict[str, float]]
+"""Passed, reason, numbers."""
+
+
+def keeps_its_distance(law: Candidate) -> Outcome:
+    """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
+    simulation = enter("hold", law)
+    person = simulation.person()
+    table = play(simulation, law, (person.target(i * DT) for i in range(round(APPROACH / DT))))
+    d = table[:, COLUMN["d"]]
+    i = int(d.argmin())
+    pair = pair_label(simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
+    told = {"limit": _mm(CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
+    numbers = {"d_min": float(d[i]), "d_m": CRITICAL_DISTANCE, "time_below": float(np.count_nonzero(d < CRITICAL_DISTANCE)) * DT}
+    missing = CRITICAL_DISTANCE - float(d[i])
+    if missing > SLACK:
+        failed = LazyText("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.", by=_mm(missing), **told)
+        return False, failed, numbers
+    return True, LazyText("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.", **told), numbers
+
+
+def leaves_the_task_alone(law: Candidate) -> Outcome:
+    """|e| stays small where nothing is near: in an empty room (d = ∞), and beside a ball that is 2.5 d_m away."""
+    empty = enter("solo", law, path="circle")
+    error = largest_error(play(empty, law, [None] * round(2.0 / DT)))
+    task_alone = error_of_the_task_alone()
+    numbers = {"empty_room": error, "task_alone": task_alone}
+    if error > task_alone + UNTOUCHED:
+        limit = task_alone + UNTOUCHED
+        told = {"limit": _mm(limit), "by": _mm(error - limit)}
+        return False, LazyText("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **told), numbers
+    beside = enter("ball", law)
+    put_the_ball_away(beside)
+    table = play(beside, law, [None] * round(REST / DT))
+    error, d = largest_error(table), float(table[0, COLUMN["d"]])
+    numbers |= {"beside_a_ball": error, "d": d}
+    told = {"limit": _mm(UNHARMED), "d": _mm(d), "error": _mm(error)}
+    if error > UNHARMED:
+        failed = LazyText(
+            "|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}.",
+            by=_mm(error - UNHARMED),
+            **told,
+        )
+        return False, failed, numbers
+    return True, LazyText("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.", **told), numbers
+
+
+def gets_out(law: Candidate) -> Outcome:
+    """From 50 mm of overlap to d_m within 2 s, and out of it for good."""
+    simulation = enter("hold", law)
+    simulation.reset(np.array(overlapping()))
+    d = play(simulation, law, [None] * round(STAY / DT))[:, COLUMN["d"]]
+    late = d[round(ESCAPE / DT) :]
+    inside = np.flatnonzero(d < CRITICAL_DISTANCE - SLACK)
+    numbers = {
+        "d_start": float(d[0]),
+        "d_min_after": float(late.min()),
+        "time": (int(inside[-1]) + 1) * DT if len(inside) else 0.0,
+    }
+    missing = CRITICAL_DISTANCE - numbers["d_min_after"]
+    told = {"start": _mm(d[0]), "limit": _mm(CRITICAL_DISTANCE), "after": ESCAPE}
+    if missing > SLACK:
+        failed = LazyText(
+            "from d = {start}, d ≥ {limit} after {after:g} s fails by {by}: d = {d}.",
+            by=_mm(missing),
+            d=_mm(numbers["d_min_after"]),
+            **told,
+        )
+        return False, failed, numbers
+    held = LazyText("from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.", time=numbers["time"], **told)
+    return True, held, numbers
+
+
+def is_smooth(law: Candidate) -> Outcome:
+    """Half the time step, half the largest step of q̇, past a ball with one control point (Fig. 1)."""
+    largest: list[float] = []
+    for dt in (2.0 * DT, DT):
+        simulation = enter("ball", law, dt=dt)
+        table = play(simulation, law, [None] * round(PASSAGE / dt))
+        velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
+        largest.append(float(np.abs(np.diff(velocities, axis=0)).max()))
+    share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
+    numbers = {"dq_step_10ms": largest[0], "dq_step_5ms": largest[1], "share": share}
+    steps = LazyText("{before:.3g} rad/s at dt = 10 ms, {after:.3g} at 5 ms", before=largest[0], after=largest[1])
+    told = {"limit": HALVED, "share": share, "steps": steps}
+    if share > HALVED:
+        stays, leaves = LazyText("a jump stays, however small dt"), LazyText("a smooth q̇ leaves 50 %")
+        failed = LazyText(
+            "largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.",
+            word=stays if share > 0.85 else leaves,
+            **told,
+        )
+        return False, failed, numbers
+    held = LazyText("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).", **told)
+    return True, held, numbers
+
+
+def is_bounded(law: Candidate) -> Outcome:
+    """Finite, and lower ≤ q̇ ≤ upper, as |J_d| goes to 0 with an obstacle inside d_m, at d = 0, in overlap, and at d = ∞."""
+    worst, where = 0.0, ""
+    for situation in hard_situations():
+        velocities = law(situation)
+        stop_if_failed(law)
+        speed = float(np.abs(velocities).max())
+        if speed > worst:
+            worst = speed
+            where = f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
+    numbers = {"dq_max": worst, "bound": TOP_SPEED}
+    told = {"limit": TOP_SPEED, "worst": worst}
+    if worst > TOP_SPEED * (1.0 + 1e-9):
+        failed = LazyText(
+            "|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.",
+            by=worst - TOP_SPEED,
+            where=where,
+            **told,
+        )
+        return False, failed, numbers
+    return True, LazyText("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.", **told), numbers
+
+
+def is_quick(law: Candidate) -> Outcome:
+    """The median call takes less than 1 ms, so that a tick has time for everything else."""
+    situations = hard_situations()
+    taken: list[float] = []
+    for i in range(300):
+        law(situations[i % len(situations)])
+        stop_if_failed(law)
+        taken.append(law.seconds)
+    median = float(np.median(taken))
+    numbers = {"median": median, "largest": max(taken)}
+    if median > QUICK:
+        failed = LazyText("a call ≤ 1 ms fails: the median of 300 calls is {median:.3g} ms.", median=median * 1e3)
+        return False, failed, numbers
+    return True, LazyText("a call ≤ 1 ms holds: the median of 300 calls is {median:.3g} µs.", median=median * 1e6), numbers
+
+
+TRIALS: Final[dict[str, Callable[[Candidate], Outcome]]] = {
+    "keeps its distance": keeps_its_distance,
+    "leaves the task alone": leaves_the_task_alone,
+    "gets out": gets_out,
+    "smooth": is_smooth,
+    "bounded where J_d is singular": is_bounded,
+    "quick": is_quick,
+}
+"""By name, in the order in which they are made."""
+
+WHY: Final[dict[str, str]] = {
+    "keeps its distance": "That is what it is for.",
+    "leaves the task alone": "A hand that something far off pushes about cannot work.",
+    "gets out": "Distances are negative there, and a law that divides by d turns round.",
+    "smooth": "A jump of q̇ is an endless acceleration, and no motor can follow it.",
+    "bounded where J_d is singular": "A division by next to nothing asks for speeds that no arm has.",
+    "quick": "A tick lasts 5 ms, and there is more to be done in it.",
+}
+"""Why each of them is asked for."""
+
+
+def _mm(metres: float) -> str:
+    return f"{metres * 1e3:.1f} mm".replace("-", "−")

@@ -1,0 +1,80 @@
+"""Every step of the newest part of a recorded run as CSV, with the settings on top."""
+
+import gzip
+import io
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from app.recording.provenance import made_here
+from controllers.kinematics import Array
+from scenes.history import COLUMN
+from scenes.inputs import Recorded
+from scenes.recording import write_table
+from scenes.rerun import Stopped, never, rerun
+from scenes.settings import values
+from scenes.simulation import Simulation
+
+LARGEST: Final = 16_000_000
+"""Of a table that is not compressed [B]: two minutes at the usual time step."""
+
+
+def newest(recorded: Recorded, table: Array, seconds: float) -> Array:
+    """Return the rows of the last so many seconds of a piece, at least one.
+
+    Args:
+        table: of the whole piece (steps, columns of `scenes.history`).
+        seconds: inf for all.
+    """
+    length = min(seconds, recorded.seconds)
+    end = recorded.begin + recorded.seconds
+    # The newest row is of the time one step before the end.
+    first = int(np.searchsorted(table[:, COLUMN["t"]], end - length - 1e-6))
+    return table[min(first, len(table) - 1) :]
+
+
+def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
+    """Return time [s], key and new value of every setting that was changed during the piece."""
+    found: list[tuple[float, str, Any]] = []
+    time = recorded.begin
+    for before, after in pairwise(recorded.stretches):
+        time += before.targets.steps * before.settings.dt
+        old, new = values(before.settings), values(after.settings)
+        found += [(time, key, new[key]) for key in new if new[key] != old[key]]
+    return tuple(found)
+
+
+def csv_bytes(recorded: Recorded, seconds: float, table: Array | None = None, stopped: Callable[[], bool] = never) -> bytes:
+    """Return the table as a file's content, compressed if it is larger than `LARGEST`; the same piece gives the same bytes.
+
+    Args:
+        recorded: the piece; its last `seconds` are written.
+        seconds: inf for all.
+        table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
+        stopped: see `scenes.rerun.rerun`.
+
+    Raises:
+        BadSetting: it cannot be made here.
+        Stopped: see there.
+    """
+    table = newest(recorded, rerun(recorded, stopped=stopped).table if table is None else table, seconds)
+    if stopped():
+        raise Stopped
+    first = float(table[0, COLUMN["t"]])
+    settings: dict[str, Any] = {"duet": made_here()["duet"], **values(recorded.settings)}
+    for time, key, value in changes(recorded):
+        if time <= first + 1e-9:
+            settings[key] = value
+        else:
+            settings[f"from {time:.6g} s on: {key}"] = value
+    out = io.StringIO()
+    write_table(out, Simulation(recorded.settings, 1), table, settings)
+    data = out.getvalue().encode()
+    return data if len(data) <= LARGEST else gzip.compress(data, 6, mtime=0)
+
+
+def csv_suffix(data: bytes) -> str:
+    """Return the ending of a table's name."""
+    return ".csv.gz" if data[:2] == b"\x1f\x8b" else ".csv"

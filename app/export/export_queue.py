@@ -1,0 +1,310 @@
+"""What one visitor keeps of a session: files to take home, a file that was brought along, and the replay. Knows nothing of a page.
+
+The page calls what the visitor does, `advance` once a frame, and then takes what there is: files, news, a snippet. All that takes
+longer than a frame is done in the background.
+"""
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, Final, Literal, NamedTuple, get_args
+
+from app.export.csv_table import csv_bytes, csv_suffix
+from app.export.jobs import file_name, not_again, picture, player
+from app.export.lab_report import Done, lab_bytes
+from app.export.python_snippet import Snippet, as_python
+from app.i18n.speaking import N_, spoken
+from app.recording.past import Past
+from app.recording.replay import RecordedFilm, Replay, film
+from app.recording.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
+from app.runtime.job_pool import Job, JobPool
+from app.session.session import Session
+from controllers.errors import LazyText
+from controllers.kinematics import Array
+from scenes.inputs import KEEP, Recorded
+from scenes.settings import RunSettings
+
+Kind = Literal["run", "csv", "png", "svg", "html", "python"]
+KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
+
+WORDS: Final[dict[Kind, str]] = {
+    "run": N_("the file of the run"),
+    "csv": N_("the table"),
+    "png": N_("the picture"),
+    "svg": N_("the picture"),
+    "html": N_("the page that plays it"),
+    "python": N_("the lines of Python"),
+}
+
+DRAFT: Final = 20.0
+"""The newest part of a long replay, which is there first [s]."""
+
+TITLES: Final[dict[Verdict, str]] = {
+    "exact": N_("Loaded: the same run"),
+    "close": N_("Loaded: the same run, but for the last digits"),
+    "differs": N_("Loaded, but it is not the same run"),
+}
+
+
+class File(NamedTuple):
+    """Something to take home."""
+
+    name: str
+    content: bytes
+
+
+class News(NamedTuple):
+    """A message to the visitor, in plain English text, to be said."""
+
+    title: str
+    text: str
+
+
+class ExportQueue:
+    """All methods belong to the thread that advances the session.
+
+    Args:
+        session: what is kept.
+        background: where everything is computed.
+
+    Attributes:
+        replay: where the visitor looks at the past; None while live.
+        loaded: name of the file that is replayed, "" if it is the session's own run.
+    """
+
+    def __init__(self, session: Session, background: JobPool) -> None:
+        self._session, self._background = session, background
+        self.replay: Replay | None = None
+        self.loaded = ""
+        self._jobs: dict[Job, tuple[str, Callable[[Any], None]]] = {}
+        self._whole: Recorded | None = None
+        self._run: RunSettings | None = None
+        self._was_running = False
+        self._seek: float | None = None
+        self._files: list[File] = []
+        self._news: list[News] = []
+        self._snippet: str | None = None
+
+    # --- files -----------------------------------------------------------------------------------------------------------------
+
+    def ask(self, kind: Kind, seconds: float) -> None:
+        """Have something made of the last `seconds` of what is shown: of the live run, or of the one that is replayed."""
+        recorded = self._shown(seconds)
+        if recorded is None:
+            self._news.append(News(N_("There is nothing to keep yet"), N_("Let it run for a moment.")))
+            return
+        language = spoken().language
+        page, name = self._session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
+        table: Array | None = None
+        if self._custom_law is not None:
+            if kind in ("run", "html", "python"):
+                self._news.append(News(N_("This cannot be made of this run"), not_again(self._custom_law)))
+                return
+            table = self._session.simulation.history.table(recorded.steps)
+        match kind:
+            case "run":
+                live = self._session.simulation.history
+                last = live.table(1).tobytes() if self.replay is None else None
+                self._submit(kind, lambda data: self._keep(name + SUFFIX, data), saved_bytes, recorded, last)
+            case "csv":
+                self._submit(kind, lambda data: self._keep(name + csv_suffix(data), data), csv_bytes, recorded, seconds, table)
+            case "html":
+                self._submit(kind, lambda data: self._keep(name + ".html", data), player, language, recorded, seconds, page)
+            case "python":
+                whole = self._shown(KEEP) or recorded
+                self._submit(kind, lambda made: self._tell(made, name), as_python, whole, recorded, seconds, name)
+            case _:
+                arguments = language, recorded, seconds, page.details, kind, table
+                self._submit(kind, lambda data: self._keep(f"{name}.{kind}", data), picture, *arguments)
+
+    @property
+    def _custom_law(self) -> str | None:
+        return self._session.custom_law if self.replay is None else None
+
+    def ask_report(self, done: Sequence[Done]) -> None:
+        """Have a lab report made of steps of lessons."""
+        if not done:
+            self._news.append(News(N_("There is nothing to report yet"), N_("Answer a question of a lesson first.")))
+            return
+        lessons = sorted({one.lesson.number for one in done})
+        name = "duet-lab-report" + (f"-lesson-{lessons[0]}" if len(lessons) == 1 else "")
+        # It is packed a moment later, when the student may have gone on.
+        given = [replace(one, progress=copy.deepcopy(one.progress)) for one in done]
+        self._submit("report", lambda data: self._keep(name + ".html", data), lab_bytes, given, spoken().language)
+
+    def load(self, data: bytes, name: str) -> None:
+        """Read a file, make its run again, say how it compares, and replay it."""
+        self._submit("load", lambda loaded: self._take(loaded, name), load_run, data, name)
+
+    def _shown(self, seconds: float) -> Recorded | None:
+        if self.replay is not None:
+            return self.replay.recorded
+        # After a reset the log still has the run before, until the first step.
+        return self._session.recorded(seconds) if self._session.simulation.history.count else None
+
+    def _keep(self, name: str, data: bytes) -> None:
+        self._files.append(File(name, data))
+
+    def _tell(self, snippet: Snippet, name: str) -> None:
+        self._snippet = snippet.text
+        if snippet.inputs is not None:
+            self._keep(name + SUFFIX, snippet.inputs)
+
+    def _take(self, loaded: Loaded, name: str) -> None:
+        self._news.append(
+            News(TITLES[loaded.verification.verdict], LazyText("{name}: {what}", name=name, what=loaded.verification.words))
+        )
+        self._watch(loaded.recorded, None, name)
+
+    # --- the past --------------------------------------------------------------------------------------------------------------
+
+    def watch(self, seconds: float) -> None:
+        """Look at the last `seconds` of the live run; it waits meanwhile."""
+        if self._custom_law is not None:
+            self._news.append(News(N_("This run cannot be replayed"), not_again(self._custom_law)))
+            return
+        self.leave()
+        whole, draft = self._shown(seconds), self._shown(min(seconds, DRAFT))
+        if whole is None or draft is None:
+            self._news.append(News(N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
+            return
+        self._watch(draft, whole if whole.steps > draft.steps else None, "")
+
+    def _watch(self, recorded: Recorded, whole: Recorded | None, name: str) -> None:
+        self.loaded, self._whole = name, whole
+        if self._run is None:
+            self._was_running = not self._session.paused
+            if self._was_running:
+                self._session.toggle_pause()
+        self._run = self._session.settings.run
+        # Others wait for what is urgent.
+        self._submit("film", self._show, film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
+
+    def _show(self, kept: RecordedFilm) -> None:
+        self.replay = Replay(kept.recorded, kept)
+        self.replay.toggle()
+        whole, self._whole = self._whole, None
+        if whole is not None:
+            self._submit("film", self._lengthen, film, whole)
+
+    def _lengthen(self, kept: RecordedFilm) -> None:
+        before, self.replay = self.replay, Replay(kept.recorded, kept)
+        if before is not None:
+            self.replay.seek(before.time)
+            self.replay.playing = before.playing
+
+    def leave(self, go_on: bool = True) -> None:
+        """Back to live. `go_on`: a run that went on before goes on."""
+        self._drop("film")
+        self.replay, self.loaded, self._whole, self._seek = None, "", None, None
+        self._run = None
+        if go_on and self._was_running and self._session.paused:
+            self._session.toggle_pause()
+        self._was_running = False
+
+    def seek(self, time: float) -> None:
+        """Stand at a time [s] from the next frame on, at rest."""
+        self._seek = time
+
+    def take(self, action: str) -> bool:
+        """Do what a hotkey stands for, if it is about the replay; return whether it was."""
+        replay = self.replay
+        if replay is None:
+            return False
+        match action:
+            case "pause":
+                replay.toggle()
+            case "step":
+                replay.playing = False
+                replay.seek_step(replay.step + 1)
+            case "reset":
+                self.leave()
+            case _:
+                return False
+        return True
+
+    @property
+    def watching(self) -> bool:
+        """Whether the visitor looks at the past, or is about to: the live run waits."""
+        return self._run is not None
+
+    @property
+    def past(self) -> Past | None:
+        """What is to be drawn in the place of the session; None while live."""
+        return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off)
+
+    # --- every frame -----------------------------------------------------------------------------------------------------------
+
+    def advance(self, elapsed: float) -> bool:
+        """Take in what has been computed, and play; return whether the replay stands elsewhere than before."""
+        for job, (_, done) in list(self._jobs.items()):
+            if job.state in ("waiting", "running"):
+                continue
+            self._jobs.pop(job, None)
+            if job.state == "done":
+                done(job.result)
+            elif job.state == "failed":
+                self._fail(job)
+        if self._run is not None and (not self._session.paused or self._session.settings.run is not self._run):
+            # Whoever goes on, or changes the experiment, wants to see what comes of it.
+            self.leave()
+        if self.replay is None:
+            return False
+        before = self.replay.step
+        if self._seek is not None:
+            self.replay.playing = False
+            self.replay.seek(self._seek)
+            self._seek = None
+        self.replay.speed = self._session.settings.page.speed
+        self.replay.advance(elapsed)
+        return self.replay.step != before
+
+    def _fail(self, job: Job) -> None:
+        if job.kind == "film":
+            self.leave()
+        title = N_("This file was not loaded") if job.kind == "load" else N_("This could not be made")
+        self._news.append(News(title, job.message))
+
+    @property
+    def busy(self) -> str:
+        """What is being computed, "" if nothing is."""
+        words = [words for words, _ in self._jobs.values()]
+        return words[0] if words else ""
+
+    def take_files(self) -> list[File]:
+        """Return the files that are ready, once."""
+        files, self._files = self._files, []
+        return files
+
+    def take_news(self) -> list[News]:
+        """Return what there is to say, once."""
+        news, self._news = self._news, []
+        return news
+
+    def take_snippet(self) -> str | None:
+        """Return the snippet that is ready, once."""
+        snippet, self._snippet = self._snippet, None
+        return snippet
+
+    def close(self) -> None:
+        """Drop everything that is being computed."""
+        self._background.cancel(self)
+        self._jobs.clear()
+
+    def _submit(
+        self, kind: str, done: Callable[[Any], None], function: Callable[..., Any], *arguments: Any, urgent: bool = False
+    ) -> None:
+        self._drop(kind)
+        wake: Callable[[], None] = lambda: self._session.post(_nothing, "news")  # noqa: E731
+        words = {"film": N_("the replay"), "load": N_("the run of the file"), "report": N_("the lab report")}
+        job = self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=wake)
+        self._jobs[job] = words.get(kind) or next(w for k, w in WORDS.items() if k == kind), done
+
+    def _drop(self, kind: str) -> None:
+        self._background.cancel(self, kind)
+        for job in [job for job in self._jobs if job.kind == kind]:
+            del self._jobs[job]
+
+
+def _nothing() -> None:
+    """A post that only wakes the session."""

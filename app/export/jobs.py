@@ -1,0 +1,35 @@
+"""What is made for a visitor to take home, apart from the page: in which language, under which name, and why not."""
+
+from typing import Any
+
+from app.export.player import player_html
+from app.i18n.speaking import set_language
+from app.settings import Language
+from controllers.errors import LazyText
+from scenes.inputs import Recorded
+
+
+def picture(language: Language, *arguments: Any) -> bytes:
+    """Return `app.export.plot_pictures.picture_bytes` of the arguments; what draws takes longer to import than a page may wait."""
+    from app.export.plot_pictures import picture_bytes
+
+    set_language(language)
+    return picture_bytes(*arguments)
+
+
+def player(language: Language, *arguments: Any) -> bytes:
+    """Return `app.export.player.player_html` of the arguments."""
+    set_language(language)
+    return player_html(*arguments)
+
+
+def file_name(recorded: Recorded, seconds: float) -> str:
+    """Return a name without its ending: scene and times."""
+    end = recorded.begin + recorded.seconds
+    begin = max(recorded.begin, end - seconds)
+    return f"duet-{recorded.settings.scene}-{begin:.0f}-{end:.0f}s"
+
+
+def not_again(law: str) -> LazyText:
+    """Return why a run with a law of one's own cannot be had. `law`: name of its file."""
+    return LazyText("{law} runs in a process of its own and is not made again; the table and the pictures can be had.", law=law)

@@ -1,0 +1,178 @@
+"""A student's lab report on lessons: what was predicted and what came out, the runs' plots, the settings, and the student's own words."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from app.export.report_html import Labels, Plot, ReportEntry, lowered, report_html
+from app.i18n.speaking import set_language, spoken, tr
+from app.lessons.lesson import Lesson, Step
+from app.lessons.phases import phases_of
+from app.lessons.progress import StepProgress
+from app.lessons.reference_runs import begin, person_of
+from app.lessons.runs import Setup, settings_text
+from app.lessons.step_view import StepPosition, make_view
+from app.settings import Language, Settings
+from app.text.lesson_text import inline_html, lesson_html, plain
+from scenes.inputs import InputsLog, Recorded
+from scenes.rerun import Stopped, never
+from scenes.settings import RunSettings, values
+from scenes.simulation import Simulation
+
+LINE: Final = "_" * 24
+"""For a name to be written by hand."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """One step of a lesson, and what a student did in it. Plain data, so that it can be sent to another process.
+
+    Attributes:
+        lesson: to which it belongs.
+        index: of the step.
+        progress: what was done.
+        seen: the run that answered the student's question; None if it is not kept.
+    """
+
+    lesson: Lesson
+    index: int
+    progress: StepProgress
+    seen: Recorded | None = None
+
+    @property
+    def step(self) -> Step:
+        """The step."""
+        return self.lesson.steps[self.index]
+
+
+def labels_here() -> Labels:
+    """Return what the report says, in the language that is spoken here."""
+    english = Labels()
+    said = {name: tr(getattr(english, name)) for name in Labels.__dataclass_fields__ if name != "language"}
+    return Labels(language=spoken().language, **said)
+
+
+def report_title(done: Sequence[Done]) -> str:
+    """Return the title of a report on these steps, in the language that is spoken here."""
+    lessons = {one.lesson.id: one.lesson for one in done}
+    if len(lessons) != 1:
+        return tr("Lab report")
+    (lesson,) = lessons.values()
+    return tr("Lab report: lesson {number}, {title}", number=lesson.number, title=plain(lesson.title))
+
+
+def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bool] = never) -> bytes:
+    """Return the report as one HTML file.
+
+    Args:
+        done: the steps, in order.
+        language: in which the report speaks.
+        stopped: asked now and then; when it says True, everything ends with `Stopped`.
+
+    Raises:
+        BadSetting: a run cannot be made again here.
+        Stopped: see there.
+    """
+    set_language(language)
+    entries: list[ReportEntry] = []
+    last: RunSettings | None = None
+    for i, one in enumerate(done):
+        if stopped():
+            raise Stopped
+        entry, run = _entry(one, f"p{i}", stopped)
+        entries.append(entry)
+        last = run or last
+    about = f"{tr('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
+    settings = None if last is None else Settings(run=last)
+    title, labels = report_title(done), labels_here()
+    return report_html(title, entries, settings, (), None, about=about, labels=labels, rich=rich_html).encode()
+
+
+def rich_html(text: str) -> str:
+    """Return a lesson's text as HTML: a line without a paragraph of its own, where it is one."""
+    if "\n" in text.strip() or "$$" in text:
+        return lesson_html(text)
+    made = inline_html(text.strip())
+    return made if "<svg" in made else lowered(made)
+
+
+def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEntry, RunSettings | None]:
+    lesson, step, progress = one.lesson, one.step, one.progress
+    view = make_view(StepPosition(lesson, step, one.index, phases_of(step)[-1], progress, False), step.yours, False, False)
+    texts = dict(view.texts)
+    verdict, attempt = view.verdict, progress.last
+    recorded = one.seen or _made_again(one)
+    run = recorded.stretches[-1].settings if recorded is not None else None
+    entry = ReportEntry(
+        title=f"{lesson.number}.{one.index + 1}  {plain(step.title)}",
+        question=texts.get("predict", "") if view.choices else "",
+        prediction=view.choices[view.chosen] if view.chosen is not None else "",
+        right=verdict.right if verdict is not None else None,
+        verdict=verdict.reply if verdict is not None else "",
+        outcome=view.outcome,
+        judgements=tuple((j.text, j.passed) for j in attempt.judgements) if attempt is not None else (),
+        attempts=view.attempts,
+        passed=view.passed if view.challenge else None,
+        words=progress.words,
+        chapter=tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
+        settings=_settings(run) if run is not None else "",
+        plots=(Plot(_svg(recorded, step, name, stopped)),) if recorded is not None else (),
+    )
+    return entry, run
+
+
+def _settings(run: RunSettings) -> str:
+    """Return what is not as it is at first; the picture of the run says the rest."""
+    first = values(RunSettings())
+    return settings_text(tuple((key, value) for key, value in values(run).items() if value != first[key]))
+
+
+def _svg(recorded: Recorded, step: Step, name: str, stopped: Callable[[], bool]) -> str:
+    # What draws takes seconds to import.
+    from app.export.plot_pictures import inline_svg
+
+    return inline_svg(recorded, recorded.seconds, "none", name, stopped=stopped, only=step.plots)
+
+
+def _made_again(one: Done) -> Recorded | None:
+    """Return the run of a step whose own one is not kept, if it would be the same: nobody's hand was in it."""
+    outcome = one.progress.outcome
+    if outcome is None or outcome.unlike or one.step.yours:
+        return None
+    return recorded_of(one.step.setup)
+
+
+def recorded_of(setup: Setup) -> Recorded | None:
+    """Return a run of a lesson that nobody need look at."""
+    simulation, log = Simulation(setup.run, 1), InputsLog()
+    begin(simulation, setup)
+    person = person_of(simulation, setup)
+    for _ in range(max(1, round(setup.seconds / setup.run.dt))):
+        target = person.target(simulation.time)
+        log.record(simulation, target)
+        simulation.step(target)
+    return log.window(setup.seconds)
+
+
+def done_in(
+    lessons: Sequence[Lesson],
+    progress: Callable[[str, str], StepProgress],
+    seen: Mapping[tuple[str, str], Recorded],
+    only: str | None = None,
+) -> tuple[Done, ...]:
+    """Return every step in which something was done.
+
+    Args:
+        lessons: all of them.
+        progress: gives what was done in a step, by the names of lesson and step.
+        seen: (lesson, step) → the run.
+        only: name of the lesson that is meant; None for all.
+    """
+    return tuple(
+        Done(lesson, i, progress(lesson.id, step.id), seen.get((lesson.id, step.id)))
+        for lesson in lessons
+        if only in (None, lesson.id)
+        for i, step in enumerate(lesson.steps)
+        if not progress(lesson.id, step.id).untouched
+    )

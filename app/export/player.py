@@ -1,0 +1,186 @@
+"""One HTML file that plays the scene and the plots of a recorded run, without a server and without a network.
+
+viser's own page (Apache 2.0) is in it and draws the scene; a script of ours moves the nodes, draws the curves, and has the scrubber.
+The file forbids itself to load anything. It is in the language that is spoken where it is made.
+"""
+
+import base64
+import gzip
+import html
+import json
+import re
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import viser
+
+from app.export.csv_table import newest
+from app.export.recorded_curves import Curves, Panel
+from app.export.scene_film import PLACE, RATE, TURN, Filmed, film_scene
+from app.i18n.client_texts import client_script
+from app.i18n.speaking import spoken, tr
+from app.page.software_rendering import software_note_script
+from app.recording.provenance import made_here
+from app.settings import PageSettings
+from scenes.inputs import Recorded
+from scenes.rerun import never, rerun
+from scenes.settings import RunSettings, specs
+
+LOCKED: Final = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval' blob: data:; style-src 'unsafe-inline'; "
+    "img-src data: blob:; font-src data:; connect-src data: blob:; worker-src blob: data:"
+)
+"""What the page may load: what is in it."""
+
+SPEEDS: Final = ("0.25", "0.5", "1", "2", "4")
+
+_HERE: Final = Path(__file__).parent
+
+
+def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped: Callable[[], bool] = never) -> bytes:
+    """Return the file's content.
+
+    Args:
+        recorded: the piece; its last `seconds` are played, inf for all.
+        page: theme, kind of picture, and what is shown beside the first two plots.
+        stopped: asked now and then; when it says True, everything ends with `Stopped`.
+
+    Raises:
+        BadSetting: it cannot be made here.
+        Stopped: see there.
+    """
+    whole = rerun(recorded, stopped=stopped).table
+    panels = Curves(recorded, newest(recorded, whole, seconds), page.theme, stopped).panels(page.details)
+    filmed = film_scene(recorded, seconds, page, stopped)
+    return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark").encode()
+
+
+def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark: bool) -> str:
+    """Return the page.
+
+    Args:
+        filmed: the scene.
+        panels: the plots.
+        run: what it says above them.
+        dark: colours.
+    """
+    client = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+    scene = base64.b64encode(filmed.scene).decode()
+    film = base64.b64encode(packed_film(filmed, panels)).decode()
+    known = specs(RunSettings)
+    title = tr(known["scene"].choice_labels[known["scene"].choices.index(run.scene)])
+    law = tr(known["law"].choice_labels[known["law"].choices.index(run.law.law)]).replace("d_m", "dₘ")
+    numbers = (
+        f"{law}; dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {run.law.order:g}, v = {run.law.nominal_velocity:g} m/s, "
+        f"K = {run.gain:g}/s; Duet {made_here()['duet']}"
+    )
+    head = (
+        f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
+        f"<!-- The 3-D view is viser {viser.__version__}, Apache License 2.0, github.com/viser-project/viser -->"
+        f'<script>window.__VISER_EMBED_DATA__="{scene}";window.__VISER_EMBED_CONFIG__={{darkMode:{str(dark).lower()}}};'
+        f"document.documentElement.classList.toggle('dark',{str(dark).lower()});{client_script()}"
+        f"{software_note_script()}</script>"
+    )
+    options = "".join(f'<option value="{s}"{" selected" if s == "1" else ""}>{s}×</option>' for s in SPEEDS)
+    body = (
+        f'<section id="duet-plots" aria-label="{_said("Plots")}">'
+        f"<h1>{html.escape(title)}<small>{html.escape(numbers)}</small></h1></section>"
+        f'<footer id="duet-bar"><button id="duet-play" aria-label="{_said("Play")}">▶</button>'
+        f'<input id="duet-time" type="range" min="0" max="1" step="1" value="0" aria-label="{_said("Time")}">'
+        f'<select id="duet-speed" aria-label="{_said("Speed")}">{options}</select><output id="duet-clock"></output></footer>'
+        f'<script type="text/plain" id="duet-film">{film}</script>'
+        f"<style>{(_HERE / 'player.css').read_text(encoding='utf-8')}</style>"
+        f"<script>{(_HERE / 'player.js').read_text(encoding='utf-8')}</script>"
+    )
+    client = re.sub(r"<title>.*?</title>", lambda _: f"<title>Duet: {html.escape(title)}</title>", client, count=1)
+    spoken_here = spoken().language
+    lang = "en" if spoken_here == "pseudo" else spoken_here
+    client = client.replace('<html lang="en">', f'<html lang="{lang}" data-words="{spoken_here}">', 1)
+    client = client.replace('<meta charset="utf-8" />', f'<meta charset="utf-8" />{head}', 1)
+    place = client.rindex("</body>")
+    return client[:place] + body + client[place:]
+
+
+def _said(english: str) -> str:
+    return html.escape(tr(english))
+
+
+def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:
+    """Return tracks and curves, compressed: 4 bytes of length, JSON, and numbers from the next multiple of 8 bytes on."""
+    blob = bytearray()
+
+    def numbers(values: Any, kind: str) -> dict[str, Any]:
+        array = np.ascontiguousarray(values, f"<{kind}").ravel()
+        blob.extend(bytes(-len(blob) % 8))
+        at = len(blob)
+        blob.extend(array.tobytes())
+        return {"kind": kind, "at": at, "count": array.size}
+
+    tracks: list[dict[str, Any]] = []
+    for track in filmed.tracks:
+        gaps = np.diff([0, *track.frames]).tolist()
+        entry: dict[str, Any] = {"node": track.node, "what": track.what, "frames": gaps, "numbers": None}
+        kind = _kind(track.what, track.values)
+        if kind:
+            values = np.array(track.values)
+            entry["width"] = values[0].size
+            entry["numbers"] = numbers(np.round(values * 32767.0) if kind == "i2" else values, kind)
+        else:
+            entry["values"] = [v.tolist() if isinstance(v, np.ndarray) else v for v in track.values]
+        tracks.append(entry)
+    drawn = [
+        {
+            "title": panel.title,
+            "unit": panel.unit,
+            "span": panel.span,
+            "positive": panel.positive,
+            "rows": panel.rows,
+            "note": panel.note,
+            "times": numbers(panel.times, "f4"),
+            "strokes": [
+                {
+                    "name": [part for part in _parts(s.name) if part[0]],
+                    "colour": s.colour,
+                    "width": s.width,
+                    "dash": s.dash,
+                    "steps": s.steps,
+                    "values": numbers(s.values, "f4"),
+                }
+                for s in panel.strokes
+            ],
+        }
+        for panel in panels
+    ]
+    about = {
+        "begin": filmed.times[0],
+        "rate": RATE,
+        "frames": len(filmed.times),
+        "bodies": filmed.bodies,
+        "play": False,
+        "words": {"play": tr("Play"), "pause": tr("Pause"), "of": tr("{time} of {end} s")},
+        "tracks": tracks,
+        "panels": drawn,
+    }
+    text = json.dumps(about, ensure_ascii=False, allow_nan=False).encode()
+    head = struct.pack("<I", len(text)) + text
+    return gzip.compress(head + bytes(-len(head) % 8) + bytes(blob), mtime=0)
+
+
+def _kind(what: str, values: list[Any]) -> str:
+    """Return how a track's values are written, "" for JSON."""
+    first = values[0]
+    if not isinstance(first, np.ndarray) or any(v.shape != first.shape for v in values):
+        return ""
+    if what == TURN:
+        return "i2"
+    if what == PLACE or first.dtype == np.float32:
+        return "f4"
+    return "u1" if first.dtype == np.uint8 else ""
+
+
+def _parts(name: str) -> list[tuple[str, bool]]:
+    """Return the pieces of a name, and whether each is a subscript: "d<sub>m</sub>" → d, m."""
+    return [(html.unescape(piece), i % 2 == 1) for i, piece in enumerate(re.split(r"<sub>(.*?)</sub>", name))]

@@ -1,0 +1,265 @@
+"""The plots of a recorded run as a picture: PNG, or SVG for a file or for a page. The same run gives the same bytes,
+in the language that is spoken here.
+"""
+
+import io
+import re
+from collections.abc import Callable
+from typing import Final, Literal, cast
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from app.export.csv_table import changes, newest
+from app.export.recorded_curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
+from app.figures.figure_style import COLOURS, DPI, FAINT, INK, STYLE, sheet
+from app.i18n.speaking import tr
+from app.plots.activation_curve import FAR, ORDERS, distances
+from app.plots.laws_chart import LAW_NAMES, all_laws
+from app.recording.provenance import made_here
+from app.recording.replay import Replay
+from app.session.contact import contact
+from app.session.relevant_settings import OBSTACLE
+from app.settings import Details
+from app.theme import PALETTES
+from controllers.activation import activation
+from controllers.kinematics import Array
+from scenes.history import COLUMN
+from scenes.inputs import Recorded
+from scenes.rerun import Stopped, never, rerun
+from scenes.settings import LawSettings, RunSettings, specs
+
+WIDTH: Final = 7.2
+HEIGHT: Final = 1.85
+"""Of a picture, and of each of its panels [inch]."""
+
+MOST_MARKS: Final = 40
+"""Changes of the settings that are marked; more of them would be a grey wall."""
+
+LONGEST: Final = 2.4
+"""End of the axis of speeds at most [m/s]."""
+
+LONGEST_CAPTION: Final = 112
+"""Characters that have room above a picture; letters are smaller where there are more."""
+
+Kind = Literal["png", "svg"]
+
+
+def picture_bytes(
+    recorded: Recorded,
+    seconds: float,
+    details: Details,
+    kind: Kind,
+    table: Array | None = None,
+    stopped: Callable[[], bool] = never,
+    only: tuple[str, ...] = (),
+) -> bytes:
+    """Return a picture of the plots as a file's content.
+
+    Args:
+        recorded: the piece; its last `seconds` are shown, inf for all.
+        details: what is shown beside the first two plots.
+        kind: of file.
+        table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
+        stopped: asked now and then; when it says True, everything ends with `Stopped`.
+        only: names of plots that stand for the first two, as in a step of a lesson.
+
+    Raises:
+        BadSetting: it cannot be made here.
+        Stopped: see there.
+    """
+    # The style belongs to this picture, not to whoever else draws in this process.
+    with matplotlib.rc_context(STYLE):
+        figure = _figure(recorded, seconds, details, table, stopped, only)
+        out = io.BytesIO()
+        if kind == "png":
+            figure.savefig(out, format="png", dpi=DPI, metadata={"Software": None})
+        else:
+            figure.savefig(out, format="svg", metadata={"Date": None, "Creator": "lwr-duet"})
+    return out.getvalue()
+
+
+def inline_svg(
+    recorded: Recorded,
+    seconds: float,
+    details: Details,
+    name: str,
+    table: Array | None = None,
+    stopped: Callable[[], bool] = never,
+    only: tuple[str, ...] = (),
+) -> str:
+    """Return a picture as an <svg> element for an HTML page.
+
+    Args:
+        name: letters and digits; keeps its ids apart from those of other pictures on the page.
+        recorded, seconds, details, table, stopped, only: as in `picture_bytes`.
+    """
+    return embedded(picture_bytes(recorded, seconds, details, "svg", table, stopped, only).decode(), name)
+
+
+def embedded(svg: str, name: str) -> str:
+    """Return the <svg> element of an SVG file, as wide as there is room, with `name` before every id."""
+    svg = svg[svg.index("<svg") :].strip()
+    svg = re.sub(r"(<svg[^>]*?) width=\"[^\"]*\"", r"\1", svg, count=1)
+    svg = re.sub(r"(<svg[^>]*?) height=\"[^\"]*\"", r"\1", svg, count=1)
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r'\bid="', f'id="{name}-', svg)
+    svg = re.sub(r'xlink:href="#', f'xlink:href="#{name}-', svg)
+    return re.sub(r"url\(#", f"url(#{name}-", svg)
+
+
+def _figure(
+    recorded: Recorded,
+    seconds: float,
+    details: Details,
+    table: Array | None,
+    stopped: Callable[[], bool],
+    only: tuple[str, ...] = (),
+) -> Figure:
+    charts = [name for name in NOT_OVER_TIME if name in only]
+    if charts and details == "none":
+        details = cast(Details, charts[0])
+    courses_only = tuple(name for name in only if name not in (*NOT_OVER_TIME, *OF_OTHER_RUNS))
+    if table is not None and (details in NOT_OVER_TIME or details == "stability"):
+        # They ask the laws of the settings.
+        details = "none"
+    whole = rerun(recorded, stopped=stopped).table if table is None else table
+    curves = Curves(recorded, newest(recorded, whole, seconds), stopped=stopped)
+    other = details if details in NOT_OVER_TIME else ""
+    panels = curves.panels("none" if other else details, courses_only)
+    rows = len(panels) + bool(other)
+    figure = sheet(HEIGHT * rows + 0.55, WIDTH)
+    ratios = [1.0] * len(panels) + [1.5] * bool(other)
+    grid = figure.subplots(rows, 1, squeeze=False, height_ratios=ratios)[:, 0]
+    courses = grid[: len(panels)]
+    marks = [time for time in sorted({time for time, _, _ in changes(recorded)}) if time > curves.times[0]]
+    for axes, panel in zip(courses, panels, strict=True):
+        if stopped():
+            raise Stopped
+        axes.sharex(courses[0])
+        _course(axes, panel, marks if len(marks) <= MOST_MARKS else [])
+        axes.label_outer()
+    courses[-1].tick_params(labelbottom=True)
+    courses[-1].set(xlabel=tr("time [s]"), xlim=(float(curves.times[0]), float(curves.times[-1]) + 1e-6))
+    if other:
+        replay = Replay(recorded)
+        replay.seek(replay.end)
+        _chart(grid[-1], other, replay, curves)
+    said = caption(recorded.stretches[-1].settings)
+    size = 8.5 * min(1.0, LONGEST_CAPTION / len(said.replace("$", "")))
+    figure.suptitle(said, x=0.012, ha="left", fontsize=size, color="#57606a")
+    return figure
+
+
+def _course(axes: Axes, panel: Panel, marks: list[float]) -> None:
+    axes.set_title(f"{panel.title} [{panel.unit}]" if panel.unit else panel.title, pad=5.0)
+    for time in marks:
+        axes.axvline(time, color=FAINT, linewidth=1.0, zorder=0.5)
+    for stroke in panel.strokes:
+        if stroke.steps:
+            _strips(axes, panel.times, stroke)
+            continue
+        axes.plot(
+            panel.times,
+            stroke.values,
+            color=stroke.colour,
+            # Widths and dashes of the page are in CSS pixels.
+            linewidth=0.75 * stroke.width,
+            linestyle=(0, tuple(d / stroke.width for d in stroke.dash)) if stroke.dash else "solid",
+            label=mathtext(stroke.name) if stroke.name else "_",
+        )
+    if panel.rows:
+        axes.set_yticks(range(len(panel.rows)), panel.rows, fontsize=8.5)
+    if panel.span is not None:
+        axes.set_ylim(panel.span[0], _top(panel, panel.span[1]))
+    elif panel.positive:
+        axes.set_ylim(0.0, max(1.08 * _largest(panel), 0.01))
+    else:
+        axes.margins(y=0.1)
+    named = sum(bool(stroke.name) for stroke in panel.strokes)
+    if named:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=named, borderaxespad=0.0, handlelength=1.9)
+    if panel.note:
+        axes.text(0.5, 0.5, panel.note, transform=axes.transAxes, ha="center", va="center", fontsize=9.0)
+        axes.set(yticks=[])
+
+
+def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
+    """Draw each value from its time to that of the next one."""
+    changed = np.flatnonzero(np.diff(stroke.values, prepend=np.nan) != 0.0)
+    for begin, end in zip(changed.tolist(), [*changed[1:].tolist(), len(times) - 1], strict=True):
+        if not np.isnan(stroke.values[begin]):
+            axes.plot(
+                times[[begin, end]], stroke.values[[begin, begin]], color=stroke.colour, linewidth=5.0, solid_capstyle="butt"
+            )
+
+
+def _top(panel: Panel, top: float) -> float:
+    """Return the end of a fixed axis; where its first line lies wholly above it, one that shows the line all the same."""
+    values = panel.strokes[0].values
+    finite = values[np.isfinite(values)]
+    return 1.08 * float(finite.max()) if len(finite) and float(finite.min()) > top else top
+
+
+def _largest(panel: Panel) -> float:
+    values = [stroke.values[np.isfinite(stroke.values)] for stroke in panel.strokes]
+    return max((float(v.max()) for v in values if len(v)), default=0.0)
+
+
+def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:
+    law = replay.simulation.settings.law
+    xs = distances(law.critical_distance, law.influence_distance)
+    axes.set(xlim=(0.0, FAR), xlabel=tr("distance d [m]"))
+    if name == "curve":
+        _activation(axes, replay, curves, xs, law)
+    else:
+        _laws(axes, replay, xs, law)
+
+
+def _activation(axes: Axes, replay: Replay, curves: Curves, xs: np.ndarray, law: LawSettings) -> None:
+    axes.set_title(tr("activation λ over the distance the law acts on, and where this run was"), pad=5.0)
+    for order in ORDERS:
+        ys = [activation(d, law.critical_distance, order) for d in xs.tolist()]
+        axes.plot(xs, ys, color="#8b949e", linewidth=0.9, label="_")
+        axes.text(law.critical_distance * 0.34 ** (-1.0 / order), 0.34, f"n = {order:g}", color="#57606a", fontsize=8.5)
+    axes.plot(xs, [replay.simulation.law.activation(d) for d in xs.tolist()], color=COLOURS.activation, linewidth=1.9)
+    visited = curves.table[:, [COLUMN["law_d"], COLUMN["lambda"]]]
+    axes.plot(*visited.T, linestyle="none", marker="o", markersize=2.2, color=COLOURS.activation, alpha=0.35, markeredgewidth=0)
+    axes.set_ylim(0.0, 1.05)
+
+
+def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
+    now = contact(replay.simulation, replay.simulation.sample())
+    title = tr("what each law makes of the pull at t = {time} s: J$_d$q̇ [m/s] over the distance", time=f"{replay.time:.2f}")
+    axes.set_title(title, pad=5.0)
+    axes.axhline(0.0, color=INK, linewidth=0.8)
+    colours = PALETTES["light"].laws
+    for i, (name, each) in enumerate(all_laws(law).items()):
+        own = name == law.law
+        ys = [each.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()]
+        axes.plot(xs, ys, color=colours[i], linewidth=2.4 if own else 1.1, label=tr(LAW_NAMES[name]), zorder=3.0 if own else 2.0)
+    largest = min(max(abs(now.pull), law.nominal_velocity, abs(now.approach), 0.08) * 1.3, LONGEST)
+    axes.set_ylim(-largest, largest)
+    axes.plot([now.distance], [now.rate], marker="o", markersize=6.0, color=INK, linestyle="none", label=tr("now"), zorder=4.0)
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, borderaxespad=0.0)
+
+
+def caption(run: RunSettings) -> str:
+    """Return one line that says what was run."""
+    law, known = run.law, specs(RunSettings)
+    scene = tr(known["scene"].choice_labels[known["scene"].choices.index(run.scene)])
+    name = tr(known["law"].choice_labels[known["law"].choices.index(law.law)])
+    if run.scene not in OBSTACLE:
+        return f"Duet {made_here()['duet']} · {scene} · K = {run.gain:g}/s, dt = {1000.0 * run.dt:g} ms"
+    return (
+        f"Duet {made_here()['duet']} · {scene} · {mathtext(name).replace('d_m', '$d_m$')} · $d_m$ = "
+        f"{1000.0 * law.critical_distance:g} mm, n = {law.order:g}, v = {law.nominal_velocity:g} m/s, K = {run.gain:g}/s, "
+        f"dt = {1000.0 * run.dt:g} ms"
+    )
+
+
+def mathtext(html: str) -> str:
+    """Return text with subscripts as matplotlib writes them: d<sub>m</sub> → d$_{m}$."""
+    return re.sub(r"<sub>([^<]*)</sub>", r"$_{\\mathrm{\1}}$", html)

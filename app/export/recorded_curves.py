@@ -1,0 +1,293 @@
+"""A recorded run as the lines that the page plots, but over all of its time: for pictures, the report, and the page without a server.
+
+What is written there is in the language that is spoken here.
+"""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from app.i18n.speaking import tr
+from app.page.panels.plot_chooser import cells
+from app.plots.pair_strips import ROWS, pair_name
+from app.plots.stability_section import task_error
+from app.plots.time_plots import TimePlot, colour_of, time_plot_of
+from app.plots.time_series import DRIVEN, FARTHEST, JOINTS, RESTING, resting
+from app.recording.replay import Replay
+from app.session.contact import contact
+from app.session.elbow_swivel import Swivel
+from app.settings import Details, Theme
+from app.theme import PALETTES, Palette
+from controllers.kinematics import Array
+from controllers.stability import analyse
+from scenes.history import COLUMN
+from scenes.inputs import Recorded
+from scenes.rerun import Stopped, never
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+
+POINTS: Final = 1_600
+"""Of a line at most. Of the steps between two points, the smallest d and the largest e² are kept, so that no dip is lost."""
+
+MOMENTS: Final = 240
+"""At which section III is looked at."""
+
+NOT_OVER_TIME: Final = ("curve", "laws")
+"""What can be chosen beside the first two plots and is no course over time."""
+
+OF_OTHER_RUNS: Final = ("map",)
+"""What can be chosen there and does not show this run: left out."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """One line.
+
+    Attributes:
+        name: in the legend, with subscripts as <sub>; "" for none.
+        colour: "#rrggbb".
+        width: [px].
+        dash: [px]; none for a solid line.
+        values: (k,), nan where there is nothing.
+        steps: whether each value holds until the next: a strip, no line.
+    """
+
+    name: str
+    colour: str
+    width: float
+    dash: tuple[float, ...]
+    values: Array
+    steps: bool = False
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One plot over time.
+
+    Attributes:
+        title: plain text.
+        unit: of the axis, "" for none.
+        times: (k,) [s].
+        strokes: in the order drawn.
+        span: of the axis; None: as the data ask, from 0 up if `positive`.
+        positive: see there.
+        rows: names of the whole numbers of the axis, from 0; none for an axis of numbers.
+        note: a sentence in place of the lines.
+    """
+
+    title: str
+    unit: str
+    times: Array
+    strokes: tuple[Stroke, ...]
+    span: tuple[float, float] | None = None
+    positive: bool = True
+    rows: tuple[str, ...] = ()
+    note: str = ""
+
+
+class Curves:
+    """The lines of one run.
+
+    Args:
+        recorded: the piece of the run.
+        table: its newest rows (k ≥ 1, columns of `scenes.history`), one a step.
+        theme: for the colours.
+        stopped: asked now and then; when it says True, everything ends with `Stopped`.
+    """
+
+    def __init__(self, recorded: Recorded, table: Array, theme: Theme = "light", stopped: Callable[[], bool] = never) -> None:
+        self._recorded, self._stopped = recorded, stopped
+        self._palette: Palette = PALETTES[theme]
+        self._simulation = Simulation(recorded.stretches[-1].settings, 1)
+        self.table, ends = thinned(table)
+        """Of at most `POINTS` rows."""
+        self._steps = ends + (recorded.steps - len(table))
+        self._bounds = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
+
+    @property
+    def times(self) -> Array:
+        """Of every point (k,) [s]."""
+        return self.table[:, COLUMN["t"]]
+
+    @property
+    def settings(self) -> RunSettings:
+        """Return those at the end."""
+        return self._recorded.stretches[-1].settings
+
+    def panels(self, details: Details, only: tuple[str, ...] = ()) -> tuple[Panel, ...]:
+        """Return the paper's pair of plots, or `only` those, and what is chosen beside it; `NOT_OVER_TIME` gives λ over time here."""
+        shown = "lambda" if details in NOT_OVER_TIME else "none" if details in OF_OTHER_RUNS else details
+        return tuple(self._panel(name) for name in cells(self.settings, shown, only))
+
+    def _panel(self, name: str) -> Panel:
+        if name == "pairs":
+            return self._pairs()
+        if name == "stability":
+            return self._section()
+        simulation = self._simulation
+        course = time_plot_of(name, simulation)
+        names = legend_names(course)
+        strokes = tuple(
+            Stroke(
+                tr(names[i]) if i in names else "",
+                colour_of(line, self._palette),
+                line.width,
+                line.dash,
+                self.column(line.column) * course.scale,
+            )
+            for i, line in enumerate(course.lines)
+            if line.run == "own"
+        )
+        return Panel(plain(tr(course.title)), course.unit, self.times, strokes, course.span, course.positive)
+
+    def column(self, name: str) -> Array:
+        """Return what the page's buffer calls so (k,), see `app.plots.time_series.NAMES`."""
+        table, simulation = self.table, self._simulation
+        own, other = simulation.avoiding.joints, simulation.guided.joints
+        history = simulation.history
+        match name:
+            case "t" | "d" | "e2" | "lambda" | "u" | "w" | "e2_b" | "pair":
+                return table[:, COLUMN[name]].copy()
+            case "e":
+                return np.sqrt(table[:, COLUMN["e2"]])
+            case "d_m":
+                return self._of_settings(lambda run: run.law.critical_distance)
+            case "v":
+                return self._of_settings(lambda run: run.law.nominal_velocity)
+            case "d*":
+                return self._resting()
+            case "elbow":
+                swivel = Swivel(simulation.room, simulation.avoiding)
+                return np.array([swivel.angle(np.ascontiguousarray(q)) for q in history.positions(table)])
+        kinds = (
+            ("other_qd", history.desired, other, DRIVEN),
+            ("other_q", history.positions, other, DRIVEN),
+            ("qd", history.desired, own, DRIVEN),
+            ("dq", history.velocities, own, JOINTS),
+            ("q", history.positions, own, JOINTS),
+        )
+        for stem, of_table, joints, most in kinds:
+            if name.startswith(stem) and name[len(stem) :].isdigit():
+                number = int(name[len(stem) :]) - 1
+                inside = number < min(joints.stop - joints.start, most)
+                return of_table(table)[:, joints.start + number].copy() if inside else np.full(len(table), np.nan)
+        raise KeyError(name)
+
+    def _of_settings(self, what: Callable[[RunSettings], float]) -> Array:
+        there = np.array([what(stretch.settings) for stretch in self._recorded.stretches])
+        return there[self._stretches()]
+
+    def _stretches(self) -> np.ndarray:
+        return np.searchsorted(self._bounds, self._steps, side="right")
+
+    def _resting(self) -> Array:
+        stretches = self._recorded.stretches
+        found = np.full(len(self.table), np.nan)
+        columns = self.table[:, [COLUMN[name] for name in ("u", "w_law", "u_b")]].tolist()
+        for i, (place, (u, w, u_b)) in enumerate(zip(self._stretches().tolist(), columns, strict=True)):
+            run = stretches[place].settings
+            if run.law.law in RESTING:
+                found[i] = min(resting(run, u, w, None if math.isnan(u_b) else u_b), FARTHEST)
+        return found
+
+    def _pairs(self) -> Panel:
+        pairs = self.column("pair").astype(int)
+        held, counts = np.unique(pairs[pairs >= 0], return_counts=True)
+        shown = np.sort(held[np.argsort(-counts, kind="stable")[:ROWS]])
+        values = np.full(len(pairs), np.nan)
+        for row, pair in enumerate(shown.tolist()):
+            values[pairs == pair] = row
+        names = tuple(pair_name(self._simulation, pair) for pair in shown.tolist())
+        span = (-0.6, max(len(shown), 1) - 0.4)
+        return Panel(
+            tr("the closest pair"),
+            "",
+            self.times,
+            (Stroke("", self._palette.distance, 7.0, (), values, True),),
+            span,
+            rows=names,
+        )
+
+    def _section(self) -> Panel:
+        run, title = self.settings, tr("smallest eigenvalue of sym(M) over K, and 1 − λρ²")
+        laws = {stretch.settings.law.law for stretch in self._recorded.stretches}
+        one_row_for_two = run.law.coupled and len(self._simulation.cast.avoiders(run.avoid)) > 1
+        if not laws <= {"smooth_priority", "unprotected"} or one_row_for_two or run.gain <= 0.0:
+            note = tr("Section III is about eq. (12), one arm and a gain K > 0; of this run it says nothing.")
+            return Panel(title, "", self.times, (), (0.0, 1.0), note=note)
+        replay = Replay(self._recorded)
+        picked = np.unique(np.linspace(0, len(self._steps) - 1, MOMENTS).astype(int))
+        least, survival = [], []
+        for step in self._steps[picked].tolist():
+            if self._stopped():
+                raise Stopped
+            replay.seek_step(step + 1)
+            simulation, sample = replay.simulation, replay.simulation.sample()
+            _, J = task_error(simulation, sample)
+            gain = simulation.settings.gain
+            analysis = analyse(contact(simulation, sample).row, J, sample.activation, gain, gain, damped=True)
+            least.append(analysis.smallest_eigenvalue / gain)
+            survival.append(analysis.survival)
+        strokes = (
+            Stroke(tr("eigenvalue / K"), self._palette.distance, 2.0, (), np.array(least)),
+            Stroke("1 − λρ²", self._palette.activation, 1.8, (7.0, 4.0), np.array(survival)),
+        )
+        return Panel(title, "", self.times[picked], strokes, None, positive=False)
+
+
+def thinned(table: Array) -> tuple[Array, np.ndarray]:
+    """Return at most `POINTS` rows of a table, and which ones they are (k,): the last of each bin, with its smallest d and largest e²."""
+    count = len(table)
+    ends = np.arange(count) if count <= POINTS else np.unique(np.linspace(0, count - 1, POINTS).astype(int))
+    rows = table[ends].copy()
+    if count > POINTS:
+        starts = np.concatenate([[0], ends[:-1] + 1])
+        rows[:, COLUMN["d"]] = np.minimum.reduceat(table[:, COLUMN["d"]], starts)
+        for name in ("e2", "e2_b"):
+            rows[:, COLUMN[name]] = np.maximum.reduceat(table[:, COLUMN[name]], starts)
+    return rows, ends
+
+
+def legend_names(course: TimePlot) -> dict[int, str]:
+    """Return index of a line → its name, for those lines of the run itself that the page's legend names."""
+    own = [(i, line) for i, line in enumerate(course.lines) if line.run == "own"]
+    found: dict[int, str] = {}
+    for symbol, kind, label in course.legend:
+        for i, line in own:
+            fits = symbol_colour(symbol) == line.colour and (kind == "") == (not line.dash)
+            if fits and i not in found:
+                found[i] = label
+                break
+        else:
+            # A kind of line, not a line: "master" of all dashed ones.
+            dashed = next((i for i, line in own if line.dash and i not in found and not symbol), None)
+            if dashed is not None:
+                found[dashed] = label
+    return found
+
+
+_SYMBOLS: Final = {
+    "d": "distance",
+    "dm": "critical",
+    "rest": "resting",
+    "lam": "activation",
+    "e": "error",
+    "v": "velocity",
+    "u": "pull",
+    "w": "approach",
+    **{f"j{i + 1}": f"joint {i + 1}" for i in range(JOINTS)},
+}
+
+
+def symbol_colour(symbol: str) -> str:
+    """Return the name of a symbol's colour, "" if it has none."""
+    return _SYMBOLS.get(symbol, "")
+
+
+def plain(html: str) -> str:
+    """Return text without its tags."""
+    return re.sub(r"<[^>]*>", "", html)

@@ -1,0 +1,252 @@
+"""A lab report as one HTML page that prints well: predictions beside outcomes, plots, settings, and a student's own words."""
+
+import html
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from app.i18n.speaking import N_, tr
+from app.recording.provenance import made_here
+from app.session.relevant_settings import matters
+from app.settings import Settings
+from app.theme import PALETTES
+from scenes.settings import RunSettings, Spec, specs, values
+
+LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+"""The page may load nothing and run nothing."""
+
+
+@dataclass(frozen=True)
+class ReportEntry:
+    """One step of a lesson. What is empty is left out.
+
+    Attributes:
+        title: of the step.
+        question: what was asked.
+        prediction: the answer that was chosen, before anything was seen.
+        right: whether it was the right one; None if nothing is known yet, or nothing was asked.
+        verdict: what was said to it.
+        outcome: lines with what was measured.
+        judgements: of the challenge's newest attempt: line, and whether it was met.
+        attempts: how often the challenge was tried.
+        passed: whether it was ever passed; None if there is none.
+        words: what the student wrote.
+        chapter: under which it stands, such as the lesson's title; a heading where it is another one than before.
+        settings: of the run, as a person reads them.
+        plots: of the run.
+    """
+
+    title: str
+    question: str = ""
+    prediction: str = ""
+    right: bool | None = None
+    verdict: str = ""
+    outcome: Sequence[str] = ()
+    judgements: Sequence[tuple[str, bool]] = ()
+    attempts: int = 0
+    passed: bool | None = None
+    words: str = ""
+    chapter: str = ""
+    settings: str = ""
+    plots: Sequence["Plot"] = ()
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A picture.
+
+    Attributes:
+        svg: an <svg> element, as `app.export.plot_pictures.inline_svg` makes it.
+        caption: what it shows.
+    """
+
+    svg: str
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What the report itself says, for other languages."""
+
+    language: str = "en"
+    results: str = N_("Predictions and outcomes")
+    question: str = N_("Question")
+    prediction: str = N_("Prediction")
+    outcome: str = N_("Measured")
+    verdict: str = N_("Verdict")
+    challenge: str = N_("Challenge")
+    words: str = N_("In my own words")
+    plots: str = N_("Plots")
+    settings: str = N_("Settings")
+    last_settings: str = N_("Settings of the last run")
+    setting: str = N_("setting")
+    value: str = N_("value")
+    meaning: str = N_("meaning")
+    right: str = N_("right")
+    wrong: str = N_("not so")
+    passed: str = N_("passed")
+    not_passed: str = N_("not passed")
+    attempts: str = N_("attempts")
+    nothing: str = N_("Nothing was answered yet.")
+    on: str = N_("on")
+    off: str = N_("off")
+    made_by: str = N_("Made by Duet")
+
+
+ENGLISH: Final = Labels()
+
+
+def report_html(
+    title: str,
+    entries: Sequence[ReportEntry],
+    settings: Settings | None,
+    plots: Sequence[Plot] = (),
+    own_words: str | None = "",
+    *,
+    about: str = "",
+    labels: Labels = ENGLISH,
+    rich: Callable[[str], str] = html.escape,
+) -> str:
+    """Return the page. Nothing in it loads anything or runs, and everything that a person wrote is escaped.
+
+    Args:
+        title: of the report.
+        entries: the steps, in order.
+        settings: of the last run; None to leave them out.
+        plots: pictures.
+        own_words: what the student wrote about all of it; "" leaves lines to write on by hand, None leaves it out.
+        about: one line under the title, such as a name and a date.
+        labels: what the report itself says.
+        rich: makes HTML of a text of the lesson's author (question, prediction, verdict, outcome, judgement), for formulas; the
+            title, `about` and all words of the student are escaped whatever it is.
+
+    Raises:
+        ValueError: a plot is no plain <svg> element.
+    """
+    parts = [f"<h1>{html.escape(title)}</h1>"]
+    made = f"{labels.made_by} {made_here()['duet']}"
+    parts.append(f'<p class="about">{html.escape(f"{about} · {made}" if about else made)}</p>')
+    if not any(entry.chapter for entry in entries):
+        parts.append(f"<h2>{html.escape(labels.results)}</h2>")
+    for before, entry in zip((None, *entries), entries, strict=False):
+        if entry.chapter and (before is None or entry.chapter != before.chapter):
+            parts.append(f'<h2 class="chapter">{html.escape(entry.chapter)}</h2>')
+        parts.append(_entry(entry, labels, rich))
+    if not entries:
+        parts.append(f"<p>{html.escape(labels.nothing)}</p>")
+    if plots:
+        parts.append(f"<h2>{html.escape(labels.plots)}</h2>")
+        parts += [_figure(plot) for plot in plots]
+    if settings is not None:
+        parts.append(f"<h2>{html.escape(labels.last_settings)}</h2>{_table(settings, labels)}")
+    if own_words is not None:
+        parts.append(f"<h2>{html.escape(labels.words)}</h2>")
+        parts.append(f'<p class="words">{html.escape(own_words)}</p>' if own_words.strip() else '<p class="lines"></p>')
+    style = Path(__file__).with_name("report.css").read_text(encoding="utf-8")
+    return (
+        f'<!doctype html>\n<html lang="{html.escape(labels.language)}"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{html.escape(title)}</title><style>{style}{_colours()}</style></head><body>\n"
+        + "\n".join(parts)
+        + "\n</body></html>\n"
+    )
+
+
+@dataclass
+class _Rows:
+    """Pairs of a list of descriptions."""
+
+    parts: list[str] = field(default_factory=list)
+
+    def add(self, name: str, content: str) -> None:
+        self.parts.append(f"<dt>{html.escape(name)}</dt><dd>{content}</dd>")
+
+
+def _entry(entry: ReportEntry, labels: Labels, rich: Callable[[str], str]) -> str:
+    rows = _Rows()
+    if entry.question:
+        rows.add(labels.question, rich(entry.question))
+    if entry.prediction:
+        mark = "" if entry.right is None else _mark(entry.right, labels.right, labels.wrong)
+        rows.add(labels.prediction, mark + rich(entry.prediction))
+    if entry.outcome:
+        rows.add(labels.outcome, _list([rich(line) for line in entry.outcome]))
+    if entry.verdict:
+        rows.add(labels.verdict, rich(entry.verdict))
+    if entry.passed is not None:
+        tries = f"{html.escape(labels.attempts)}: {entry.attempts}" if entry.attempts else ""
+        lines = [("✓ " if met else "✗ ") + rich(line) for line, met in entry.judgements]
+        rows.add(
+            labels.challenge, _mark(entry.passed, labels.passed, labels.not_passed) + tries + (_list(lines) if lines else "")
+        )
+    if entry.settings:
+        rows.add(labels.settings, lowered(html.escape(entry.settings)))
+    if entry.words.strip():
+        rows.add(labels.words, f'<span class="words">{html.escape(entry.words)}</span>')
+    plots = "".join(_figure(plot) for plot in entry.plots)
+    return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(rows.parts)}</dl>{plots}</article>"
+
+
+def _colours() -> str:
+    """Return the rules for the symbols in formulas: on paper as on the page."""
+    light = PALETTES["light"]
+    symbols = {"lam": light.activation, "dm": light.critical, "v": light.velocity, "u": light.pull, "w": light.approach}
+    return "".join(f"svg .{name} {{ color: {colour}; }}\n" for name, colour in symbols.items())
+
+
+def _mark(good: bool, yes: str, no: str) -> str:
+    return f'<span class="mark {"right" if good else "wrong"}">{"✓" if good else "✗"} {html.escape(yes if good else no)}</span>'
+
+
+def _list(lines: list[str]) -> str:
+    return f"<ul>{''.join(f'<li>{line}</li>' for line in lines)}</ul>"
+
+
+def _figure(plot: Plot) -> str:
+    _check_svg(plot.svg)
+    caption = f"<figcaption>{html.escape(plot.caption)}</figcaption>" if plot.caption else ""
+    return f"<figure>{plot.svg}{caption}</figure>"
+
+
+_FOREIGN: Final = frozenset({"script", "foreignObject", "iframe", "image", "a", "animate", "set"})
+
+
+def _check_svg(svg: str) -> None:
+    try:
+        root = ET.fromstring(svg)
+    except ET.ParseError as error:
+        raise ValueError(f"a plot is no <svg> element: {error}") from None
+    names = [element.tag.rpartition("}")[2] for element in root.iter()]
+    keys = [key for element in root.iter() for key in element.attrib]
+    if names[0] != "svg" or _FOREIGN.intersection(names) or any(key.lower().startswith("on") for key in keys):
+        raise ValueError("a plot is no plain <svg> element: only shapes and text belong there")
+
+
+def _table(settings: Settings, labels: Labels) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in (labels.setting, labels.value, labels.meaning))
+    present = values(settings.run)
+    rows = "".join(
+        f"<tr><td>{lowered(html.escape(tr(spec.label)))}</td><td>{html.escape(_shown(spec, present[key], labels))}</td>"
+        f"<td>{html.escape(tr(spec.help))}</td></tr>"
+        for key, spec in specs(RunSettings).items()
+        if matters(key, settings)
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def lowered(escaped: str) -> str:
+    """Return text with its subscripts: d_m → d<sub>m</sub>."""
+    return re.sub(r"(?<!\w)([^\W\d_])_([A-Za-z0-9]{1,5})(?!\w)", r"\1<sub>\2</sub>", escaped)
+
+
+def _shown(spec: Spec, value: Any, labels: Labels) -> str:
+    if spec.choices:
+        return tr(spec.choice_labels[spec.choices.index(value)]) if spec.choice_labels else str(value)
+    if isinstance(value, bool):
+        return labels.on if value else labels.off
+    number = f"{value * spec.page_scale:.6g}" if isinstance(value, float) else str(value)
+    return f"{number} {spec.page_unit}".strip()

@@ -1,0 +1,268 @@
+"""The stage of a recorded run without anybody looking: what stands there, and how it moves from frame to frame.
+
+The stage is put up on a server of viser's that lets nobody in; its own serializer writes down every message. Messages that put
+something up become the scene, all later ones become tracks: a node's turn, place, visibility or property over the frames.
+"""
+
+import json
+import math
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+import viser
+import zstandard
+
+from app.recording.replay import Replay
+from app.settings import PageSettings
+from app.stage.stage import Stage
+from app.stage.stage_camera import view_of
+from app.web.server import start_server
+from scenes.inputs import Recorded
+from scenes.rerun import Stopped, never
+from scenes.simulation import Simulation
+from scenes.targets import AnglesTarget
+
+RATE: Final = 20.0
+"""Frames a simulated second."""
+
+ASPECT: Final = 1.0
+"""Width over height of the part of the page that the scene takes, on a desk."""
+
+TURN: Final = "wxyz"
+PLACE: Final = "position"
+SEEN: Final = "visible"
+
+_SIZE: Final = struct.Struct("<Q")
+_LEVEL: Final = 12
+
+
+@dataclass
+class Track:
+    """How one thing of one node changes.
+
+    Attributes:
+        node: its name in the scene.
+        what: `TURN`, `PLACE`, `SEEN`, or one of the node's own properties.
+        frames: at which it changes, ascending; the first is 0.
+        values: from each of them on: a row of numbers, an array, a text, a number, a flag.
+    """
+
+    node: str
+    what: str
+    frames: list[int] = field(default_factory=list)
+    values: list[Any] = field(default_factory=list)
+
+    def put(self, frame: int, value: Any) -> None:
+        """Note a value from a frame on; a second one in the same frame replaces the first."""
+        if self.frames and self.frames[-1] == frame:
+            self.values[-1] = value
+        elif not self.frames or not _same(self.values[-1], value):
+            self.frames.append(frame)
+            self.values.append(value)
+
+
+@dataclass(frozen=True)
+class Filmed:
+    """A scene that moves.
+
+    Attributes:
+        scene: a still recording in viser's own format, of everything that is ever seen.
+        tracks: what moves in it.
+        times: of the frames [s], on the clock of the run.
+        bodies: names of the nodes that must be there before anything moves: furniture, links, a person's limbs.
+    """
+
+    scene: bytes
+    tracks: tuple[Track, ...]
+    times: tuple[float, ...]
+    bodies: tuple[str, ...] = ()
+
+
+def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: Callable[[], bool] = never) -> Filmed:
+    """Return the stage of the last `seconds` of a recorded piece, inf for all of it.
+
+    Args:
+        recorded: the piece.
+        seconds: inf for all.
+        page: theme, profile and kind of picture.
+        stopped: asked now and then; when it says True, everything ends with `Stopped`.
+
+    Raises:
+        BadSetting: it cannot be made here.
+        Stopped: see there.
+    """
+    replay = Replay(recorded)
+    first = math.ceil(max(replay.begin, replay.end - seconds) * RATE - 1e-6)
+    times = tuple(i / RATE for i in range(first, math.floor(replay.end * RATE + 1e-6) + 1)) or (replay.end,)
+    server = start_server("127.0.0.1", 0, max_clients=1)
+    try:
+        server.scene.world_axes.visible = False
+        replay.seek(times[0])
+        stage = Stage(server.scene)
+        _look(server, replay.simulation)
+        _draw(stage, replay, page)
+        serializer = server.get_scene_serializer()
+        for time in times[1:]:
+            if stopped():
+                raise Stopped
+            serializer.insert_sleep(1.0)
+            replay.seek(time)
+            _draw(stage, replay, page)
+        return _split(serializer.serialize(), times)
+    finally:
+        server.stop()
+
+
+def _draw(stage: Stage, replay: Replay, page: PageSettings) -> None:
+    target = replay.target
+    angles = target.angles if isinstance(target, AnglesTarget) else None
+    stage.show(replay.simulation, replay.simulation.sample(), page, None, angles)
+
+
+def _look(server: viser.ViserServer, simulation: Simulation) -> None:
+    camera = view_of(simulation)
+    slope = float(np.tan(camera.fov / 2.0))
+    away = max(camera.height, camera.width / ASPECT) / (2.0 * slope)
+    toward = np.array(camera.toward) / np.linalg.norm(camera.toward)
+    start = server.initial_camera
+    start.up = (0.0, 0.0, 1.0)
+    start.position = np.array(camera.centre) + toward * away
+    start.look_at = np.array(camera.centre)
+    start.fov = camera.fov
+
+
+# --- viser's format ------------------------------------------------------------------------------------------------------------
+# 8 bytes size, then zstd of: 8 bytes size, msgpack, and the arrays, each at a multiple of 8 bytes. An array stands in the msgpack as
+# {"__binary_index": number, "dtype": …}.
+
+
+def unpacked(data: bytes) -> tuple[dict[str, Any], list[bytes]]:
+    """Return the content of a recording and its arrays."""
+    (size,) = _SIZE.unpack_from(data)
+    body = zstandard.ZstdDecompressor().decompress(data[8:], max_output_size=size)
+    (length,) = _SIZE.unpack_from(body)
+    content = msgspec.msgpack.decode(body[8 : 8 + length])
+    arrays, at = [], 8 + length
+    for size in content["binaryBufferLengths"]:
+        at += -at % 8
+        arrays.append(body[at : at + size])
+        at += size
+    return content, arrays
+
+
+def packed(content: dict[str, Any], arrays: list[bytes]) -> bytes:
+    """Return a recording; the inverse of `unpacked`."""
+    text = msgspec.msgpack.encode({**content, "binaryBufferLengths": [len(array) for array in arrays]})
+    body = bytearray(_SIZE.pack(len(text)) + text)
+    for array in arrays:
+        body += bytes(-len(body) % 8) + array
+    return _SIZE.pack(len(body)) + zstandard.ZstdCompressor(level=_LEVEL).compress(bytes(body))
+
+
+def _split(data: bytes, times: tuple[float, ...]) -> Filmed:
+    """Return what is put up as a still recording, and what moves as tracks."""
+    content, arrays = unpacked(data)
+    still: list[list[Any]] = []
+    tracks: dict[tuple[str, str], Track] = {}
+    made: dict[str, dict[str, Any]] = {}
+    since: dict[str, int] = {}
+    for time, message in content["messages"]:
+        frame, node = round(time), message.get("name", "")
+        if "props" in message and node not in made:
+            made[node], since[node] = message, frame
+        changes = dict(_changes(message, node in made and made[node] is not message, arrays))
+        if not changes:
+            still.append([0.0, message])
+            continue
+        # What a node is put up with belongs to the scene, whenever that was.
+        first = frame == since.get(node, 0)
+        if first:
+            still.append([0.0, message])
+        for what, value in changes.items():
+            track = tracks.setdefault((node, what), Track(node, what))
+            if not track.frames:
+                track.put(0, value if first else _before(made.get(node, {}), what, arrays))
+            track.put(0 if first else frame, value)
+    for node, frame in since.items():
+        if frame > 0:
+            _hide_before(tracks.setdefault((node, SEEN), Track(node, SEEN, [0], [True])), frame)
+    used = {old: new for new, old in enumerate(sorted(_indices(still)))}
+    scene = packed({**content, "durationSeconds": 0.0, "messages": _with(still, used)}, [arrays[i] for i in used])
+    bodies = tuple(node for node, frame in since.items() if frame == 0 and made[node]["type"] == "GlbMessage")
+    return Filmed(scene, tuple(track for track in tracks.values() if len(track.frames) > 1), times, bodies)
+
+
+def _changes(message: dict[str, Any], again: bool, arrays: list[bytes]) -> Iterator[tuple[str, Any]]:
+    """Yield what a message changes of a node, and to what; nothing if it is no such message.
+
+    Args:
+        again: whether it puts up a node that there was before; what stood there then will do.
+    """
+    match message["type"]:
+        case "SetOrientationMessage":
+            yield TURN, _row(message["wxyz"])
+        case "SetPositionMessage":
+            yield PLACE, _row(message["position"])
+        case "SetSceneNodeVisibilityMessage":
+            yield SEEN, bool(message["visible"])
+        case "SceneNodeUpdateMessage":
+            for what, value in message["updates"].items():
+                yield what, _array(value, arrays)
+        case "RemoveSceneNodeMessage":
+            yield SEEN, False
+        case _ if again:
+            yield SEEN, True
+
+
+def _hide_before(track: Track, frame: int) -> None:
+    """Have a node that was put up later not be seen before."""
+    later = [(f, v) for f, v in zip(track.frames, track.values, strict=True) if f > frame]
+    there = next((v for f, v in reversed(list(zip(track.frames, track.values, strict=True))) if f <= frame), True)
+    track.frames, track.values = [0, frame, *(f for f, _ in later)], [False, there, *(v for _, v in later)]
+
+
+def _before(message: dict[str, Any], what: str, arrays: list[bytes]) -> Any:
+    """Return what a node had before its first change."""
+    if what == SEEN:
+        return bool(message.get("visible", True))
+    if what == TURN:
+        return _row(message.get("wxyz") or (1.0, 0.0, 0.0, 0.0))
+    if what == PLACE:
+        return _row(message.get("position") or (0.0, 0.0, 0.0))
+    return _array(message["props"][what], arrays)
+
+
+def _row(values: Any) -> np.ndarray:
+    return np.asarray(values, np.float64)
+
+
+def _array(value: Any, arrays: list[bytes]) -> Any:
+    if isinstance(value, dict) and "__binary_index" in value:
+        return np.frombuffer(arrays[value["__binary_index"]], value["dtype"])
+    return value
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+    return type(a) is type(b) and json.dumps(a) == json.dumps(b)
+
+
+def _indices(value: Any) -> set[int]:
+    if isinstance(value, dict):
+        if "__binary_index" in value:
+            return {value["__binary_index"]}
+        value = list(value.values())
+    return set().union(*map(_indices, value)) if isinstance(value, list) else set()
+
+
+def _with(value: Any, renumbered: dict[int, int]) -> Any:
+    if isinstance(value, dict):
+        if "__binary_index" in value:
+            return {**value, "__binary_index": renumbered[value["__binary_index"]]}
+        return {key: _with(entry, renumbered) for key, entry in value.items()}
+    return [_with(entry, renumbered) for entry in value] if isinstance(value, list) else value

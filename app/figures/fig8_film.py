@@ -1,0 +1,147 @@
+"""Fig. 8: eight frames of the imitation; and Fig. 3, the two arms on their torso. Drawn without a browser or a graphics card."""
+
+from functools import cache
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
+
+from app.figures import fig5_hold as hold
+from app.figures.drawn_figure import Drawn, shown
+from app.figures.fig6_fig7_followers import imitation_seconds, imitation_settings
+from app.figures.figure_style import COLOURS, INK, sheet
+from app.figures.render import Mesh, Viewpoint, render
+from app.figures.room_meshes import arms, furniture, meshes
+from app.figures.run_plan import Plan
+from app.theme import blend
+from controllers.kinematics import Array
+from scenes.headless import Run
+from scenes.history import COLUMN
+from scenes.person.body import MATERIAL, BodyPart, body_parts, body_poses
+from scenes.person.source import MissingPackage
+from scenes.rigs import Camera
+from scenes.targets import AnglesTarget
+
+FRAMES: Final = 8
+FILM_CAMERA: Final = Camera((0.20, 0.36, 1.11), (2.6, -0.3, 0.5), 2.25, 1.44, float(np.radians(26.0)))
+"""Robots to the left, the person whom they imitate beside them."""
+
+STILL_CAMERA: Final = Camera((0.28, 0.0, 0.90), (2.45, -0.45, 0.69), 1.5, 0.92, float(np.radians(30.0)))
+
+PERSON_PLACE: Final = np.array([-1.0, 1.25, 1.38])
+"""Where the middle of the person's shoulders is [m]."""
+
+OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
+
+
+def film(plan: Plan) -> Drawn:
+    """Fig. 8."""
+    settings, length = imitation_settings(plan), imitation_seconds(plan)
+    run = plan.shared(settings, length)
+    picked = _moments(run.table[:, COLUMN["d"]])
+    size = plan.either((640, 400), (128, 80))
+    figure = sheet(3.3, 10.4)
+    figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.02)
+    # The person of the run, asked once more.
+    person = run.simulation.person()
+    rows: list[list[object]] = []
+    for axes, row in zip(figure.subplots(2, FRAMES // 2).flat, run.table[picked], strict=True):
+        wanted = person.target(float(row[COLUMN["t"]]))
+        angles = wanted.angles if isinstance(wanted, AnglesTarget) else None
+        _frame(axes, run, row, FILM_CAMERA, size, person_meshes(angles) if angles is not None else [], ("silver", "orange"))
+        axes.text(0.025, 0.955, f"{row[0]:.1f} s", transform=axes.transAxes, va="top", fontsize=13, path_effects=[OUTLINE])
+        rows.append([row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]])
+    d = [float(row[1]) for row in rows]  # pyright: ignore[reportArgumentType]
+    found = [
+        f"Of each {length / FRAMES:g} s of the run of Fig. 7 the moment at which the arms are nearest: between {1000 * min(d):.0f} and "
+        f"{1000 * max(d):.0f} mm. The line joins the closest points; the thicker and the more violet, the larger λ.",
+        "Orange is the right arm, silver the left one; the person's own arms are those of the input at the same moment.",
+    ]
+    columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
+    return Drawn(figure, columns, rows, shown(settings, seconds=length), found)
+
+
+def _moments(d: Array) -> list[int]:
+    """Return the row (8,) of each eighth of a run at which the arms are nearest; its middle one where d hardly changes."""
+    moments: list[int] = []
+    for part in np.array_split(np.arange(len(d)), FRAMES):
+        near = int(part[d[part].argmin()])
+        moments.append(near if np.ptp(d[part]) > 1e-3 else int(part[len(part) // 2]))
+    return moments
+
+
+def still(plan: Plan) -> Drawn:
+    """Fig. 3."""
+    settings, length = plan.settings({"pairs": "single"}), hold.seconds(plan)
+    run = plan.shared(settings, length)
+    # Just before the arms are nearest: both are well seen, and λ too.
+    row = run.table[int(run.table[:, COLUMN["d"]].argmin())]
+    figure = sheet(3.32)
+    figure.set_layout_engine("none")
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    _frame(axes, run, row, STILL_CAMERA, plan.either((1040, 664), (130, 83)), [], ("silver", "orange"))
+    found = [
+        "The paper's photo shows two real arms; this is the model that all runs use, each arm at its place on the torso "
+        f"(bases {2000 * abs(run.simulation.room.bases()[0].translation[1]):.0f} mm apart), at the moment of Fig. 5 when they are "
+        f"nearest: {1000 * row[COLUMN['d']]:.1f} mm.",
+        "All that is seen lies inside the capsules that are checked for collisions.",
+    ]
+    columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
+    rows = [[row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]]]
+    return Drawn(figure, columns, rows, shown(settings, seconds=length), found)
+
+
+@cache
+def person_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
+    """Return the person's nodes with what is drawn of them; none where the drawing of a person is not installed."""
+    try:
+        return tuple((part, meshes(part.glb, {part.name: MATERIAL})) for part in body_parts())
+    except MissingPackage:
+        return ()
+
+
+def person_meshes(angles: Array) -> list[Mesh]:
+    """Return the person with arms at angles (2, 4) [rad]."""
+    poses, turns = {"": pin.SE3.Identity()}, body_poses(angles)
+    drawn: list[Mesh] = []
+    for part, looks in person_parts():
+        local = pin.SE3(part.pose.rotation, PERSON_PLACE) if not part.parent else part.pose
+        if part.name in turns:
+            w, x, y, z = turns[part.name]
+            local = pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), local.translation)
+        poses[part.name] = pose = poses[part.parent] * local
+        drawn += [mesh.moved(pose.rotation, pose.translation) for mesh in looks]
+    return drawn
+
+
+def _frame(
+    axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, int], more: list[Mesh], palettes: tuple[str, ...]
+) -> None:
+    """One moment of a run, with the line between the closest points and its length."""
+    simulation = run.simulation
+    positions = simulation.history.positions(row[None])[0].copy()
+    drawn = [*furniture(simulation.room), *arms(simulation.room, positions, palettes), *more]
+    axes.imshow(render(drawn, camera, *size), interpolation="lanczos")
+    simulation.kinematics.update(positions)
+    near = simulation.detector.detect("single")
+    ends, _ = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(near.pair)))
+    lam = float(row[COLUMN["lambda"]])
+    colour = tuple(c / 255.0 for c in blend(COLOURS.calm, COLOURS.activation, lam))
+    width = 1.0 + 2.4 * lam
+    axes.plot(*ends.T, color="white", linewidth=width + 1.6, alpha=0.8)
+    axes.plot(*ends.T, color=colour, linewidth=width, marker="o", markersize=3.2, markerfacecolor=INK, markeredgewidth=0)
+    x, y = ends.mean(0)
+    if lam > hold.FELT:
+        axes.text(
+            x,
+            y - 0.045 * size[1],
+            f"{1000.0 * near.distance:.0f} mm",
+            ha="center",
+            va="bottom",
+            fontsize=11,
+            path_effects=[OUTLINE],
+        )
+    axes.set(xlim=(0, size[0]), ylim=(size[1], 0))
+    axes.axis("off")

@@ -1,0 +1,169 @@
+"""All figures: the paper's by number and name, ours by name."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from app.figures import far_bias as bias
+from app.figures import fig1_path as path
+from app.figures import fig2_activation as activation
+from app.figures import fig4_scheme as scheme
+from app.figures import fig5_hold as hold
+from app.figures import fig6_fig7_followers as followers
+from app.figures import fig8_film as film
+from app.figures import laws_compared as laws
+from app.figures import pair_switches as switches
+from app.figures import resting_distance as resting
+from app.figures import section3_stability as stability
+from app.figures import speed_threshold as threshold
+from app.figures.drawn_figure import Drawn
+from app.figures.run_plan import Plan
+from controllers.errors import BadSetting
+
+
+@dataclass(frozen=True)
+class FigureEntry:
+    """A figure that can be asked for.
+
+    Attributes:
+        name: of the figure and its files.
+        number: in the paper; 0 for ours.
+        title: what it shows.
+        paper: what the paper says of it, or of what it examines.
+        draw: makes it.
+    """
+
+    name: str
+    number: int
+    title: str
+    paper: str
+    draw: Callable[[Plan], Drawn]
+
+    @property
+    def stem(self) -> str:
+        """Of its file names."""
+        return f"fig{self.number}_{self.name}" if self.number else self.name
+
+    @property
+    def heading(self) -> str:
+        """Of its section in the report."""
+        return f"Fig. {self.number}: {self.title}" if self.number else self.title
+
+
+CATALOGUE: Final = (
+    FigureEntry(
+        "path",
+        1,
+        "past an obstacle from A to B",
+        "A drawing: the robot's hand leaves its desired path from A to B where an obstacle is near, and the critical point is the "
+        "point of the robot nearest to it.",
+        path.draw,
+    ),
+    FigureEntry(
+        "activation",
+        2,
+        "λ over the distance",
+        "λ(d) = (d_m/d)ⁿ, and 1 below d_m, eq. (31), for several n with d_m = 0.1 m: the change of priority is smooth, and n says how "
+        "early it begins.",
+        activation.draw,
+    ),
+    FigureEntry("setup", 3, "the two arms", "A photo of two KUKA LWR arms on the bimanual set-up.", film.still),
+    FigureEntry(
+        "scheme",
+        4,
+        "the control scheme",
+        "A block diagram for the direct control of the separate joints: proximity detection gives d, λ(d) weighs the task's joint "
+        "velocity q̇_n against the retreat, forward kinematics closes the loop.",
+        scheme.draw,
+    ),
+    FigureEntry(
+        "hold",
+        5,
+        "one arm holds its place, the other is moved by hand",
+        "The left arm holds its end-effector position, the right one is guided by hand at random for 50 s. The closest distance never "
+        "passes the threshold; the squared tracking error is significant where the arms are close to each other.",
+        hold.draw,
+    ),
+    FigureEntry(
+        "master_slave",
+        6,
+        "master and slave",
+        "The left arm follows the joints of the right one, and both avoid each other, 30 s: d is always above the threshold, and the "
+        "slave (solid) follows the master (dashed) while they are away from it.",
+        followers.master_slave,
+    ),
+    FigureEntry(
+        "imitation",
+        7,
+        "imitation of a person",
+        "Both arms are driven in real time by a person's two arms through a depth camera, four angles an arm, 40 s: d is above the "
+        "threshold, and the actual angles (dashed) are similar to the desired ones (solid) when away from it.",
+        followers.imitation,
+    ),
+    FigureEntry("film", 8, "eight frames of the imitation", "Eight photos of the experiment of Fig. 7.", film.film),
+    FigureEntry(
+        "resting",
+        0,
+        "The resting distance over n, v and w",
+        "The paper gives no resting distance, and neither its v nor the n of its experiments.",
+        resting.draw,
+    ),
+    FigureEntry(
+        "threshold",
+        0,
+        "The smallest distance over v/w",
+        "The closest distance never goes below the threshold in any of the three experiments; the paper does not say up to what speed of "
+        "the other arm.",
+        threshold.draw,
+    ),
+    FigureEntry(
+        "laws",
+        0,
+        "All laws side by side",
+        "With strict priority, eq. (11), the priority of the tasks cannot be changed in a smooth way; therefore the new law, eq. (12). "
+        "No law is measured against another.",
+        laws.draw,
+    ),
+    FigureEntry(
+        "switches",
+        0,
+        "Changes of the closest pair, and the step of q̇, over dt",
+        "The transition between the tasks is smooth in both ways. The critical point is the point of the robot closest to the obstacle; "
+        "what happens when another pair of points becomes the closest is not discussed.",
+        switches.draw,
+    ),
+    FigureEntry(
+        "bias",
+        0,
+        "The far bias over n",
+        "While λ is close to 0, eq. (32) leaves the joints free, and the robot can follow its path.",
+        bias.draw,
+    ),
+    FigureEntry(
+        "stability",
+        0,
+        "Section III along the run of Fig. 5",
+        "V̇ = −eᵀ M e, eq. (25). Sufficient for the errors to tend to zero: M is positive definite, which it is if the two tasks are "
+        "orthogonal, eq. (16), and the gains positive.",
+        stability.draw,
+    ),
+)
+
+
+def chosen(only: str) -> tuple[FigureEntry, ...]:
+    """Return the figures that a list such as "2,5,laws" asks for, in the order of the catalogue; all for an empty one.
+
+    Raises:
+        BadSetting: a number or a name that is none; names the valid ones.
+    """
+    asked = [word.strip().lower() for word in only.split(",") if word.strip()]
+    by_word = {
+        word: entry for entry in CATALOGUE for word in ((str(entry.number), entry.name) if entry.number else (entry.name,))
+    }
+    for word in asked:
+        if word not in by_word:
+            numbers = ", ".join(str(entry.number) for entry in CATALOGUE if entry.number)
+            names = ", ".join(entry.name for entry in CATALOGUE)
+            raise BadSetting(f"only = {word[:40]!r} is no figure; choose from {numbers} or {names}.")
+    wanted = {by_word[word].name for word in asked}
+    return tuple(entry for entry in CATALOGUE if not asked or entry.name in wanted)

@@ -1,0 +1,108 @@
+"""How every figure looks: one palette, one type size, and a dash for every colour, so that it also reads in black and white."""
+
+from typing import Any, Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from app.theme import PALETTES
+
+COLOURS: Final = PALETTES["light"]
+INK: Final = "#24292f"
+FAINT: Final = "#d5dae0"
+PALE: Final = "#f3f5f8"
+
+WIDTH: Final = 5.2
+"""Of a figure [inch]; at half the width of a page its type is as large as the paper's."""
+
+DPI: Final = 200
+
+DASHES: Final[tuple[Any, ...]] = (
+    "solid",
+    (0, (6, 2)),
+    (0, (1.2, 1.4)),
+    (0, (6, 1.6, 1.2, 1.6)),
+    (0, (3, 1.2)),
+    (0, (9, 2, 2.5, 2)),
+    (0, (6, 1.5, 1.2, 1.5, 1.2, 1.5)),
+    (0, (1.2, 3)),
+    (0, (12, 2)),
+)
+"""Of the first line of a panel, the second, and so on."""
+
+MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*")
+
+SERIES: Final = (
+    COLOURS.joints[0],
+    COLOURS.joints[1],
+    COLOURS.joints[2],
+    COLOURS.joints[3],
+    COLOURS.joints[4],
+    COLOURS.joints[5],
+    COLOURS.joints[6],
+    "#2a93c9",
+    "#c1271b",
+)
+"""Colours of things that have no symbol of their own."""
+
+STYLE: Final[dict[Any, Any]] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10.0,
+    "mathtext.fontset": "stix",
+    "axes.titlesize": 10.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 10.5,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#8b949e",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e6e9ed",
+    "grid.linewidth": 0.8,
+    "xtick.color": "#57606a",
+    "ytick.color": "#57606a",
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 9.5,
+    "ytick.labelsize": 9.5,
+    "legend.frameon": False,
+    "legend.fontsize": 9.5,
+    "legend.handlelength": 2.6,
+    "legend.columnspacing": 1.4,
+    "lines.linewidth": 1.7,
+    "lines.solid_capstyle": "round",
+    "text.color": INK,
+    "figure.facecolor": "white",
+    "figure.constrained_layout.use": True,
+    # The same ids in every SVG of the same figure.
+    "svg.hashsalt": "lwr-duet",
+    "svg.fonttype": "path",
+    "path.simplify": True,
+    "axes.unicode_minus": True,
+}
+
+
+def sheet(height: float, width: float = WIDTH) -> Figure:
+    """Return an empty figure of a size [inch]; it belongs to no window."""
+    return Figure(figsize=(width, height))
+
+
+def stack(height: float, rows: int, width: float = WIDTH, ratios: tuple[float, ...] | None = None) -> tuple[Figure, list[Axes]]:
+    """Return a figure with panels one under the other that share their horizontal axis."""
+    figure = sheet(height, width)
+    grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
+    figure.align_ylabels()
+    return figure, list(grid[:, 0])
+
+
+def tag(axes: Axes, text: str, x: float, y: float, colour: str, **more: Any) -> None:
+    """Write a line's name beside it, in its colour."""
+    options: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 10.0}
+    axes.text(x, y, text, color=colour, **(options | more))
+
+
+def letter(axes: Axes, text: str) -> None:
+    """Write the name of a panel above it."""
+    axes.set_title(text, pad=5.0)

@@ -1,0 +1,200 @@
+"""All laws on the same input, at several time steps: how near, how far off, how smooth."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from app.figures.drawn_figure import Drawn, shown
+from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, stack
+from app.figures.run_plan import Plan
+from controllers.kinematics import Kinematics
+from controllers.laws.situation import AUTHORITY
+from controllers.laws.task_space import free_part
+from controllers.proximity import ProximityDetector
+from controllers.tasks import TASK_DIMENSION
+from scenes.headless import Run, Summary
+from scenes.history import COLUMN
+from scenes.settings import RunSettings, specs
+
+TOLERANCE: Final = 2e-4
+"""What counts as still on the threshold [m]: a law that rests on d_m itself overshoots by some of dt."""
+
+JUMPS: Final = 0.4
+"""If the largest q̈ grows faster than dt to the power of minus this, something jumps; a jump of q̇ makes it 1, a continuous q̇ 0."""
+
+
+SLIDE: Final = 0.01
+"""Closest points that move farther than this in a step have slid along their bodies [m]: no arm is that fast."""
+
+
+class Jump(NamedTuple):
+    """Where a law's velocity changes most from one step to the next.
+
+    Attributes:
+        time: [s].
+        distance: d [m].
+        activation: change of λ.
+        lever: |J_d|, the smaller of both steps [m/rad].
+        left: |J_d N|, what the hand's task leaves of it, the smaller of both steps [m/rad].
+        slide: how far the closest points of the pair moved [m].
+        pair: names of the bodies.
+    """
+
+    time: float
+    distance: float
+    activation: float
+    lever: float
+    left: float
+    slide: float
+    pair: tuple[str, str]
+
+
+def largest_jump(run: Run) -> Jump:
+    """Return the step of the largest q̈ of a run of two arms, with what was near then."""
+    simulation, settings, table = run.simulation, run.simulation.settings, run.table
+    arm, room = simulation.avoiding, simulation.room
+    steps = np.abs(np.diff(simulation.history.velocities(table)[:, arm.joints], axis=0)).max(1)
+    after = int(steps.argmax()) + 1
+    pair = int(table[after, COLUMN["pair"]])
+    kinematics = Kinematics(room.model, room.arms)
+    detector = ProximityDetector(kinematics, room.geometry)
+    levers, left, points = list[float](), list[float](), list[np.ndarray]()
+    for positions in simulation.history.positions(table[after - 1 : after + 1]):
+        kinematics.update(np.ascontiguousarray(positions))
+        row = detector.detect(settings.law.pairs, settings.law.beta).row[arm.joints]
+        levers.append(float(np.linalg.norm(row)))
+        left.append(float(np.linalg.norm(free_part(row, kinematics.hand_jacobian(arm)[: TASK_DIMENSION[settings.task]]))))
+        points.append(np.array(detector.witness_points(pair)))
+    return Jump(
+        float(table[after, 0]),
+        float(table[after, COLUMN["d"]]),
+        abs(float(table[after, COLUMN["lambda"]] - table[after - 1, COLUMN["lambda"]])),
+        min(levers),
+        min(left),
+        float(np.linalg.norm(points[1] - points[0], axis=1).max()),
+        detector.pair_names[pair],
+    )
+
+
+def cause(label: str, jump: Jump, hand_first: bool) -> str:
+    """Return what jumps in the largest step of a law whose q̈ grows as dt shrinks. `hand_first`: whether it moves in the null space."""
+    here = f"{label}: the largest q̈ is at t = {jump.time:.2f} s, d = {jump.distance:.3f} m."
+    if jump.activation > 0.5:
+        return f"{here} There λ jumps by {jump.activation:.0f}: it is the law that jumps."
+    lever = jump.left if hand_first else jump.lever
+    if lever >= AUTHORITY:
+        return f"{here} |J_d| = {jump.lever:.2f} m/rad there, and λ changes by {jump.activation:.2g}."
+    singular = (
+        f"of |J_d| = {jump.lever:.2f} m/rad the hand leaves |J_d N| = {jump.left:.3f} m/rad"
+        if hand_first
+        else f"J_d is singular, |J_d| = {jump.lever:.3f} m/rad"
+    )
+    said = f"{here} The law itself does not jump: {singular}, and dividing by that turns a small change of J_d into a large one of q̇."
+    if jump.slide < SLIDE:
+        return said
+    first, second = jump.pair
+    return (
+        f"{said} J_d jumps because the closest points of {first} and {second} slide by {1000 * jump.slide:.0f} mm along their bodies in "
+        "one step, as on two capsules that are parallel for a moment."
+    )
+
+
+def variants() -> dict[str, dict[str, Any]]:
+    """Return what a person reads → what is changed of the law's settings, for every law there is."""
+    choice = specs(RunSettings)["law"]
+    found: dict[str, dict[str, Any]] = {}
+    for law, label in zip(choice.choices, choice.choice_labels, strict=True):
+        found[label.replace("d_m", "$d_m$")] = {"law": law}
+        if law == "barrier_qp":
+            # A barrier means to be told how fast the obstacle comes.
+            found["Barrier QP, told $w$"] = {"law": law, "feed_forward": True}
+    return found
+
+
+def draw(plan: Plan) -> Drawn:
+    """d_min, e² and the largest q̈ over dt, law by law."""
+    steps = plan.either((0.02, 0.01, 0.005, 0.0025), (0.02, 0.01))
+    length = plan.either(46.0, 12.0)
+    base = plan.settings(rig="table")
+    runs: dict[str, list[Summary]] = {}
+    jumps: list[str] = []
+    for label, law in variants().items():
+        *coarser, finest = steps
+        runs[label] = [plan.run(plan.settings(law, rig="table", dt=dt), length).summary for dt in coarser]
+        run = plan.run(plan.settings(law, rig="table", dt=finest), length)
+        runs[label].append(run.summary)
+        if growth(runs[label], steps) > JUMPS:
+            jumps.append(cause(label.replace("$", ""), largest_jump(run), law["law"] == "null_space_avoidance"))
+    figure, panels = stack(6.8, 3)
+    for i, (label, summaries) in enumerate(runs.items()):
+        style = {
+            "marker": MARKERS[i % len(MARKERS)],
+            "color": SERIES[i % len(SERIES)],
+            "linestyle": DASHES[i % len(DASHES)],
+            "markersize": 6.0,
+            "markeredgecolor": "white",
+            "markeredgewidth": 0.6,
+            "linewidth": 1.5,
+            "label": label,
+        }
+        for axes, values in zip(panels, _panels(summaries), strict=True):
+            axes.plot([1000.0 * dt for dt in steps], values, **style)
+    nearest, error, acceleration = panels
+    nearest.axhline(base.law.critical_distance, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.2)
+    nearest.set(ylabel=r"smallest $d$ [m]", xscale="log")
+    error.set(ylabel=r"largest $e^2$ [m²]", ylim=(0, None))
+    acceleration.set(ylabel=r"largest $\ddot q$ [rad/s²]", yscale="log", xlabel="time step [ms]")
+    acceleration.set_xticks([1000.0 * dt for dt in steps], [f"{1000.0 * dt:g}" for dt in steps], minor=False)
+    acceleration.set_xticks([], minor=True)
+    figure.legend(*nearest.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9.0)
+    rows = [
+        [law["law"], int("feed_forward" in law), dt, s.d_min, s.share_below, s.e2_max, s.dq_step_max, s.ddq_max, s.pair_switches]
+        for law, summaries in zip(variants().values(), runs.values(), strict=True)
+        for dt, s in zip(steps, summaries, strict=True)
+    ]
+    columns = ["law", "w_added", "dt", "d_min", "share_below", "e2_max", "dq_step_max", "ddq_max", "pair_switches"]
+    settings = {key: value for key, value in shown(base, seconds=length).items() if key not in ("law", "ff", "dt")}
+    return Drawn(figure, columns, rows, settings, _found(runs, steps, base.law.critical_distance, jumps))
+
+
+def _panels(summaries: list[Summary]) -> tuple[list[float], list[float], list[float]]:
+    """Return what the three panels show of one law."""
+    nan = float("nan")
+    # A law that never moves the arm has no place on a logarithmic axis.
+    return [s.d_min for s in summaries], [s.e2_max for s in summaries], [s.ddq_max or nan for s in summaries]
+
+
+def growth(runs: Sequence[Summary], steps: Sequence[float]) -> float:
+    """Return p of q̈ ∝ dt^−p between the largest and the smallest time step; 0 for a law that never moves the arm."""
+    if not runs[0].ddq_max:
+        return 0.0
+    return math.log(runs[-1].ddq_max / runs[0].ddq_max) / math.log(steps[0] / steps[-1])
+
+
+def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: float, jumps: list[str]) -> list[str]:
+    """Return a table of the laws at the smallest time step, who keeps d_m, and what jumps."""
+    lines = [
+        "| law | d_min [mm] | time below d_m | e²_max [m²] | max q̈ [rad/s²] | p in q̈ ∝ dt^−p |",
+        "|---|---|---|---|---|---|",
+    ]
+    plain = {label.replace("$", ""): summaries for label, summaries in runs.items()}
+    for label, summaries in plain.items():
+        last, p = summaries[-1], round(growth(summaries, steps), 2) + 0.0
+        word = f"{p:.2f}, see below" if p > JUMPS else f"{p:.2f}"
+        lines.append(
+            f"| {label} | {1000 * last.d_min:.1f} | {100 * last.share_below:.0f} % | {last.e2_max:.3f} | {last.ddq_max:.3g} | {word} |"
+        )
+    keep = [label for label, s in plain.items() if min(x.d_min for x in s) >= critical - TOLERANCE]
+    return [
+        "\n".join(lines),
+        f"In the table dt = {1000 * steps[-1]:g} ms. Never below d_m by more than {1000 * TOLERANCE:g} mm at any of these time steps: "
+        + (", ".join(keep) if keep else "none")
+        + ".",
+        "A continuous velocity has the same largest q̈ at every dt, p = 0; a jump asks for twice the acceleration at half the time step, "
+        "p = 1, which no real arm can follow. Here every law sees the smooth minimum over all pairs, so that a change of the closest "
+        "pair makes nothing jump.",
+        *jumps,
+        "Each of the others has few settings of its own, left at their defaults: this is one experiment, not a contest.",
+    ]

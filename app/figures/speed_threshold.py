@@ -1,0 +1,91 @@
+"""How near the arms come when the person gets faster: the threshold at w = v."""
+
+from typing import Final
+
+import numpy as np
+
+from app.figures.drawn_figure import Drawn, shown
+from app.figures.fig5_hold import approach
+from app.figures.figure_style import COLOURS, DASHES, sheet
+from app.figures.run_plan import Plan
+from scenes.autopilot import Autopilot
+from scenes.headless import Run
+from scenes.room import build_room
+from scenes.settings import RunSettings
+from scenes.targets import HandTarget
+
+SCRIPT: Final = 46.0
+"""Length of the person's script at its own pace [s]."""
+
+
+class Hurried:
+    """The same person, some times faster.
+
+    Args:
+        settings: whose person.
+        pace: how many times.
+    """
+
+    def __init__(self, settings: RunSettings, pace: float) -> None:
+        self._person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
+        self._pace = pace
+
+    def target(self, time: float) -> HandTarget:
+        """Return where the hand should be at a time [s]."""
+        return self._person.target(time * self._pace)
+
+
+def draw(plan: Plan) -> Drawn:
+    """d_min over v/w."""
+    paces = plan.either((0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 3.8), (1.0, 3.8))
+    base = plan.settings(rig="table", hand_speed=1.0)
+    v, critical = base.law.nominal_velocity, base.law.critical_distance
+    results: dict[bool, list[tuple[float, Run]]] = {False: [], True: []}
+    for feed_forward, runs in results.items():
+        settings = plan.settings({"feed_forward": feed_forward}, rig="table", hand_speed=1.0)
+        for pace in paces:
+            run = plan.run(settings, plan.either(SCRIPT, 20.0) / pace, Hurried(settings, pace))
+            runs.append((approach(run), run))
+    figure = sheet(3.1)
+    axes = figure.subplots()
+    looks = {
+        False: ("o", COLOURS.distance, DASHES[0], "paper's law"),
+        True: ("s", COLOURS.velocity, DASHES[1], "$w$ added to $v$"),
+    }
+    for feed_forward, runs in results.items():
+        marker, colour, dash, label = looks[feed_forward]
+        xs, ys = [v / w for w, _ in runs], [run.summary.d_min for _, run in runs]
+        axes.plot(xs, ys, marker=marker, color=colour, linestyle=dash, markersize=5, markeredgecolor="white", label=label)
+    axes.axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
+    axes.axvline(1.0, color=COLOURS.approach, linestyle=DASHES[2], linewidth=1.3)
+    axes.set(xscale="log", xlabel="$v/w$, retreat over the fastest approach", ylabel="smallest distance [m]", ylim=(0, 0.2))
+    axes.set_yticks(np.arange(0, 0.21, 0.05))
+    axes.set_xticks([0.4, 0.5, 0.7, 1, 1.5, 2, 3], ["0.4", "0.5", "0.7", "1", "1.5", "2", "3"], minor=False)
+    axes.set_xticks([], minor=True)
+    axes.text(0.985, 0.012, "$w>v$  ", color=COLOURS.approach, ha="right", fontsize=10.5)
+    axes.text(1.015, 0.012, "  $w<v$", color=COLOURS.approach, ha="left", fontsize=10.5)
+    axes.text(axes.get_xlim()[1], critical - 0.004, "$d_m$", color=COLOURS.critical, ha="right", va="top", fontsize=12)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.12))
+    paper, fed = results[False], results[True]
+    kept = [run.summary.d_min for w, run in paper if w <= v]
+    lost = [(w, run.summary.d_min) for w, run in paper if run.summary.d_min < critical]
+    found = [
+        f"Smallest distance of the {len(kept)} runs with w ≤ v: {1000 * min(kept):.1f} mm, d_m = {1000 * critical:.0f} mm."
+        if kept
+        else "",
+        f"Above, it is lost at the rate w − v: d_m is first passed at w = {min(lost)[0]:.3f} m/s (v = {v:.2f} m/s), and at "
+        f"w = {max(lost)[0]:.2f} m/s the arms come as near as {1000 * max(lost)[1]:.0f} mm. A short push somewhat faster than v still "
+        "ends above d_m, since d* > d_m leaves a margin."
+        if lost
+        else "",
+        f"With the approach added to v (ours) no run comes nearer than {1000 * min(run.summary.d_min for _, run in fed):.1f} mm, "
+        f"up to w = {max(w for w, _ in fed):.2f} m/s.",
+    ]
+    rows = [
+        [int(feed), pace, w, v / w, run.summary.d_min, run.summary.share_below]
+        for feed, runs in results.items()
+        for pace, (w, run) in zip(paces, runs, strict=True)
+    ]
+    assert np.isfinite([row[4] for row in rows]).all()
+    columns = ["w_added", "pace", "w_max", "v_over_w", "d_min", "share_below"]
+    return Drawn(figure, columns, rows, shown(base), [sentence for sentence in found if sentence])

@@ -1,0 +1,97 @@
+"""What is slow when it is wanted for the first time is made ready before anybody asks: lessons and words of the other languages, and how
+robots, rooms and the person are drawn. What the user's cache does not hold yet is made in another process, as it would keep the frames
+waiting for seconds."""
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Final, get_args
+
+from app.i18n.catalogue import words_of
+from app.i18n.reader_language import KNOWN
+from app.lessons.lesson import LessonBook
+from app.lessons.translated_book import in_language
+from app.runtime.job_pool import JobPool
+from app.stage.stage import furniture_glb
+from controllers.errors import DuetError
+from scenes.glb import NotStored, stored_only
+from scenes.lwr.shells import PALETTES
+from scenes.person.body import body_parts
+from scenes.rigs import ALONE, RIGS, Rig
+from scenes.robots import RobotName, robot
+from scenes.robots.drawing import robot_glbs
+
+log = logging.getLogger("duet.hosts")
+
+PAUSE: Final = 0.02
+"""Between two things, in which the frames have the interpreter for themselves [s]."""
+
+ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
+
+
+class Preparation:
+    """Goes through everything once, in a thread of its own.
+
+    Args:
+        book: the lessons.
+        background: makes what is not stored.
+    """
+
+    def __init__(self, book: LessonBook, background: JobPool) -> None:
+        self._book, self._background = book, background
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="duet-preparation", daemon=True)
+        self._thread.start()
+
+    def wait(self) -> None:
+        """Block until everything was looked at; what was not stored may still be in the making."""
+        self._thread.join()
+
+    def close(self) -> None:
+        """End it after the thing that is being read."""
+        self._ended.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        for language in KNOWN:
+            words_of(language)
+            in_language(self._book, language)
+            if self._ended.wait(PAUSE):
+                return
+        for number, draw in enumerate(drawn()):
+            try:
+                with stored_only():
+                    draw()
+            except NotStored:
+                self._background.submit(self, f"drawing {number}", make, draw)
+            except DuetError as error:
+                log.info("something cannot be made ready: %s", error)
+            if self._ended.wait(PAUSE):
+                return
+
+
+def drawn() -> Iterator[Callable[[], object]]:
+    """Yield what makes each thing that can be drawn, or reads it from the user's cache."""
+    for coarse in (False, True):
+        for rig in ROOMS:
+            yield partial(_furnish, rig, coarse)
+        for name in get_args(RobotName):
+            for palette in PALETTES:
+                yield partial(_draw, name, palette, coarse)
+    yield body_parts
+
+
+def _furnish(rig: str, coarse: bool) -> None:
+    furniture_glb(ROOMS[rig], coarse)
+
+
+def _draw(name: RobotName, palette: str, coarse: bool) -> None:
+    robot(name)
+    robot_glbs(name, palette, coarse=coarse)
+
+
+def make(draw: Callable[[], object], stopped: Callable[[], bool]) -> None:
+    """Fill the user's cache with one thing; in a worker."""
+    if not stopped():
+        draw()

@@ -1,0 +1,86 @@
+"""One language: English text → its own. What it does not know stays English; nothing here ever fails."""
+
+import logging
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from app.i18n.pseudo import pseudo
+from app.settings import Language
+from controllers.errors import LazyText
+
+log = logging.getLogger("duet.languages")
+
+FOLDER: Final = Path(__file__).parent
+"""Where the files are: one TOML file a language, English text = text."""
+
+CONTEXT: Final = "\x04"
+"""Stands between a word that tells apart what English does not, and the text: "lesson" + CONTEXT + "Run"; as in gettext."""
+
+_NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Words:
+    """The texts of one language.
+
+    Attributes:
+        language: as in a link, and in the page's `lang`.
+        texts: English text → text.
+        otherwise: what becomes of a text that is not among them.
+    """
+
+    language: Language
+    texts: Mapping[str, str]
+    otherwise: Callable[[str], str] = str
+
+    def __call__(self, text: str, /, **parts: object) -> str:
+        """Return an English text in this language, with its {names} filled in; a `LazyText` knows itself what is in it."""
+        if isinstance(text, LazyText):
+            return self(text.template, **{name: self._part(part) for name, part in text.parts.items()}, **parts)
+        found = self.texts.get(text)
+        text = text.rpartition(CONTEXT)[2]
+        said = self.otherwise(text) if found is None else found
+        if not parts:
+            return said
+        try:
+            return said.format(**parts)
+        except (KeyError, IndexError, ValueError):
+            # A mistake in a translation must not cost anybody the page.
+            return text.format(**parts)
+
+    def _part(self, part: object) -> object:
+        return self(part) if isinstance(part, LazyText) else part
+
+
+@cache
+def words_of(language: Language) -> Words:
+    """Return the texts of a language; English for "auto", and if its file cannot be read."""
+    if language == "pseudo":
+        return Words("pseudo", _NOTHING, pseudo)
+    if language in ("auto", "en"):
+        return Words("en", _NOTHING)
+    try:
+        return Words(language, MappingProxyType(read_texts(FOLDER / f"{language}.toml")))
+    except (OSError, ValueError) as error:
+        log.warning("the texts in %s.toml cannot be read (%s); the page stays English", language, error)
+        return Words(language, _NOTHING)
+
+
+def read_texts(path: Path) -> dict[str, str]:
+    """Return English text → text of one file.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no TOML, says a text twice, or has something else than texts in it.
+    """
+    with path.open("rb") as file:
+        texts = tomllib.load(file)
+    for key, text in texts.items():
+        if not isinstance(text, str):
+            raise ValueError(f"{key!r} is no text")
+    return texts

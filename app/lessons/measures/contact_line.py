@@ -1,0 +1,141 @@
+"""The line ḋ = λ v − (1 − λ) u − w: what it says in closed form, and what the run made of it."""
+
+from math import inf
+
+import numpy as np
+
+from app.lessons.evidence import Evidence
+from app.lessons.measures.distances import has_obstacle
+from app.lessons.measures.quantity import Value, quantity
+from controllers import budget
+from controllers.activation import activation
+from scenes.settings import LawSettings, specs, values
+
+FAR = 1000.0
+"""Farther than anything rests [m]."""
+
+
+@quantity("setting", "", "", 3, live=True)
+def setting(evidence: Evidence, key: str) -> Value:
+    """Return a setting of the run, in SI units; of a choice, its place in the list."""
+    value, spec = values(evidence.settings).get(key), specs().get(key)
+    if value is None or spec is None:
+        return None
+    return float(spec.choices.index(value)) if spec.choices else float(value)
+
+
+@quantity("λ now", "", "", 2, live=True)
+def activation_now(evidence: Evidence) -> Value:
+    """Return λ in the newest step."""
+    return float(evidence.column("lambda")[-1]) if evidence.rows else None
+
+
+@quantity("λ met at d = {ratio} d_m", "", "", 3)
+def activation_met(evidence: Evidence, ratio: float) -> Value:
+    """Return λ where d first was `ratio` times d_m, straight between two steps."""
+    if not has_obstacle(evidence):
+        return None
+    d, lam = evidence.column("law_d"), evidence.column("lambda")
+    at = ratio * evidence.settings.law.critical_distance
+    crossed = np.flatnonzero((d[1:] - at) * (d[:-1] - at) <= 0.0)
+    if not len(crossed):
+        return None
+    k = int(crossed[0])
+    way = float(d[k + 1] - d[k])
+    part = (at - float(d[k])) / way if way else 0.0
+    return float(lam[k]) + part * float(lam[k + 1] - lam[k])
+
+
+@quantity("(d_m/d)ⁿ at d = {ratio} d_m", "", "", 3)
+def activation_formula(evidence: Evidence, ratio: float) -> Value:
+    """Return (d_m/d)ⁿ at d = `ratio` times d_m, eq. (31)."""
+    law = evidence.settings.law
+    return activation(ratio * law.critical_distance, law.critical_distance, law.order)
+
+
+@quantity("u now", "m/s", "m/s", 2, live=True)
+def pull_now(evidence: Evidence) -> Value:
+    """Return u in the newest step, how fast the task pulls towards the obstacle [m/s]."""
+    return float(evidence.column("u")[-1]) if evidence.rows else None
+
+
+@quantity("d* now", "m", "mm", 0, live=True)
+def rest_now(evidence: Evidence) -> Value:
+    """Return d* = d_m [(u + v)/(u + w)]^(1/n) for u and w of the newest step [m]."""
+    if not has_obstacle(evidence):
+        return None
+    law = evidence.settings.law
+    u, w = float(evidence.column("u")[-1]), float(evidence.column("w_law")[-1])
+    return budget.resting_distance(law.critical_distance, law.order, law.nominal_velocity, u, w)
+
+
+def balance(law: LawSettings, gain: float, inside: float) -> float:
+    """Return the d at which λ(d) v = (1 − λ(d)) K (d − inside), where avoidance and a straight pull to d = inside are equal [m]."""
+    d_m, n, v = law.critical_distance, law.order, law.nominal_velocity
+
+    def rate(d: float) -> float:
+        lam = activation(d, d_m, n)
+        return budget.distance_rate(lam, v, gain * (d - inside), 0.0)
+
+    if v == 0.0:
+        return max(d_m, inside)
+    if rate(FAR) > 0.0:
+        return inf
+    # Slow to import, and rarely wanted.
+    from scipy.optimize import brentq
+
+    return float(brentq(rate, d_m, FAR, xtol=1e-12))  # pyright: ignore[reportArgumentType]
+
+
+@quantity("d where λv = (1 − λ)K(d − d_goal)", "m", "mm", 1)
+def stand_off_formula(evidence: Evidence, gap: float) -> Value:
+    """Return where a hand rests that is drawn straight to a goal at the distance `gap` from the obstacle [m]."""
+    return balance(evidence.settings.law, evidence.settings.gain, gap)
+
+
+@quantity("displacement by λv = (1 − λ)K e", "m", "mm", 1)
+def bias_formula(evidence: Evidence, gap: float) -> Value:
+    """Return how far from a goal at the distance `gap` from the obstacle a hand rests, if it yields straight [m]."""
+    return balance(evidence.settings.law, evidence.settings.gain, gap) - gap
+
+
+@quantity("largest n λ (v + u) dt / d", "", "", 2)
+def euler_number(evidence: Evidence) -> Value:
+    """Return the largest n λ (v + u) dt / d above d_m: explicit Euler chatters where it stays above 2."""
+    if not has_obstacle(evidence):
+        return None
+    run, d = evidence.settings, evidence.column("law_d")
+    above = d >= run.law.critical_distance
+    if not above.any():
+        return None
+    speeds = evidence.column("lambda") * (run.law.nominal_velocity + evidence.column("u"))
+    return float((run.law.order * run.dt * speeds[above] / d[above]).max())
+
+
+def _fall(evidence: Evidence) -> int | None:
+    """Return the row of the fastest fall of d below d_m; None if d_m was never passed."""
+    if not has_obstacle(evidence):
+        return None
+    d = evidence.column("law_d")
+    below = np.flatnonzero(d[:-1] < evidence.settings.law.critical_distance)
+    if not len(below):
+        return None
+    return int(below[np.diff(d)[below].argmin()])
+
+
+@quantity("loss of distance below d_m", "m/s", "m/s", 3)
+def loss_rate(evidence: Evidence) -> Value:
+    """Return the fastest fall of d below d_m [m/s]."""
+    row = _fall(evidence)
+    return (
+        None if row is None else float(evidence.column("law_d")[row] - evidence.column("law_d")[row + 1]) / evidence.settings.dt
+    )
+
+
+@quantity("w − v at that moment", "m/s", "m/s", 3)
+def loss_formula(evidence: Evidence) -> Value:
+    """Return w − v in the step in which d fell fastest below d_m, where λ = 1 [m/s]."""
+    row = _fall(evidence)
+    if row is None:
+        return None
+    return budget.loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row]))

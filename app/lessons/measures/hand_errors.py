@@ -1,0 +1,115 @@
+"""One hand and its elbow, eqs (1)–(8): freedom, drift and error."""
+
+import numpy as np
+
+from app.lessons.evidence import Evidence
+from app.lessons.measures.quantity import Value, quantity
+from app.lessons.room_places import mark_places
+from controllers.kinematics import Array, null_space_projector
+from controllers.tasks import TASK_DIMENSION
+from scenes.experiments import EXPERIMENTS
+from scenes.solo import LAP, circle
+
+
+def hand_errors(evidence: Evidence) -> Array | None:
+    """Return |e| of the hand (rows,) [m]; None if the task is about joints, or nothing was done yet."""
+    if not evidence.rows or EXPERIMENTS[evidence.settings.scene].error_unit != "m²":
+        return None
+    return np.sqrt(evidence.column("e2"))
+
+
+@quantity("ways to move while the hand's task is kept", "", "", 0, live=True)
+def null_dimension(evidence: Evidence) -> Value:
+    """Return trace (I − J^# J) of the hand's task now, eq. (6): in how many independent ways the joints can move without it."""
+    if not evidence.rows:
+        return None
+    J = evidence.stand(evidence.rows - 1).hand_jacobian(evidence.arm, TASK_DIMENSION[evidence.settings.task])
+    if np.linalg.matrix_rank(J, tol=1e-3) < len(J):
+        return float(J.shape[1] - np.linalg.matrix_rank(J, tol=1e-3))
+    return float(np.trace(null_space_projector(J)))
+
+
+@quantity("hand error now", "m", "mm", 1, live=True)
+def hand_error_now(evidence: Evidence) -> Value:
+    """Return |e| of the hand in the newest step [m]."""
+    errors = hand_errors(evidence)
+    return None if errors is None else float(errors[-1])
+
+
+@quantity("largest hand error", "m", "mm", 2)
+def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Value:
+    """Return the largest |e| of the hand from a time on [m]."""
+    errors = hand_errors(evidence)
+    if errors is None or not (counted := evidence.times >= since - 1e-9).any():
+        return None
+    return float(errors[counted].max())
+
+
+@quantity("hand error at {time}", "m", "mm", 1)
+def hand_error_at(evidence: Evidence, time: float) -> Value:
+    """Return |e| of the hand at a time [m]."""
+    errors, row = hand_errors(evidence), evidence.row_at(time)
+    return None if errors is None or row is None else float(errors[row])
+
+
+@quantity("way between the elbow's farthest places", "m", "mm", 0)
+def elbow_travel(evidence: Evidence) -> Value:
+    """Return the largest distance between two places where the elbow was [m]."""
+    if not evidence.rows:
+        return None
+    places = evidence.along(evidence.elbow)
+    return max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places)
+
+
+@quantity("elbow's smallest distance from the mark at {angle}", "m", "mm", 0)
+def mark_miss(evidence: Evidence, angle: float) -> Value:
+    """Return how near the elbow came to the mark at an angle about the line from shoulder to wrist [m]."""
+    if not evidence.rows:
+        return None
+    (mark,) = mark_places(evidence.room, (angle,))
+    return float(np.sqrt(((evidence.along(evidence.elbow) - mark) ** 2).sum(axis=1).min()))
+
+
+def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
+    """Return the rows where the last whole lap of the circle begins and ends."""
+    run = evidence.settings
+    if not evidence.whole or run.scene != "solo" or run.path != "circle":
+        return None
+    laps = int((float(evidence.times[-1]) + 0.25 * run.dt) / LAP)
+    begin, end = evidence.row_at((laps - 1) * LAP), evidence.row_at(laps * LAP)
+    return None if laps < 1 or begin is None or end is None else (begin, end)
+
+
+@quantity("drift of the tip in a lap", "m", "mm", 3)
+def drift_per_lap(evidence: Evidence) -> Value:
+    """Return |e(end) − e(begin)| of the last whole lap of the circle [m]: by how much the tip's curve fails to close."""
+    lap = _last_lap(evidence)
+    if lap is None:
+        return None
+    home = evidence.hand(0)
+    begin, end = (circle(float(evidence.times[row]), home)[0] - evidence.hand(row) for row in lap)
+    return float(np.linalg.norm(end - begin))
+
+
+@quantity("drift of the joints in a lap", "rad", "deg", 2)
+def joint_drift_per_lap(evidence: Evidence) -> Value:
+    """Return |q(end) − q(begin)| of the last whole lap of the circle [rad]: whether a closed curve of the tip is one of the joints."""
+    lap = _last_lap(evidence)
+    if lap is None:
+        return None
+    begin, end = (evidence.positions[row, evidence.arm.joints] for row in lap)
+    return float(np.linalg.norm(end - begin))
+
+
+@quantity("largest hand error of the last lap", "m", "mm", 3)
+def lap_error(evidence: Evidence) -> Value:
+    """Return the largest |e| of the hand in the last whole lap of the circle [m]."""
+    lap, errors = _last_lap(evidence), hand_errors(evidence)
+    return None if lap is None or errors is None else float(errors[lap[0] : lap[1] + 1].max())
+
+
+@quantity("K dt", "", "", 2, live=True)
+def gain_step(evidence: Evidence) -> Value:
+    """Return K dt, the share of the error that a step takes back: above 2 the correction overshoots by more than the error."""
+    run = evidence.settings
+    return run.gain * (run.overdrive if run.scene == "solo" else 1.0) * run.dt

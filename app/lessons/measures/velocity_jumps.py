@@ -1,0 +1,68 @@
+"""Jumps of q̇, and chatter."""
+
+import numpy as np
+
+from app.lessons.evidence import Evidence
+from app.lessons.measures.distances import has_obstacle
+from app.lessons.measures.quantity import Value, quantity
+from controllers.kinematics import Array
+
+SWINGS = 4
+"""Steps in a row that go to and fro before that counts as chatter."""
+
+
+@quantity("largest step of a joint's speed", "rad/s", "rad/s", 3)
+def velocity_step(evidence: Evidence) -> Value:
+    """Return the largest change of one joint's velocity from one step to the next [rad/s]."""
+    return float(np.abs(np.diff(evidence.velocities, axis=0)).max()) if evidence.rows > 1 else None
+
+
+def _first_switch(evidence: Evidence) -> int | None:
+    """Return the row in which avoidance is first switched on: λ was less than ½ the row before."""
+    lam = evidence.column("lambda")
+    found = np.flatnonzero((lam[1:] > 0.5) & (lam[:-1] < 0.5))
+    return int(found[0]) + 1 if len(found) else None
+
+
+@quantity("jump of the joint velocity", "rad/s", "rad/s", 3)
+def first_jump(evidence: Evidence) -> Value:
+    """Return |Δq̇| over all joints in the step in which avoidance is first switched on [rad/s]."""
+    row = _first_switch(evidence)
+    return None if row is None else float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1]))
+
+
+@quantity("(v + u)/|J_d|", "rad/s", "rad/s", 3)
+def first_jump_formula(evidence: Evidence) -> Value:
+    """Return (v + u)/|J_d| where avoidance is first switched on [rad/s]."""
+    pull, lever = switch_pull(evidence), switch_lever(evidence)
+    return None if pull is None or not lever else (evidence.settings.law.nominal_velocity + pull) / lever
+
+
+@quantity("u at the switch", "m/s", "m/s", 3)
+def switch_pull(evidence: Evidence) -> Value:
+    """Return u where avoidance is first switched on [m/s]."""
+    row = _first_switch(evidence)
+    return None if row is None else float(evidence.column("u")[row])
+
+
+@quantity("|J_d| at the switch", "m/rad", "m/rad", 3)
+def switch_lever(evidence: Evidence) -> Value:
+    """Return |J_d| where avoidance is first switched on [m/rad]."""
+    row = _first_switch(evidence)
+    return None if row is None else float(np.linalg.norm(evidence.lever(row)))
+
+
+def largest_zigzag(values: Array) -> float:
+    """Return the largest swing that a row of values (k,) keeps up to and fro for `SWINGS` steps; 0 if it never does."""
+    steps = np.diff(values)
+    if len(steps) < SWINGS:
+        return 0.0
+    window = np.lib.stride_tricks.sliding_window_view(steps, SWINGS)
+    turns = (window[:, 1:] * window[:, :-1] < 0.0).all(axis=1)
+    return float(np.abs(window[turns]).min(axis=1).max()) if turns.any() else 0.0
+
+
+@quantity("chatter of the distance", "m", "mm", 2)
+def zigzag(evidence: Evidence) -> Value:
+    """Return the largest swing of d to and fro from step to step, kept up for four steps [m]."""
+    return largest_zigzag(evidence.column("d")) if has_obstacle(evidence) else None

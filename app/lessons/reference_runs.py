@@ -1,0 +1,87 @@
+"""Runs without a page, for what a student did not do: comparisons, reference runs, attempts of the check. Each is made once."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+from app.lessons.evidence import Evidence
+from app.lessons.lesson import Compared, Measurement
+from app.lessons.measures import Value, measure
+from app.lessons.room_places import start_positions
+from app.lessons.runs import Input, Pairs, Setup
+from app.lessons.scripts import script
+from scenes.recording import read_inputs
+from scenes.roles import NoSource, TargetSource
+from scenes.simulation import Simulation
+
+Wanted = tuple[tuple[str, Pairs], ...]
+"""Names and parameters of measurements."""
+
+KEPT_RUNS = 6
+"""Whole runs that are kept in memory; of all others only the numbers are."""
+
+
+def begin(simulation: Simulation, setup: Setup) -> None:
+    """Put a simulation, which has the setup's settings, to where the run begins."""
+    simulation.reset(start_positions(simulation.room, setup.start))
+
+
+def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None) -> TargetSource:
+    """Return who moves in a simulation that has just begun; nobody where the student does.
+
+    Args:
+        kept: what the student did in earlier steps, by name.
+    """
+    return _person(simulation, setup, setup.input, kept or {})
+
+
+def _person(simulation: Simulation, setup: Setup, given: Input, kept: Mapping[str, TargetSource]) -> TargetSource:
+    match given.kind:
+        case "autopilot":
+            return simulation.person()
+        case "script":
+            return script(given.name, given.parameters).person(simulation)
+        case "file":
+            return read_inputs(setup.folder / given.name)
+        case "kept":
+            if given.name in kept:
+                return kept[given.name]
+            assert given.fallback is not None
+            return _person(simulation, setup, given.fallback, kept)
+        case _:
+            return NoSource()
+
+
+@lru_cache(maxsize=KEPT_RUNS)
+def simulated(setup: Setup) -> Simulation:
+    """Return a simulation at the end of its run, only to be read. Where the student would move, the experiment's own person does."""
+    run = setup.run
+    steps = max(1, round(setup.seconds / run.dt))
+    simulation = Simulation(run, steps)
+    begin(simulation, setup)
+    person = simulation.person() if setup.input.kind == "yours" else person_of(simulation, setup)
+    for _ in range(steps):
+        simulation.step(person.target(simulation.time))
+    return simulation
+
+
+@lru_cache(maxsize=4096)
+def measured(setup: Setup, wanted: Wanted) -> tuple[Value, ...]:
+    """Return measurements of a run that nobody need look at; the second time they are known."""
+    evidence = Evidence(simulated(setup))
+    return tuple(measure(evidence, name, parameters) for name, parameters in wanted)
+
+
+def wanted(measurements: tuple[Measurement, ...]) -> Wanted:
+    """Return what `measured` has to be asked for."""
+    return tuple((m.name, m.parameters) for m in measurements)
+
+
+def comparisons(setup: Setup, measurement: Measurement, compared: tuple[Compared, ...]) -> tuple[Value, ...]:
+    """Return the measurement in each of some further runs."""
+    return tuple(measured(c.setup(setup), wanted((measurement,)))[0] for c in compared)
+
+
+def forget() -> None:
+    """Forget every run."""
+    simulated.cache_clear()
+    measured.cache_clear()

@@ -1,0 +1,73 @@
+"""How a session begins a lesson's run, takes on its settings, and gets the visitor's own ones back."""
+
+from dataclasses import replace
+from typing import Final
+
+from app.i18n.speaking import N_
+from app.lessons.phases import Phase
+from app.lessons.walkthrough import Walkthrough
+from app.session.session import Session
+from app.settings import Settings
+from controllers.errors import BadSetting
+from scenes.settings import values
+
+_KEPT_LOOK: Final = ("theme", "profile", "picture", "language")
+
+
+def with_look(settings: Settings, session: Session) -> Settings:
+    """Return settings with the look that the page has now: a lesson does not change how the visitor likes to see it."""
+    look = {name: getattr(session.settings.page, name) for name in _KEPT_LOOK}
+    return replace(settings, page=replace(settings.page, **look))
+
+
+def adopt(session: Session, settings: Settings) -> str:
+    """Take on settings, whatever order makes them possible one by one; return what was not possible, "" if all was."""
+    wanted = values(settings)
+    problem = ""
+    for _ in range(3):
+        refused = ""
+        for key, value in wanted.items():
+            if values(session.settings)[key] == value:
+                continue
+            try:
+                session.change(key, value)
+            except BadSetting as error:
+                refused = str(error)
+        if not refused:
+            return ""
+        problem = refused
+    return problem
+
+
+def asks_for_custom_law(walk: Walkthrough) -> bool:
+    """Return whether it is the turn of the visitor's own law: everything else in the lessons is about the settings' law."""
+    challenge = walk.step.challenge
+    return walk.phase is Phase.CHALLENGE and challenge is not None and challenge.custom_law
+
+
+def begin(session: Session, walk: Walkthrough) -> None:
+    """Begin the present run of a walkthrough in a session that has its settings: from where it starts, moved by whoever moves."""
+    session.let_custom_law_run(asks_for_custom_law(walk))
+    session.reset()
+    start = walk.start(session.simulation)
+    if start is not None:
+        session.simulation.reset(start)
+        if session.ghost is not None:
+            session.ghost.reset(start)
+    if walk.yours:
+        session.invite(None)
+        session.change("autopilot", False)
+    else:
+        session.invite(walk.target_source(session.simulation))
+    # A hand that is the visitor's answers at once; anything else waits for Run.
+    session.paused = walk.locked or not walk.yours
+
+
+def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
+    """Return title and text of what to tell a visitor who has chosen what a lesson's run cannot go on with; None if it can."""
+    asked, has = walk.setup.run, session.settings.run
+    if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
+        return N_("The lesson needs its own experiment"), N_("It has begun anew. Leave the lessons for another one.")
+    if not walk.yours and not session.settings.page.autopilot:
+        return N_("The lesson moves this one"), N_("The run has begun anew. It is your turn when the handles are there.")
+    return None

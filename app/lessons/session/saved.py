@@ -1,0 +1,50 @@
+"""What is kept of a student's way through the lessons: progress that outlives a connection, and a run that can be done again."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from app.settings import Settings
+from scenes.inputs import Recorded
+from scenes.roles import TargetSource
+from scenes.targets import Target
+
+
+@dataclass(frozen=True)
+class SavedLesson:
+    """What outlives a connection.
+
+    Attributes:
+        progress: the walkthrough's JSON.
+        own: the visitor's settings outside the lessons.
+        open: whether a lesson was open.
+        seen: (lesson, step) → the run in which the visitor saw what came of it.
+        now: the settings of the open step's run, which the visitor may have changed; None while no lesson is open.
+        kept: what the visitor did in runs that a later step takes up, by name.
+        said: (lesson, step) → the forecasts that were typed there.
+    """
+
+    progress: str
+    own: Settings
+    open: bool
+    seen: Mapping[tuple[str, str], Recorded] = field(default_factory=dict)
+    now: Settings | None = None
+    kept: Mapping[str, TargetSource] = field(default_factory=dict)
+    said: Mapping[tuple[str, str], tuple[float | None, ...]] = field(default_factory=dict)
+
+
+class Again:
+    """Somebody who does a recorded run again.
+
+    Args:
+        targets: one for every step.
+        dt: of the steps [s].
+    """
+
+    def __init__(self, targets: Sequence[Target | None], dt: float) -> None:
+        self._targets, self._dt = targets, dt
+
+    def target(self, time: float) -> Target | None:
+        """Return what was wanted then; at the end the last of it."""
+        if not self._targets:
+            return None
+        return self._targets[min(max(round(time / self._dt), 0), len(self._targets) - 1)]

@@ -1,0 +1,87 @@
+"""The run that a step of a lesson asks for, in a session: begun with its settings, and measured."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from app.lessons.law_challenge import attempt_of
+from app.lessons.runs import LONGEST
+from app.lessons.session.further_runs import FurtherRuns
+from app.lessons.session.lesson_settings import adopt, begin, with_look
+from app.lessons.session.saved import Again
+from app.lessons.walkthrough import Walkthrough
+from app.session.session import Session
+from app.settings import Settings
+from scenes.inputs import Recorded
+from scenes.roles import TargetSource
+
+
+class Notifier(Protocol):
+    """Where goes what the visitor is to be told."""
+
+    def append(self, note: tuple[str, str], /) -> None:
+        """Take a title and a text."""
+        ...
+
+
+class StepRunner:
+    """Everything here belongs to the session's thread.
+
+    Args:
+        session: in which it runs.
+        further: the further runs that it is compared with.
+        notes: takes what the visitor is to be told.
+
+    Attributes:
+        seen: (lesson, step) → the run in which the visitor saw what came of it.
+    """
+
+    def __init__(self, session: Session, further: FurtherRuns, notes: Notifier) -> None:
+        self._session, self._further, self._notes = session, further, notes
+        self.seen: dict[tuple[str, str], Recorded] = {}
+
+    def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
+        """Begin the present run. `own_settings`: with the visitor's, not with those of the step."""
+        self._further.prepare(walk.lesson.id, walk.step, walk.setup if walk.view().showing else None)
+        if not own_settings:
+            self.adopt(walk.settings(with_look(Settings(), self._session)))
+        begin(self._session, walk)
+
+    def adopt(self, settings: Settings) -> None:
+        """Take on settings, and tell the visitor which ones are not possible."""
+        problem = adopt(self._session, settings)
+        if problem:
+            self._notes.append(("A setting of the lesson is not possible here", problem))
+
+    def observe(self, walk: Walkthrough) -> None:
+        """Measure the run, and keep it where it is the one that answers the step's question."""
+        showing, step = walk.view().showing, (walk.lesson.id, walk.step.id)
+        if walk.observe(self._session.simulation).complete and not showing and self._session.custom_law is None:
+            recorded = self._session.recorded(LONGEST)
+            if recorded is not None:
+                self.seen[step] = recorded
+
+    def check(self, walk: Walkthrough, said: Sequence[float | None]) -> None:
+        """Try the step's challenge with the run as it is. `said`: the forecasts that the visitor has typed."""
+        session, challenge = self._session, walk.step.challenge
+        if challenge is None:
+            return
+        if challenge.custom_law:
+            if session.examination is not None:
+                session.examination.begin()
+            return
+        count = len(challenge.forecasts)
+        person: TargetSource | None = None
+        if challenge.keep:
+            recorded = session.recorded()
+            if recorded is not None and recorded.begin == 0.0:
+                person = Again(tuple(recorded.targets()), recorded.dt)
+        walk.attempt(session.simulation, (*said, *(None,) * count)[:count], person)
+
+    def advance_own_tests(self, walk: Walkthrough) -> bool:
+        """Look after the tests of the visitor's own law; return whether there is anything new."""
+        examination = self._session.examination
+        if examination is None or not examination.advance():
+            return False
+        if examination.progress.finished:
+            walk.attempt_custom_law(attempt_of(examination.progress.verdicts).judgements)
+        return True

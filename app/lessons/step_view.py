@@ -1,0 +1,160 @@
+"""What a page shows of a walkthrough: plain data, texts with their numbers in them."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from app.lessons.lesson import Lesson, Step
+from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
+from app.lessons.phases import Phase, phases_of
+from app.lessons.progress import StepProgress
+from app.lessons.runs import settings_text
+from app.lessons.sentences import say
+from app.lessons.texts import asks_for_numbers, filled
+
+_AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
+"""Texts that are read after the run."""
+
+
+@dataclass(frozen=True)
+class StepView:
+    """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in.
+
+    Attributes:
+        lesson, step: which.
+        index, count: of the step, from 0, and how many the lesson has.
+        phase, phases: where, and which the step has.
+        texts: (phase or "goal", text), those that may be seen by now, in order.
+        choices: the answers; empty where nothing is asked.
+        chosen: index of the answer given.
+        locked: whether Run is locked, because no answer is chosen yet.
+        verdict: what is said to the answer, once the outcome is known.
+        outcome: lines with what was measured.
+        why_outcome: lines with what was measured in the run that shows why the answer is wrong.
+        why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
+        challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
+        forecasts: what the student has to say beforehand, one line each.
+        hints: those that are open; `more_hints` if there are others.
+        yours: whether the student moves.
+        can_next, can_back: whether there is something in that direction.
+    """
+
+    lesson: Lesson
+    step: Step
+    index: int
+    count: int
+    phase: Phase
+    phases: tuple[Phase, ...]
+    texts: tuple[tuple[str, str], ...]
+    choices: tuple[str, ...]
+    chosen: int | None
+    locked: bool
+    verdict: AnswerVerdict | None
+    outcome: tuple[str, ...]
+    why_outcome: tuple[str, ...]
+    why: bool
+    showing: bool
+    challenge: bool
+    attempts: int
+    passed: bool
+    attempt: Attempt | None
+    forecasts: tuple[str, ...]
+    hints: tuple[str, ...]
+    more_hints: bool
+    yours: bool
+    can_next: bool
+    can_back: bool
+
+
+@dataclass(frozen=True)
+class StepPosition:
+    """Where a student is.
+
+    Attributes:
+        lesson, step, index: which, and the step's place in the lesson.
+        phase: where in the step.
+        done: what was done there.
+        showing: whether the run that shows why is on.
+    """
+
+    lesson: Lesson
+    step: Step
+    index: int
+    phase: Phase
+    done: StepProgress
+    showing: bool
+
+
+def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> StepView:
+    """Return everything that a page shows at a place."""
+    step, done, phases = at.step, at.done, phases_of(at.step)
+    question, challenge, language = step.question, step.challenge, at.lesson.language
+    told = {
+        Phase.PREDICT: question.text if question else "",
+        Phase.DO: step.do,
+        Phase.OBSERVE: step.observe,
+        Phase.EXPLAIN: step.explain,
+        Phase.CHALLENGE: challenge.text if challenge else "",
+    }
+    reached = phases[: phases.index(at.phase) + 1]
+    outcome = done.outcome if knows_outcome(at.phase) else None
+    texts = [("goal", step.goal), *((phase.value, told[phase]) for phase in reached if told[phase])]
+    return StepView(
+        lesson=at.lesson,
+        step=step,
+        index=at.index,
+        count=len(at.lesson.steps),
+        phase=at.phase,
+        phases=phases,
+        texts=tuple((name, fill(step, text, outcome if name in _AFTER else None)) for name, text in texts),
+        choices=tuple(fill(step, choice.text, None) for choice in question.choices) if question else (),
+        chosen=done.choice,
+        locked=at.phase is Phase.PREDICT,
+        verdict=verdict(at),
+        outcome=outcome.lines(step, language) if outcome else (),
+        why_outcome=done.why.lines(step, language) if outcome and done.why else (),
+        why=has_why(at),
+        showing=at.showing,
+        challenge=challenge is not None,
+        attempts=done.attempts,
+        passed=done.passed,
+        attempt=done.last,
+        forecasts=tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else (),
+        hints=step.hints[: done.hints],
+        more_hints=done.hints < len(step.hints),
+        yours=yours,
+        can_next=can_next,
+        can_back=can_back,
+    )
+
+
+def knows_outcome(phase: Phase) -> bool:
+    """Return whether the outcome may be seen in a phase."""
+    return phase not in (Phase.PREDICT, Phase.DO)
+
+
+def has_why(at: StepPosition) -> bool:
+    """Return whether there is a run that shows why the answer is wrong, and it may be begun now."""
+    question, choice = at.step.question, at.done.choice
+    if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
+        return False
+    return question.choices[choice].why is not None
+
+
+def verdict(at: StepPosition) -> AnswerVerdict | None:
+    """Return what is said to the prediction; None before the outcome is known."""
+    question, done, language = at.step.question, at.done, at.lesson.language
+    if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):
+        return None
+    right = done.choice == question.right
+    reply = fill(at.step, question.choices[done.choice].reply, done.outcome)
+    return AnswerVerdict(right, say(language, "right" if right else "wrong"), reply, done.outcome.lines(at.step, language))
+
+
+def fill(step: Step, text: str, outcome: StepOutcome | None) -> str:
+    """Return a text of a step with its numbers in it.
+
+    Without an outcome they come from the reference run: what is told before the student's run is what the software has measured.
+    """
+    if outcome is None and asks_for_numbers(text):
+        outcome = reference(step, step.setup)
+    return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup)

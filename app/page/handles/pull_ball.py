@@ -1,0 +1,78 @@
+"""A ball that is pulled across the view with the mouse."""
+
+from collections.abc import Callable, Hashable
+
+import numpy as np
+import viser
+
+from app.stage.poses import checked_point, put
+from controllers.kinematics import Array
+
+
+class Grip:
+    """Stays where it is put; the page draws an arrow from where it was taken to the mouse.
+
+    Args:
+        scene: of whoever may pull.
+        name: of the node.
+        radius: [m].
+        color, opacity: how it looks.
+        post: has something done on the session's thread, for the control that asks for it.
+        pulled: called there with the place (3,) [m] that the mouse pulls its middle to, and with None when it is let go.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        name: str,
+        radius: float,
+        color: tuple[int, int, int],
+        opacity: float | None,
+        post: Callable[[Callable[[], None], Hashable], None],
+        pulled: Callable[[Array | None], None],
+    ) -> None:
+        self._ball = scene.add_icosphere(
+            name, radius=radius, subdivisions=3, color=color, opacity=opacity, cast_shadow=False, receive_shadow=False
+        )
+        self._pulled = pulled
+        self._offset: Array | None = None
+
+        @self._ball.on_drag
+        async def _(event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
+            taken, to, phase = checked_point(event.start_position), checked_point(event.end_position), event.phase
+            post(lambda: self._drag(taken, to, phase), (name, phase))
+
+    @property
+    def held(self) -> bool:
+        """Whether the mouse pulls at it."""
+        return self._offset is not None
+
+    def _drag(self, taken: Array | None, to: Array | None, phase: str) -> None:
+        if phase == "end":
+            if self._offset is not None:
+                self._offset = None
+                self._pulled(None)
+            return
+        if taken is None or to is None:
+            return
+        if phase == "start":
+            # It was taken at its surface, and must not jump by its radius.
+            self._offset = taken - np.asarray(self._ball.position, float)
+        if self._offset is not None:
+            self._pulled(to - self._offset)
+
+    def forget(self) -> None:
+        """Behave as if it had been let go."""
+        self._offset = None
+
+    def put(self, place: Array) -> None:
+        """Move it to a place (3,) [m]."""
+        put(self._ball, place)
+
+    def paint(self, color: tuple[int, int, int]) -> None:
+        """Give it another colour."""
+        self._ball.color = color
+
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        self._ball.remove()

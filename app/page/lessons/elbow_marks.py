@@ -1,0 +1,104 @@
+"""The marks that a step of a lesson asks the elbow to touch: with their angles, and green with a tick once the elbow was there."""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+import viser
+
+from app.lessons.evidence import Evidence
+from app.lessons.lesson import Step
+from app.lessons.measures import measure
+from app.lessons.measures.quantity import shown_parameter
+from app.lessons.session.lesson_session import LessonSession
+from app.session.session import Session
+from app.settings import PageSettings, Theme
+from app.stage.poses import fresh
+from app.theme import PALETTES, Rgb, rgb, scale
+
+RADIUS: Final = 0.03
+"""Of a mark as it is drawn [m]; what counts as touched is the challenge's business."""
+
+USUAL_REACH: Final = 0.015
+"""How near the elbow has to come where no challenge says it [m]."""
+
+UNTOUCHED: Final[dict[Theme, Rgb]] = {"light": (40, 44, 50), "dark": (235, 240, 245)}
+"""The arm is orange, so that its marks are not."""
+
+PERIOD: Final = 0.2
+"""Wall time between two looks at the run [s]."""
+
+
+class Marks:
+    """What is seen of them.
+
+    Args:
+        scene: where to draw.
+        session, run: whose run touches them.
+        page: gives how the page looks.
+    """
+
+    def __init__(self, scene: viser.SceneApi, session: Session, run: LessonSession, page: Callable[[], PageSettings]) -> None:
+        self._scene, self._session, self._run, self._page = scene, session, run, page
+        self._nodes: list[tuple[viser.IcosphereHandle, viser.LabelHandle]] = []
+        self._drawn: tuple[object, ...] | None = None
+        self._touched: list[bool | None] = []
+        self._next = 0.0
+
+    def show(self, now: float) -> None:
+        """Bring them up to date; `now`: wall time [s]."""
+        step = self._run.walk.step if self._run.open and self._run.walk.step.marks else None
+        page = self._page()
+        drawn = None if step is None else (step, id(self._session.simulation.room), page.theme, page.profile)
+        if drawn != self._drawn:
+            self._drawn = drawn
+            self._clear()
+            if step is not None:
+                self._draw()
+        if step is None or now < self._next:
+            return
+        self._next = now + PERIOD
+        for i, (angle, reach) in enumerate(zip(step.marks, reaches(step), strict=True)):
+            miss = measure(Evidence(self._session.simulation), "mark_miss", (("angle", angle),))
+            self._paint(i, miss is not None and miss <= reach)
+
+    def _draw(self) -> None:
+        larger = scale(self._page().profile)
+        for i, place in enumerate(self._run.walk.marks(self._session.simulation)):
+            ball = self._scene.add_icosphere(
+                f"/marks/{i + 1}", radius=RADIUS, subdivisions=3, position=place, cast_shadow=False, receive_shadow=False
+            )
+            # The elbow is inside the arm, so the label stands outside it.
+            label = self._scene.add_label(
+                f"/marks/label{i + 1}", "", position=place + np.array([0.0, 0.0, 0.11]), anchor="bottom-center"
+            )
+            label.font_screen_scale = 1.15 * larger
+            self._nodes.append((fresh(ball), label))
+            self._touched.append(None)
+            self._paint(i, False)
+
+    def _paint(self, index: int, touched: bool) -> None:
+        if self._touched[index] == touched:
+            return
+        self._touched[index] = touched
+        theme, (ball, label) = self._page().theme, self._nodes[index]
+        ball.color = rgb(PALETTES[theme].velocity) if touched else UNTOUCHED[theme]
+        angle = shown_parameter("angle", self._run.walk.step.marks[index])
+        label.text = f"✓ {angle}" if touched else angle
+
+    def _clear(self) -> None:
+        for ball, label in self._nodes:
+            ball.remove()
+            label.remove()
+        self._nodes, self._touched = [], []
+
+
+def reaches(step: Step) -> tuple[float, ...]:
+    """Return how near the elbow has to come to each mark of a step [m]: what its challenge says."""
+    criteria = step.challenge.criteria if step.challenge is not None else ()
+    said: dict[object, float] = {}
+    for criterion in criteria:
+        m = criterion.measurement
+        if m.name == "mark_miss" and criterion.high is not None:
+            said[dict(m.parameters)["angle"]] = criterion.high
+    return tuple(said.get(angle, USUAL_REACH) for angle in step.marks)

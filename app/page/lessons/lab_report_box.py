@@ -1,0 +1,105 @@
+"""The lab report on the page: a box for the student's own words in every step, and a button that makes the report."""
+
+from typing import Any, Final
+
+import viser
+
+from app.export.export_queue import ExportQueue
+from app.export.lab_report import done_in
+from app.i18n.speaking import tr
+from app.lessons.progress import MOST_WORDS
+from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.session.session import Session
+
+_WORDS: Final = ORDER["hints"] + 3.0
+_REPORT: Final = ORDER["hints"] + 4.0
+
+
+class LabReportBox:
+    """What a student writes, and the buttons. The caller has opened the container of the button that is always there.
+
+    Args:
+        gui: of whoever operates it.
+        session: in which the lessons run.
+        lessons: of which is reported.
+        panel: where the box and the second button stand.
+        shelf: makes the report.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, lessons: LessonSession, panel: LessonPanel, shelf: ExportQueue
+    ) -> None:
+        self._gui, self._session, self._lessons, self._panel, self._shelf = gui, session, lessons, panel, shelf
+        self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
+        self._shown: tuple[object, ...] = ()
+        self._of_lesson: viser.GuiButtonHandle | None = None
+        self._of_all = self._button("Lab report on all lessons", False)
+
+    def _button(self, label: str, one: bool, order: float | None = None) -> viser.GuiButtonHandle:
+        hint = tr("One HTML page to print: predictions, outcomes, plots, settings and your own words.")
+        button = self._gui.add_button(tr(label), icon=viser.Icon.REPORT, hint=hint, color="gray", visible=False, order=order)
+
+        @button.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            del event
+            self._session.post(lambda: self._ask(one), ("report", one))
+
+        return button
+
+    def _ask(self, one: bool) -> None:
+        walk = self._lessons.walk
+        self._shelf.ask_report(
+            done_in(self._lessons.book.lessons, walk.done_in, self._lessons.seen, walk.lesson.id if one else None)
+        )
+
+    def _box(self, lesson: str, step: str) -> viser.GuiTextHandle:
+        # A box of its own for every step: what is typed last may arrive when the student is already in the next one.
+        assert self._panel.tab is not None
+        words = self._lessons.walk.done_in(lesson, step).words
+        with self._panel.tab:
+            box = self._gui.add_text(
+                tr("in my own words"),
+                words,
+                multiline=True,
+                visible=False,
+                hint=tr("What you saw, and why: it goes into your lab report."),
+                order=_WORDS,
+            )
+
+        @box.on_update
+        async def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client_id is not None:
+                text = str(event.target.value)[:MOST_WORDS]
+                self._session.post(lambda: self._lessons.walk.write(text, lesson, step), ("words", lesson, step))
+
+        return box
+
+    def show(self) -> None:
+        """Offer box and buttons where they belong."""
+        run = self._lessons
+        state = run.open, run.version
+        if state == self._shown or not run.book.lessons:
+            return
+        self._shown = state
+        self._offer(self._of_all, run.begun)
+        here: tuple[str, str] | None = None
+        last = False
+        if run.open and self._panel.tab is not None:
+            walk = run.walk
+            if walk.phase is walk.phases[-1]:
+                here = walk.lesson.id, walk.step.id
+                last = walk.step is walk.lesson.steps[-1]
+            if here is not None and here not in self._boxes:
+                self._boxes[here] = self._box(*here)
+            if self._of_lesson is None:
+                with self._panel.tab:
+                    self._of_lesson = self._button("Lab report on this lesson", True, _REPORT)
+        for place, box in self._boxes.items():
+            self._offer(box, place == here)
+        if self._of_lesson is not None:
+            self._offer(self._of_lesson, last)
+
+    def _offer(self, handle: viser.GuiTextHandle | viser.GuiButtonHandle, visible: bool) -> None:
+        if handle.visible != visible:
+            handle.visible = visible

@@ -1,0 +1,78 @@
+"""From where a step of a lesson is looked at: the whole experiment, or closer to what it is about, but never without a whole arm."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from app.lessons.lesson import Camera as Where
+from app.stage.stage_camera import view_of
+from controllers.kinematics import Array
+from scenes.rigs import Camera
+from scenes.room import BALL_RADIUS, PATH
+from scenes.simulation import Simulation
+
+MARGIN: Final = 0.22
+"""What is seen around the joints of an arm, which has a girth, and of its hand, which swings [m]."""
+
+REACH: Final = 0.12
+"""What is seen above the hand of a single arm, besides the margin [m]."""
+
+INSIDE: Final = 0.7
+"""Share of the experiment's own view that a wider one shows, about its middle; the rest of it is margin."""
+
+TOP: Final = (0.35, 0.0, 1.0)
+"""From the middle of the view to an eye above it, any length."""
+
+
+def lesson_view(simulation: Simulation, where: Where) -> Camera:
+    """Return a view of a simulation."""
+    view = view_of(simulation)
+    if where == "top":
+        return replace(view, toward=TOP)
+    if simulation.settings.scene == "imitation" or (where == "room" and simulation.room.ball is None):
+        return view
+    near = _near(simulation, where)
+    if where == "room":
+        right, up, _ = _axes(view)
+        corners = [x * right * view.width / 2.0 + y * up * view.height / 2.0 for x in (-1, 1) for y in (-1, 1)]
+        # A ball may begin beyond what shows the arm and its table.
+        near = np.vstack([near, [np.array(view.centre) + corner * INSIDE for corner in corners]])
+    return _around(near, view)
+
+
+def _axes(view: Camera) -> tuple[Array, Array, Array]:
+    """Return which way is right, up and towards the eye."""
+    toward = np.array(view.toward) / np.linalg.norm(view.toward)
+    right = np.cross([0.0, 0.0, 1.0], toward)
+    right /= np.linalg.norm(right)
+    return right, np.cross(toward, right), toward
+
+
+def _near(simulation: Simulation, where: Where) -> Array:
+    """Return the points (k, 3) that a near view has to show [m]."""
+    kinematics, room = simulation.kinematics, simulation.room
+    arms = room.arms if where == "between" else (simulation.avoiding,)
+    points: list[Array] = []
+    for arm in arms:
+        points += [kinematics.joint_point(joint) for joint in range(arm.shoulder, arm.wrist + 1)]
+        points += [room.bases()[room.arms.index(arm)].translation, kinematics.hand_pose(arm).translation]
+    if simulation.settings.scene == "solo":
+        # Where a circle is drawn, or the handle's arrow stands.
+        points.append(points[-1] + np.array([0.0, 0.0, REACH]))
+    if room.ball is not None:
+        hand, ball = points[-1], simulation.positions[room.ball]
+        reach = BALL_RADIUS - MARGIN
+        points += [hand + PATH, ball + reach, ball - reach]
+    return np.array(points)
+
+
+def _around(points: Array, view: Camera) -> Camera:
+    """Return a view from the same direction that shows points (k, 3) with a margin."""
+    right, up, toward = _axes(view)
+    across, high = points @ right, points @ up
+    width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN
+    along = float((points @ toward).mean())
+    centre = right * (across.min() + across.max()) / 2.0 + up * (high.min() + high.max()) / 2.0 + toward * along
+    x, y, z = (float(number) for number in centre)
+    return replace(view, centre=(x, y, z), width=width, height=height)

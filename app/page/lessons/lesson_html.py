@@ -1,0 +1,165 @@
+"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step."""
+
+import html
+from typing import Final
+
+from app.i18n.speaking import spoken, tr
+from app.lessons.loading import FOLDER
+from app.lessons.outcomes import Attempt
+from app.lessons.phases import Phase
+from app.lessons.step_view import StepView
+from app.text.lesson_text import inline_html, lesson_html, plain
+
+PHASES: Final[dict[str, str]] = {
+    "predict": "Predict",
+    "do": "Do",
+    "observe": "Observe",
+    "explain": "Explain",
+    "challenge": "Challenge",
+}
+"""What a person calls the parts of a step."""
+
+NEXT: Final = {name: f"Next: {shown.lower()}" for name, shown in PHASES.items()}
+"""What stands on the button that goes on to a part."""
+
+BLOCKS: Final = ("head", "text", "choices", "live", "verdict", "after", "attempt", "hints")
+"""All blocks."""
+
+
+def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, str]:
+    """Return every block's HTML, "" for one that has nothing to say.
+
+    Args:
+        view: of the walkthrough.
+        live: label and value of the numbers in view.
+        computing: whether further runs are still being made.
+        operated: whether the answers are buttons of whoever looks; otherwise they are listed.
+    """
+    texts = dict(view.texts)
+    folder = view.step.setup.folder
+    main = texts.get(view.phase.value, "")
+    after = ""
+    if view.phase is Phase.OBSERVE:
+        main, after = "", texts.get("observe", "")
+    made = {
+        "head": head_html(view),
+        "text": lesson_html(main, folder),
+        "choices": "" if operated else _choices_html(view),
+        "live": "".join(f"<div><b>{html.escape(value)}</b><span>{html.escape(label)}</span></div>" for label, value in live),
+        "verdict": verdict_html(view, computing),
+        "after": lesson_html(after, folder) if after else "",
+        "attempt": attempt_html(view),
+        "hints": "".join(f"<li>{inline_html(hint)}</li>" for hint in view.hints),
+    }
+    if made["hints"]:
+        made["hints"] = f"<h3>{tr('Hints')}</h3><ol>{made['hints']}</ol>"
+    # A screen reader takes the voice of the text's language.
+    lang = {name: ' lang="en"' for name in ("text", "after", "hints") if is_foreign(view)}
+    return {
+        name: f'<div class="duet duet-lesson duet-l-{name}"{lang.get(name, "")}>{made[name]}</div>' if made[name] else ""
+        for name in BLOCKS
+    }
+
+
+def is_foreign(view: StepView) -> bool:
+    """Return whether a lesson of ours is English on a page that is not; in which language somebody else's is, nobody has told."""
+    return view.step.setup.folder == FOLDER and view.lesson.language == "en" != spoken().language
+
+
+def head_html(view: StepView) -> str:
+    """Return title, goal, and where in the step one is."""
+    lesson, step = view.lesson, view.step
+    here = view.phases.index(view.phase)
+    parts = "".join(
+        f'<li class="{"now" if i == here else "done" if i < here else ""}"{" aria-current=step" if i == here else ""}>'
+        f"{tr(PHASES[phase.value])}</li>"
+        for i, phase in enumerate(view.phases)
+    )
+    source = f" · {tr('eq.')} {html.escape(lesson.equations)}" if lesson.equations else ""
+    where = tr("Lesson {lesson} · step {step} of {count}", lesson=lesson.number, step=view.index + 1, count=view.count)
+    remark = f'<p class="crumb">{tr("This lesson is in English.")}</p>' if is_foreign(view) else ""
+    return (
+        f'<p class="crumb">{where}{source}</p>{remark}'
+        f"<h2>{inline_html(step.title)}</h2>"
+        f'<div class="goal"><b>{tr("Goal")}</b> {lesson_html(step.goal, step.setup.folder)}</div>'
+        f'<ol class="phases">{parts}</ol>'
+    )
+
+
+def _choices_html(view: StepView) -> str:
+    if view.phase not in (Phase.PREDICT, Phase.DO) or not view.choices:
+        return ""
+    return "<ol>" + "".join(f"<li>{inline_html(choice)}</li>" for choice in view.choices) + "</ol>"
+
+
+def verdict_html(view: StepView, computing: bool) -> str:
+    """Return the answer beside what was measured, and the reason; while the run goes on, what was predicted."""
+    if computing:
+        return f'<p class="wait duet-say">{tr("Measuring the runs that this one is compared with …")}</p>'
+    if view.phase in (Phase.PREDICT, Phase.DO):
+        if view.chosen is None:
+            return ""
+        return f'<p class="mine">{tr("Your prediction:")} <b>{inline_html(view.choices[view.chosen])}</b></p>'
+    if view.phase is not Phase.OBSERVE and not view.showing:
+        return ""
+    if view.showing:
+        return (
+            f'<div class="card why duet-say"><b>{tr("The run that shows why")}</b>'
+            f"{_lines(view.why_outcome) or _paragraph(tr('Run it, and compare it with your prediction.'))}</div>"
+            + (_reply(view) if view.why_outcome else "")
+        )
+    if view.verdict is None:
+        return (
+            f'<div class="card duet-say"><b>{tr("Measured in this run")}</b>{_lines(view.outcome)}</div>' if view.outcome else ""
+        )
+    verdict = view.verdict
+    mine = view.choices[view.chosen] if view.chosen is not None else ""
+    mark = "✓" if verdict.right else "↺"
+    return (
+        f'<div class="card {"right" if verdict.right else "wrong"} duet-say"><p class="mark"><span>{mark}</span> '
+        f"<b>{html.escape(verdict.headline)}</b></p>"
+        f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd><dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
+        f"{_reply(view)}</div>"
+    )
+
+
+def _reply(view: StepView) -> str:
+    return lesson_html(view.verdict.reply, view.step.setup.folder) if view.verdict is not None else ""
+
+
+def _paragraph(text: str) -> str:
+    return f"<p>{text}</p>"
+
+
+def _lines(lines: tuple[str, ...]) -> str:
+    return "".join(f"<p>{html.escape(line)}</p>" for line in lines)
+
+
+def attempt_html(view: StepView) -> str:
+    """Return how the newest attempt at the challenge went: every inequality, the missed ones first."""
+    if view.phase is not Phase.CHALLENGE:
+        return ""
+    passed = f'<p class="mark"><span>★</span> <b>{tr("Challenge passed.")}</b></p>' if view.passed else ""
+    if view.attempt is None:
+        return f'<div class="card right">{passed}</div>' if passed else ""
+    attempt = view.attempt
+    headline = tr("Passed.") if attempt.passed else tr("Not yet.")
+    counted = " " + tr("Attempt {number}.", number=view.attempts) if view.attempts > 1 else ""
+    kind = "right" if attempt.passed else "wrong"
+    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>'
+
+
+def _judgements(attempt: Attempt) -> str:
+    note = f"<p>{html.escape(attempt.note)}</p>" if attempt.note else ""
+    rows = "".join(
+        f"<li class={'ok' if j.passed else 'no'}><span>{'✓' if j.passed else '✗'}</span>{html.escape(j.text)}</li>"
+        for j in sorted(attempt.judgements, key=lambda j: j.passed)
+        # The note says already why these have nothing to tell.
+        if not attempt.note or j.passed or j.value is not None
+    )
+    return f"{note}<ul>{rows}</ul>"
+
+
+def choice_label(number: int, text: str, chosen: bool) -> str:
+    """Return what stands on the button of an answer; `number` from 1."""
+    return f"{'● ' if chosen else ''}{number}   {plain(text)}"

@@ -1,0 +1,136 @@
+"""The panel of lessons: what is seen of it, for everybody."""
+
+from collections.abc import Callable
+from typing import Final
+
+import viser
+
+from app.i18n.speaking import tr
+from app.lessons.lesson import LessonBook
+from app.lessons.phases import Phase
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.step_view import StepView
+from app.page.lessons.custom_law_html import law_html
+from app.page.lessons.lesson_html import BLOCKS, blocks_html
+
+PERIOD: Final = 0.2
+"""Wall time between two refreshes of the numbers [s]."""
+
+WIDTH: Final = 340
+"""Width of the panel [CSS px], and …"""
+
+NARROW_WIDTH: Final = 300
+"""… on a narrow window."""
+
+ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
+"""Where every block stands among its neighbours, the buttons between them."""
+
+
+class LessonPanel:
+    """What is seen: the panel at the left and its texts. It is made when a lesson is opened for the first time.
+
+    Args:
+        gui: of those who see it.
+        run: the lessons.
+        width: of the panel [CSS px].
+        operated: whether whoever sees it also operates it.
+        narrow: whether the controls fold up for it until a challenge needs them.
+        sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
+        book: the lessons in the language of those who see it; None for that of `run`.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        run: LessonSession,
+        width: float,
+        operated: bool,
+        narrow: bool = False,
+        sheet: Callable[[], str] = lambda: "",
+        book: LessonBook | None = None,
+    ) -> None:
+        self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
+        self._sheet, self._book = sheet, book
+        self._folded = False
+        self._panel: viser.PanelHandle | None = None
+        self.tab: viser.GuiTabHandle | None = None
+        self._blocks: dict[str, viser.GuiHtmlHandle] = {}
+        self._texts: dict[str, str] = {}
+        self._shown: tuple[object, ...] = ()
+        self._next = 0.0
+
+    @property
+    def panel(self) -> viser.PanelHandle | None:
+        """The panel itself; None before a lesson was opened."""
+        return self._panel
+
+    def _make(self) -> None:
+        panel = self._panel = self._gui.add_panel()
+        tab = self.tab = panel.add_tab(tr("Lesson"), viser.Icon.SCHOOL)
+        with tab:
+            self._style = self._gui.add_html("", order=0.0)
+            for name in BLOCKS:
+                self._blocks[name] = self._gui.add_html("", order=ORDER[name])
+        panel.dock_left()
+        panel.set_width(self._width)
+
+    def show(self, now: float) -> bool:
+        """Bring it up to date; return whether it was opened or closed, or is about another run, so that views have to follow."""
+        run = self._run
+        if not run.open:
+            if self._panel is None or not self._panel.visible:
+                return False
+            self._panel.visible = False
+            self._write("style", "")
+            self._fold(False)
+            return True
+        if self._panel is None:
+            self._make()
+        assert self._panel is not None
+        opened = not self._texts or not self._panel.visible
+        if not self._panel.visible:
+            self._panel.visible = True
+            self._panel.dock_left()
+            self._panel.set_width(self._width)
+        state = run.version, run.computing, run.custom_law_state
+        if opened or state != self._shown or now >= self._next:
+            self._next = now + PERIOD
+            self._shown = state
+            view = run.view(self._book)
+            numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()
+            self._write("style", self._sheet() + lesson_style(self._width, view))
+            self._fold(view.phase is not Phase.CHALLENGE)
+            if opened and self._narrow:
+                self._panel.expand()
+            blocks = blocks_html(view, numbers, run.computing, self._operated)
+            if run.own_tests is not None:
+                blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed)
+            for name, text in blocks.items():
+                self._write(name, text)
+        return opened
+
+    def _fold(self, folded: bool) -> None:
+        if self._narrow and folded != self._folded:
+            self._folded = folded
+            if folded:
+                self._gui.main_panel.minimize()
+            else:
+                self._gui.main_panel.expand()
+
+    def _write(self, name: str, text: str) -> None:
+        if self._texts.get(name) == text:
+            return
+        self._texts[name] = text
+        handle = self._style if name == "style" else self._blocks[name]
+        handle.content = text
+        if name != "style":
+            handle.visible = bool(text)
+
+
+def lesson_style(width: float, view: StepView) -> str:
+    """Return the style that makes room for the panel, and keeps the law's equation for after the experience."""
+    early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
+    hidden = ".duet-tiles,.duet-live,.duet-tip" + (",.duet-eq" if early else "")
+    return (
+        f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hidden}{{display:none!important}}</style></div>'
+    )

@@ -1,0 +1,132 @@
+"""What was computed beside the run, in numbers: what if, and how smooth the law and its ghost are."""
+
+import math
+from collections.abc import Callable
+
+import viser
+
+from app.i18n.speaking import tr
+from app.page.panels.choice_buttons import ChoiceButtons
+from app.session.session import Session
+from app.session.studies import Smoothness
+from scenes.experiments import EXPERIMENTS
+from scenes.rerun import WhatIf
+from scenes.smoothness import Measured
+
+
+class ComparePanel:
+    """The lower part of the tab on comparisons.
+
+    Args:
+        gui: of whoever operates it; the caller has opened the container.
+        session: whose run.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        self._session = session
+        self._what_if = gui.add_html("")
+        self._button = ChoiceButtons(
+            gui,
+            "how smooth",
+            ("Measure",),
+            "Runs the last 10 s again at dt, dt/2, dt/4 and dt/8: the largest step of q̇ halves with dt unless the law jumps.",
+            lambda _: session.post(session.measure_smoothness, "measure"),
+        )
+        self._smoothness = gui.add_html("")
+        self._state: tuple[object, ...] = ()
+        self._answers: tuple[object, ...] = (None, None)
+
+    def show(self, visible: bool) -> None:
+        """Bring it up to date; hide it where there is nothing to compare."""
+        session = self._session
+        answers = session.what_if, session.smoothness
+        state = visible, session.computing, session.study_message, session.settings.page.what_if
+        # Answers are compared by identity: they hold arrays, and are never changed.
+        if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
+            return
+        self._state, self._answers = state, answers
+        self._what_if.visible = self._smoothness.visible = visible
+        self._button.show(visible)
+        self._what_if.content = f'<div class="duet">{_what_if_block(session)}</div>'
+        self._smoothness.content = f'<div class="duet">{_smoothness_block(session)}</div>'
+
+
+def _what_if_block(session: Session) -> str:
+    if not session.settings.page.what_if:
+        return ""
+    answer = session.what_if
+    if answer is None:
+        measuring = session.smoothness is not None and not session.smoothness.finished
+        waiting = (
+            tr("Computing …")
+            if session.computing and not measuring
+            else tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
+        )
+        return f'<p class="duet-tip">{waiting} {tr(session.study_message)}</p>'
+    return what_if_html(answer)
+
+
+def _smoothness_block(session: Session) -> str:
+    if session.smoothness is None:
+        return f'<p class="duet-tip">{tr(session.study_message)}</p>' if session.study_message else ""
+    return smoothness_html(session.smoothness)
+
+
+def what_if_html(answer: WhatIf) -> str:
+    """Return how the last 30 s were, and how they would have been."""
+    joints = EXPERIMENTS[answer.settings.scene].error_unit == "rad²"
+    error = (lambda e2: f"{math.degrees(math.sqrt(e2)):.1f}°") if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
+    d_m = answer.settings.law.critical_distance
+    rows: tuple[tuple[str, Callable[..., str]], ...] = (
+        (tr('least <b class="d">d</b>'), lambda s: f"{1000.0 * s.d_min:.0f} mm"),
+        (tr('below <b class="dm">d<sub>m</sub></b>'), lambda s: f"{100.0 * s.share_below:.0f} %"),
+        (tr('largest <b class="e">|e|</b>'), lambda s: error(s.e2_max)),
+        (tr("largest step of q̇"), lambda s: f"{s.dq_step_max:.3f} rad/s"),
+    )
+    body = "".join(f"<tr><td>{name}</td><td>{of(answer.before)}</td><td>{of(answer.summary)}</td></tr>" for name, of in rows)
+    draft = " " + tr("A draft; the exact answer follows.") if answer.stride > 1 else ""
+    return (
+        f'<table class="duet-numbers"><tr><th>{tr("last 30 s")}</th><th>{tr("as it was")}</th><th>{tr("what if")}</th></tr>'
+        f'{body}</table><p class="duet-tip">{tr("With d<sub>m</sub> = {mm} mm.", mm=f"{1000.0 * d_m:.0f}")}{draft}</p>'
+    )
+
+
+def smoothness_html(found: Smoothness) -> str:
+    """Return the largest step of q̇ at every time step, and what it says."""
+    runs = [(tr("law"), found.law), *([(tr("ghost"), found.ghost)] if found.ghost is not None else [])]
+    head = "".join(f"<th>{name}</th>" for name, _ in runs)
+    body = "".join(
+        f"<tr><td>{1000.0 * dt:g} ms</td>" + "".join(f"<td>{_step(measured.largest[i])}</td>" for _, measured in runs) + "</tr>"
+        for i, dt in enumerate(found.law.dts)
+    )
+    words = "<br>".join(f"{name[:1].upper()}{name[1:]}: {_words(measured)}" for name, measured in runs)
+    return (
+        f'<table class="duet-numbers"><tr><th>dt</th>{head}</tr>{body}</table>'
+        f'<p>{words}</p><p class="duet-tip">{tr("Largest step of q̇ [rad/s] in the last {s} s.", s=f"{found.law.seconds:.0f}")}</p>'
+    )
+
+
+def _words(measured: Measured) -> str:
+    """Return the verdict as a sentence."""
+    first, *_, finest = (step or 0.0 for step in measured.largest)
+    match measured.verdict:
+        case "measuring":
+            return tr("Measuring …")
+        case "still":
+            return tr("Nothing moved that keeps clear.")
+        case "smooth":
+            return tr("Smooth: half the time step, half the largest step.")
+        case "jump":
+            return tr("A jump of {jump} rad/s: it stays, however small the time step.", jump=f"{finest:.2g}")
+        case _:
+            parts = measured.dts[0] / measured.dts[-1]
+            return tr(
+                "Between: at dt/{parts}, {share} % of the largest step are left; {smooth} % would be smooth, 100 % a jump.",
+                parts=f"{parts:.0f}",
+                share=f"{100.0 * finest / first:.0f}",
+                smooth=f"{100.0 / parts:.0f}",
+            )
+
+
+def _step(value: float | None) -> str:
+    return "…" if value is None else f"{value:.4f}"

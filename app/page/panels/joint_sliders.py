@@ -1,0 +1,95 @@
+"""The master's joints as sliders: another way to lead it than by its hand."""
+
+import math
+from typing import Any, Final
+
+import numpy as np
+import viser
+
+from app.i18n.speaking import tr
+from app.session.session import Session
+from scenes.targets import JointTarget
+
+PERIOD: Final = 0.5
+"""Wall time between two looks at where the arm is [s]."""
+
+
+class JointSliders:
+    """One slider a joint of the guided arm, in degrees; in view where a slave follows its joints.
+
+    They follow the arm while nobody pulls at them; pulling at one holds the arm at what all of them say.
+
+    Args:
+        gui: of whoever operates it; the caller has opened the container.
+        session: what is operated.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        self._gui, self._session = gui, session
+        self._sliders: list[viser.GuiSliderHandle[float]] = []
+        self._of: object = None
+        self._next = 0.0
+        self._container = gui.add_folder(tr("your arm's joints [°]"), expand_by_default=False, visible=False)
+
+    def _make(self) -> None:
+        """Have as many sliders as the guided arm has joints, with its limits."""
+        for slider in self._sliders:
+            slider.remove()
+        simulation = self._session.simulation
+        arm, model = simulation.guided, simulation.room.model
+        low, high = np.degrees(model.lowerPositionLimit[arm.joints]), np.degrees(model.upperPositionLimit[arm.joints])
+        present = np.degrees(simulation.positions[arm.joints])
+        with self._container:
+            self._sliders = [
+                self._gui.add_slider(
+                    tr(label),
+                    math.floor(a),
+                    math.ceil(b),
+                    0.5,
+                    float(round(2.0 * q) / 2.0),
+                    hint=tr("joint {number}", number=i + 1),
+                )
+                for i, (label, a, b, q) in enumerate(zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True))
+            ]
+        for i, slider in enumerate(self._sliders):
+            self._listen(i, slider)
+
+    def _listen(self, joint: int, slider: viser.GuiSliderHandle[float]) -> None:
+        @slider.on_update
+        async def _(event: viser.GuiEvent[Any]) -> None:
+            # What the server writes comes back here too, without a client.
+            if event.client_id is None:
+                return
+            value = float(event.target.value)
+            if math.isfinite(value):
+                self._session.post(lambda: self._pull(joint, math.radians(value)), ("joint", joint))
+
+    def _pull(self, joint: int, angle: float) -> None:
+        simulation = self._session.simulation
+        columns = simulation.guided.joints
+        if simulation.settings.scene != "master_slave" or joint >= columns.stop - columns.start:
+            return
+        held = self._session.held
+        wanted = held.positions.copy() if isinstance(held, JointTarget) else simulation.positions[columns].copy()
+        limits = simulation.room.model.lowerPositionLimit[columns], simulation.room.model.upperPositionLimit[columns]
+        wanted[joint] = min(max(angle, float(limits[0][joint])), float(limits[1][joint]))
+        self._session.hold(JointTarget(wanted))
+
+    def show(self, now: float) -> None:
+        """Follow the experiment and the arm. `now`: wall time [s]."""
+        simulation = self._session.simulation
+        shown = simulation.settings.scene == "master_slave"
+        if self._container.visible != shown:
+            self._container.visible = shown
+        if not shown or now < self._next:
+            return
+        self._next = now + PERIOD
+        of = simulation.room, simulation.guided.name
+        if of != self._of:
+            self._of = of
+            self._make()
+        if isinstance(self._session.held, JointTarget):
+            return
+        for slider, angle in zip(self._sliders, np.degrees(simulation.positions[simulation.guided.joints]).tolist(), strict=True):
+            if abs(slider.value - angle) > 0.5:
+                slider.value = float(round(2.0 * angle) / 2.0)

@@ -1,0 +1,67 @@
+"""A link that opens the page as it is now: scene, settings, look, and lesson and step where one is open."""
+
+import html
+from collections.abc import Mapping
+from typing import Final
+from urllib.parse import urlencode
+
+import viser
+
+from app.i18n.speaking import tr
+from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.copy_button import copy_button
+from app.session.session import Session
+from app.settings import Settings, to_query
+from app.web.request import request_address
+
+PERIOD: Final = 0.5
+"""Time between two writes of the link [s]; while a slider is dragged it need not follow."""
+
+OF_LESSONS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plot", "speed")
+"""What a step decides by itself, and a link to it need not say."""
+
+
+def link_query(settings: Settings, lessons: LessonSession) -> dict[str, str]:
+    """Return what a link to the present page says."""
+    if not lessons.open:
+        return to_query(settings)
+    walk = lessons.walk
+    told = to_query(settings, walk.settings(Settings()))
+    told = {key: text for key, text in told.items() if key not in OF_LESSONS}
+    return {"lesson": walk.lesson.id, "step": str(walk.lesson.steps.index(walk.step) + 1), **told}
+
+
+def link_to(address: str, query: Mapping[str, str]) -> str:
+    """Return the link: address of the page, such as http://localhost:8080, and what it says."""
+    return f"{address}/?{urlencode(query)}"
+
+
+class LinkBox:
+    """A line with the link, and a button that copies it.
+
+    Args:
+        client: who gets it; its container is open.
+        session, lessons: what the link opens again.
+    """
+
+    def __init__(self, client: viser.ClientHandle, session: Session, lessons: LessonSession) -> None:
+        self._session, self._lessons = session, lessons
+        self._address = request_address(client)
+        self._box = client.gui.add_html("")
+        self._link = ""
+        self._next = 0.0
+        self.show(0.0)
+
+    def show(self, now: float) -> None:
+        """Have the link say what is there now. `now`: wall time [s]."""
+        if now < self._next:
+            return
+        self._next = now + PERIOD
+        link = link_to(self._address, link_query(self._session.settings, self._lessons))
+        if link != self._link:
+            self._link = link
+            label = html.escape(tr("Link to this page as it is now"))
+            self._box.content = (
+                f'<div class="duet duet-link">{copy_button(tr("Copy link"), "input")}'
+                f'<input readonly value="{html.escape(link)}" aria-label="{label}" onfocus="this.select()"></div>'
+            )

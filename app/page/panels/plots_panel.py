@@ -1,0 +1,285 @@
+"""The panel of plots: two over time that are always there, and whatever else is chosen beside them."""
+
+from typing import Any, Final
+
+import numpy as np
+import viser
+from viser import uplot
+
+from app.i18n.speaking import tr
+from app.page.panels.plot_chooser import CHARTS, PLACES, DetailsChooser, cells, layout_html, makes_room
+from app.plots.activation_curve import curve_html
+from app.plots.laws_chart import laws_html
+from app.plots.pair_strips import pairs_html
+from app.plots.stability_section import section_html
+from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
+from app.plots.time_series import COLUMNS, POINTS, WINDOW, Curve, RollingSeries, drawable
+from app.plots.trade_off_chart import map_html
+from app.recording.past import Shown
+from app.session.contact import contact
+from app.settings import Details, PageSettings
+from app.theme import PALETTES, scale
+from controllers.kinematics import Array
+from controllers.laws.situation import Law
+from scenes.rerun import WhatIf
+from scenes.settings import RunSettings, specs
+from scenes.simulation import Simulation
+
+__all__ = ["POINTS", "WINDOW", "DetailsChooser", "Plots", "RollingSeries"]
+
+PERIOD: Final = 0.1
+"""Wall time between two refreshes of a plot over time [s] …"""
+
+MANY_LINES: Final = 8
+"""… which is twice as long from this many lines on."""
+
+SLOW_PERIOD: Final = 0.2
+"""Wall time between two refreshes of anything else [s]; sentences and charts of many lines need longer to be read."""
+
+CURTAIN: Final = 0.3
+"""Wall time during which no plot over time is there after another theme [s]."""
+
+
+class Plots:
+    """The panel of plots. One that is not wanted is hidden, never removed: viser's page complains of late news for what is gone.
+
+    Args:
+        gui: of whoever sees them.
+        tab: where they are drawn.
+        page: how they look.
+        height: of one plot [CSS px].
+    """
+
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, page: PageSettings, height: int) -> None:
+        self._gui, self._tab, self._height, self._page = gui, tab, height, page
+        self.buffer, self._ghost_buffer = RollingSeries(), RollingSeries()
+        self._what_if: WhatIf | None = None
+        self._answers = 0
+        self._curves: dict[str, Curve] = {}
+        self._details: Details = page.details
+        with tab:
+            self._layout = gui.add_html("", order=0.0)
+        self._captions: dict[str, viser.GuiHtmlHandle] = {}
+        self._charts: dict[str, viser.GuiHtmlHandle] = {}
+        self._courses: dict[str, tuple[TimePlot, viser.GuiUplotHandle]] = {}
+        self._cells: tuple[str, ...] = ()
+        self._only: tuple[str, ...] = ()
+        self._settings: RunSettings | None = None
+        self._law: Law | None = None
+        self._next: dict[str, float] = {}
+        self._drawn: dict[str, object] = {}
+        self._dressed = False
+        self._away: list[str] = []
+
+    def dress(self, page: PageSettings) -> None:
+        """Take on another theme or profile."""
+        self._page, self._dressed = page, True
+        for course, plot in self._courses.values():
+            plot.series = self._series(course)
+            plot.axes = self._axes()
+
+    def choose(self, details: Details) -> None:
+        """Show something else beside the first two plots, or nothing."""
+        self._details = details
+
+    def only(self, names: tuple[str, ...]) -> None:
+        """Show these, and what is chosen beside them, instead of the first two plots; none for the first two again."""
+        self._only = names
+
+    def show(self, session: Shown, now: float) -> None:
+        """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
+        simulation, ghost = session.simulation, session.ghost
+        self._take(session.what_if)
+        self._arrange(simulation, ghost)
+        if self._dressed:
+            # The page makes every plot anew, and new data in the same moment would leave it with a time axis in the wrong proportion
+            # for good. One that was away is begun afresh.
+            self._dressed = False
+            self._next = dict.fromkeys(self._cells, now + CURTAIN)
+            self._away = [name for name in self._cells if name not in CHARTS]
+            self._uncover(False)
+        if self._away and now >= self._next.get(self._away[0], 0.0):
+            self._uncover(True)
+            self._away = []
+        due = [name for name in self._cells if now >= self._next.get(name, 0.0)]
+        if not due:
+            return
+        self.buffer.feed(simulation)
+        if ghost is not None:
+            self._ghost_buffer.feed(ghost)
+        state = simulation.history, simulation.history.count, simulation.settings, ghost is not None, self._answers
+        for name in due:
+            if self._drawn.get(name) == state:
+                continue
+            self._drawn[name] = state
+            if name in CHARTS:
+                self._next[name] = now + SLOW_PERIOD
+                self._charts[name].content = self._chart_html(name, session)
+            else:
+                course, plot = self._courses[name]
+                self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
+                plot.data = self._data(course, ghost is not None)
+
+    def _uncover(self, visible: bool) -> None:
+        for name in self._away:
+            self._handle(name).visible = visible and name in self._cells
+
+    def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
+        """Have exactly those plots on the panel that belong there, with the right lines and names."""
+        wanted = cells(simulation.settings, self._details, self._only)
+        if wanted != self._cells:
+            for name in self._cells:
+                if name not in wanted:
+                    self._captions[name].visible = self._handle(name).visible = False
+            for name in wanted:
+                if name not in self._captions:
+                    self._make(name, simulation)
+                self._captions[name].visible = self._handle(name).visible = True
+            self._cells = wanted
+            self._layout.content = layout_html(wanted)
+            self._drawn.clear()
+        if simulation.settings is not self._settings or simulation.law is not self._law:
+            self._settings, self._law = simulation.settings, simulation.law
+            for name in self._courses:
+                self._redefine(name, simulation)
+        for name in wanted:
+            caption = self._caption(name, ghost is not None)
+            if self._captions[name].content != caption:
+                self._captions[name].content = caption
+
+    def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
+        return self._charts[name] if name in CHARTS else self._courses[name][1]
+
+    def _make(self, name: str, simulation: Simulation) -> None:
+        # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
+        order = 2.0 + 2.0 * (
+            PLACES[name] if name in PLACES else 2 + list(specs(PageSettings)["plot"].choices).index(name.split("_")[0])
+        )
+        order += 1.0 if name == "follow_other" else 0.0
+        with self._tab:
+            self._captions[name] = self._gui.add_html("", order=order)
+            if name in CHARTS:
+                self._charts[name] = self._gui.add_html("", order=order + 0.5)
+                return
+            course = time_plot_of(name, simulation)
+            # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is no hill.
+            soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
+            if course.positive:
+                soft["min"] = {"soft": 0.0, "mode": 1, "pad": 0.05}
+            nothing = np.full(2, np.nan)
+            handle = self._gui.add_uplot(
+                data=(np.array([0.0, 1.0]), *(nothing for _ in course.lines)),
+                series=self._series(course),
+                height=self._height,
+                scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(range=course.span or soft)},
+                axes=self._axes(),
+                legend=uplot.Legend(show=False),
+                cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
+                padding=(6, 12, 0, 0),
+                order=order + 0.5,
+            )
+            self._courses[name] = course, handle
+
+    def _redefine(self, name: str, simulation: Simulation) -> None:
+        """Give a plot other names if the experiment asks for them."""
+        old, plot = self._courses[name]
+        course = time_plot_of(name, simulation)
+        if course != old:
+            self._courses[name] = course, plot
+            self._drawn.pop(name, None)
+
+    def _take(self, what_if: WhatIf | None) -> None:
+        if what_if is not self._what_if:
+            self._what_if = what_if
+            self._answers += 1
+            self._curves = {}
+            if what_if is not None:
+                self._curves["d"] = Curve(what_if.times, what_if.distance, smallest=True)
+                self._curves["e2"] = Curve(what_if.times, what_if.squared_error, smallest=False)
+
+    def _data(self, course: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
+        """Return time and all lines; a line that has nothing to show is an empty array, which costs no bytes."""
+        times, *lines = self._lines(course, with_ghost)
+        follows = course.span is None
+        lines = [drawable(line, follows) for line in lines]
+        if follows and not any(len(line) for line in lines):
+            # A single point is not drawn, but it holds the axis.
+            lines[0] = np.full(len(times), np.nan)
+            lines[0][0] = 0.0
+        return times, *lines
+
+    def _lines(self, course: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
+        k, nothing = course.scale, np.empty(0)
+        times, *own = self.buffer.series(course.columns("own"), k)
+        columns = course.columns("ghost")
+        ghosts = self._ghost_buffer.beside(self.buffer, columns, k) if with_ghost else (nothing,) * len(columns)
+        found = {"own": iter(own), "ghost": iter(ghosts)}
+        data = [times]
+        for line in course.lines:
+            if line.run == "what_if":
+                curve = self._curves.get(line.column)
+                data.append(nothing if curve is None else self.buffer.along(curve, COLUMNS[line.column]))
+            else:
+                data.append(next(found[line.run]))
+        return tuple(data)
+
+    def _chart_html(self, name: str, session: Shown) -> str:
+        simulation, ghost = session.simulation, session.ghost
+        sample = simulation.sample()
+        match name:
+            case "curve":
+                chart = curve_html(simulation, ghost, sample, self._height)
+                return f'<div class="duet">{chart}</div>'
+            case "laws":
+                return laws_html(simulation, ghost, contact(simulation, sample), self._height)
+            case "map":
+                if session.trade_off is None:
+                    return '<div class="duet duet-tip">' + tr("A law of your own is not computed apart.") + "</div>"
+                points = session.trade_off.points(session.settings.run)
+                return map_html(points, session.trade_off.size, session.settings.run, self._height)
+            case "pairs":
+                return pairs_html(simulation, self.buffer)
+            case _:
+                return section_html(simulation, sample, contact(simulation, sample))
+
+    def _series(self, course: TimePlot) -> tuple[uplot.Series, ...]:
+        return (uplot.Series(), *(self._line(line) for line in course.lines))
+
+    def _line(self, line: PlotLine) -> uplot.Series:
+        width = line.width * scale(self._page.profile)
+        colour = colour_of(line, PALETTES[self._page.theme])
+        return uplot.Series(label=line.column, stroke=colour, width=width, points={"show": False}, dash=line.dash)
+
+    def _axes(self) -> tuple[uplot.Axis, ...]:
+        k = scale(self._page.profile)
+        ink, grid = ("#aeb8c2", "#333941") if self._page.theme == "dark" else ("#4b545e", "#e4e8ec")
+        axis: dict[str, Any] = {
+            "font": f'{round(11 * k)}px system-ui, "Segoe UI", Roboto, "Liberation Sans", sans-serif',
+            "stroke": ink,
+            "grid": {"stroke": grid, "width": 1},
+            "ticks": {"size": 4, "stroke": grid},
+        }
+        return (
+            uplot.Axis(**axis, size=round(24 * k), space=round(46 * k)),
+            uplot.Axis(**axis, size=round(46 * k), space=round(28 * k)),
+        )
+
+    def _caption(self, name: str, with_ghost: bool) -> str:
+        """Return title and legend of one plot."""
+        spare = " duet-spare" if self._is_spare(name) else ""
+        if name in CHARTS:
+            return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(CHARTS[name])}</span></div>'
+        course, _ = self._courses[name]
+        legend = course.legend
+        if with_ghost and course.columns("ghost"):
+            dash = next(line.dash for line in course.lines if line.run == "ghost")
+            legend = (*legend, (course.symbol, "dash" if dash[0] > 2.0 else "dot", tr("ghost")))
+        if self._what_if is not None and course.columns("what_if"):
+            legend = (*legend, (course.symbol, "mix", tr("what if")))
+        parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in legend)
+        unit = f" [{course.unit}]" if course.unit else ""
+        return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(course.title)}{unit}</span>{parts}</div>'
+
+    def _is_spare(self, name: str) -> bool:
+        """Return whether a plot makes room on a narrow screen for what was chosen."""
+        return name == "error" and makes_room(self._cells)

@@ -1,0 +1,309 @@
+"""What is said in numbers and words: the tip, the status, four tiles, the law's equation, and the budget of this moment."""
+
+import math
+from html import escape
+from typing import Final, NamedTuple
+
+import viser
+
+from app.i18n.sides import side
+from app.i18n.speaking import tr
+from app.page.panels.rate_budget import live_html
+from app.recording.past import Past, Shown
+from app.session.clock import Pace
+from app.session.contact import contact
+from app.session.elbow_swivel import Swivel
+from app.session.relevant_settings import both_avoid
+from app.settings import Theme
+from app.text.equations import equation_html
+from controllers.kinematics import DAMPING, null_space_projector
+from controllers.limits import Authority
+from controllers.tasks import TASK_DIMENSION
+from scenes.history import Sample
+from scenes.settings import LawName, RunSettings
+from scenes.simulation import Simulation
+
+PERIOD: Final = 0.15
+"""Wall time between two refreshes [s]; a number that changes faster cannot be read."""
+
+SHARES: Final[dict[LawName, str]] = {
+    "smooth_priority": "λ",
+    "strict_priority": "priority",
+    "strict_switched": "priority",
+    "null_space_avoidance": "λ",
+    "potential_field": "push, of 1",
+    "barrier_qp": "1 − allowed",
+    "intermediate_value": "λ",
+    "unprotected": "λ",
+}
+"""What the law's activation is called."""
+
+RETREATING: Final = ("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance", "intermediate_value")
+"""Laws that lose distance to whoever is faster than v."""
+
+
+class Tile(NamedTuple):
+    """One number.
+
+    Attributes:
+        kind: class of CSS, for its colour.
+        value: as text.
+        label: under it, as HTML.
+        bad: whether it is one to worry about.
+        ghost: the ghost's value, "" if there is none.
+    """
+
+    kind: str
+    value: str
+    label: str
+    bad: bool = False
+    ghost: str = ""
+
+
+class Readout:
+    """The block of tiles, status and equation, each written anew only when its text changes.
+
+    Args:
+        gui: of whoever sees it; the caller has opened the container.
+    """
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._blocks = {name: gui.add_html("") for name in ("tip", "status", "tiles", "equation", "live")}
+        self._texts: dict[str, str] = {}
+        self._next = 0.0
+
+    def show(self, session: Shown, sample: Sample, now: float, theme: Theme, force: bool = False) -> None:
+        """Refresh if it is time. `now`: wall time [s]; `theme`: of the page."""
+        if now < self._next and not force:
+            return
+        self._next = now + PERIOD
+        simulation, run = session.simulation, session.settings.run
+        self._write("tip", f'<div class="duet duet-tip">{tip_html(session)}</div>')
+        pills = past_html(session) + status_html(session.pace, simulation, sample) + custom_law_html(session)
+        self._write("status", f'<div class="duet duet-status" role="status">{pills}</div>')
+        self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample, session.ghost)}</div>')
+        if session.custom_law is not None:
+            self._write(
+                "equation", f'<div class="duet"><div class="duet-eq">q̇ = law(situation)</div>{escape(session.custom_law)}</div>'
+            )
+            return
+        self._write("equation", f'<div class="duet">{equation_html(run, theme)}</div>')
+        self._write("live", f'<div class="duet">{live_html(simulation, sample, contact(simulation, sample))}</div>')
+
+    def _write(self, name: str, text: str) -> None:
+        if self._texts.get(name) != text:
+            self._texts[name] = text
+            self._blocks[name].content = text
+
+
+def past_html(session: Shown) -> str:
+    """Return a pill that says which moment of the past is shown; nothing while live."""
+    return (
+        f'<span class="past">{tr("the past: {time} s", time=f"{session.time:.1f}")}</span>' if isinstance(session, Past) else ""
+    )
+
+
+def custom_law_html(session: Shown) -> str:
+    """Return a pill that says who runs a law of one's own, or why nobody does; nothing where there is none."""
+    file = session.custom_law or session.own_ghost
+    if file is None:
+        return ""
+    file, why = escape(file), escape(tr(session.custom_law_problem))
+    if why:
+        still = tr("the arm stands still: {why}", why=why) if session.custom_law else tr("the ghost stands still: {why}", why=why)
+        return f'<span class="alarm">{still}</span>'
+    if session.custom_law_waits:
+        return f'<span class="halt">{tr("waiting for {file}", file=file)}</span>'
+    if session.custom_law_slow is not None:
+        needs, allowed = (f"{1e3 * seconds:.2g}" for seconds in session.custom_law_slow)
+        slow = tr("slowed: your law needs {needs} ms a call; real time allows {allowed} ms", needs=needs, allowed=allowed)
+        return f'<span class="halt">{slow}</span>'
+    if session.custom_law_away:
+        return f'<span class="past">{tr("{file} is gone; what it said last runs on", file=file)}</span>'
+    return f'<span class="go">{tr("runs {file}", file=file) if session.custom_law else tr("the ghost runs {file}", file=file)}</span>'
+
+
+# --- tiles ---------------------------------------------------------------------------------------------------------------------
+
+
+def tiles_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> str:
+    """Return the four numbers of an experiment as tiles, the ghost's below them."""
+    tiles = _alone_tiles(simulation, sample) if sample.pair < 0 else _tiles(simulation, sample)
+    if ghost is not None and sample.pair >= 0:
+        others = _tiles(ghost, ghost.sample())
+        tiles = [tile._replace(ghost=other.value) for tile, other in zip(tiles, others, strict=True)]
+    return '<div class="duet-tiles">' + "".join(_tile_html(tile) for tile in tiles) + "</div>"
+
+
+def _tile_html(tile: Tile) -> str:
+    second = f"<small>{tr('ghost')} {tile.ghost}</small>" if tile.ghost else ""
+    return (
+        f'<div{" class=bad" if tile.bad else ""}><b class="{tile.kind}">{tile.value}</b><span>{tile.label}</span>{second}</div>'
+    )
+
+
+def _tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
+    run, law = simulation.settings, simulation.settings.law
+    below = sample.distance < law.critical_distance - 1e-4
+    tiles = [
+        Tile("d", f"{sample.distance * 1000.0:.0f}".replace("-", "−"), "d, mm" + (" &lt; d<sub>m</sub>" if below else ""), below),
+        Tile("lam", f"{sample.activation:.2f}", tr(SHARES[law.law])),
+        _error_tile(simulation, sample),
+    ]
+    if both_avoid(run):
+        pull = sample.pull + (sample.second.pull if sample.second is not None else 0.0)
+        tiles.append(Tile("u", _speed(pull), "u<sub>1</sub>+u<sub>2</sub>, m/s"))
+    elif law.law in RETREATING and not law.feed_forward:
+        faster = sample.approach > law.nominal_velocity
+        tiles.append(Tile("w", _speed(sample.approach), tr("w of v {v}", v=f"{law.nominal_velocity:.2f}"), faster))
+    else:
+        tiles.append(Tile("w", _speed(sample.approach), "w, m/s"))
+    return tiles
+
+
+def _error_tile(simulation: Simulation, sample: Sample) -> Tile:
+    if simulation.error_unit != "rad²":
+        return Tile("e", f"{sample.error * 1000.0:.0f}", "|e|, mm")
+    error = math.degrees(sample.error)
+    if simulation.settings.scene == "imitation" and sample.second is not None:
+        left, right = error, math.degrees(math.sqrt(sample.second.squared_error))
+        if simulation.avoiding.name == "right":
+            left, right = right, left
+        return Tile("e", f"{left:.0f} {right:.0f}", tr("|e|, ° L R"))
+    return Tile("e", f"{error:.1f}", "|e|, °")
+
+
+def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
+    run, arm = simulation.settings, simulation.avoiding
+    J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[run.task]]
+    # It counts the dimensions that the hand leaves free: n − m, and more at a singular posture.
+    free = float(null_space_projector(J, DAMPING).trace())
+    angle = math.degrees(Swivel(simulation.room, arm).angle(sample.positions))
+    k = run.gain * run.overdrive * run.dt
+    return [
+        Tile("e", f"{sample.error * 1000.0:.1f}", "|e|, mm"),
+        Tile("lam", f"{free:.1f}", tr("free, tr N")),
+        Tile("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), tr("elbow")),
+        Tile("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt &lt; 2", k >= 2.0),
+    ]
+
+
+def _speed(value: float) -> str:
+    """Return a speed without the minus of a rounded zero, and with a true minus sign."""
+    return f"{value:.2f}".replace("-", "−") if abs(value) >= 0.005 else "0.00"
+
+
+# --- words ---------------------------------------------------------------------------------------------------------------------
+
+
+def tip_html(session: Shown) -> str:
+    """Return one or two sentences on what to do and what to watch."""
+    if isinstance(session, Past):
+        return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
+    run, simulation = session.settings.run, session.simulation
+    itself = session.settings.page.autopilot and session.held is None
+    yours, other = side(simulation.guided.name), side(simulation.avoiding.name)
+    match run.scene:
+        case "solo":
+            return _solo_tip(run, itself)
+        case "ball":
+            what = {"hand": tr("its hand"), "elbow": tr("its elbow"), "arm": tr("all of it")}[run.point]
+            does = tr("The arm takes its hand from A to B and back, and keeps {what} clear of the ball.", what=what)
+            crosses = itself and run.ball == "cross"
+            return f"{does} {tr('The ball crosses the path by itself; drag it.') if crosses else tr('Drag the ball.')}"
+        case "hold":
+            keeps = _hold_words(run, other)
+            if itself:
+                return f"{tr('The autopilot moves the orange {side} arm; take its hand at the arrows.', side=yours)} {keeps}"
+            return f"{tr('Drag the orange {side} arm at the arrows, or its elbow at the arc.', side=yours)} {keeps}"
+        case "master_slave":
+            follows = (
+                tr("The silver {side} arm follows it in a mirror, and {avoids}.", side=other, avoids=_who_avoids(run))
+                if run.following == "mirrored"
+                else tr("The silver {side} arm follows it joint by joint, and {avoids}.", side=other, avoids=_who_avoids(run))
+            )
+            does = (
+                tr("The autopilot moves the orange {side} arm, the master; take its hand at the arrows.", side=yours)
+                if itself
+                else tr("Drag the orange {side} arm, the master, at the arrows or the arc.", side=yours)
+            )
+            return f"{does} {follows}"
+        case _:
+            return tr(
+                "Both arms follow the person by four angles each, and {avoids}. See-through: where they ought to be.",
+                avoids=_who_avoids(run),
+            )
+
+
+def _solo_tip(run: RunSettings, itself: bool) -> str:
+    if run.path == "circle":
+        return tr("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt &gt; 2.")
+    drag = tr("Drag the elbow at the arc, or the hand at the arrows.")
+    does = tr("The autopilot swings the elbow; take the arc or the arrows.") if itself else drag
+    return f"{does} {tr('The elbow moves in the null space of the hand: |e| stays small.')}"
+
+
+def _hold_words(run: RunSettings, other: str) -> str:
+    if run.avoid == "guided":
+        return tr("It keeps clear of the silver {side} arm, whose hand stays in the ring.", side=other)
+    if run.avoid == "both":
+        return tr("The silver {side} arm keeps its hand in the ring, and both keep clear.", side=other)
+    return tr("The silver {side} arm keeps its hand in the ring, and keeps clear.", side=other)
+
+
+def _who_avoids(run: RunSettings) -> str:
+    return {
+        "paper": tr("both keep clear of each other"),
+        "both": tr("both keep clear of each other"),
+        "free": tr("keeps clear") if run.scene == "master_slave" else tr("the other one keeps clear"),
+        "guided": tr("the master keeps clear") if run.scene == "master_slave" else tr("your own one keeps clear"),
+    }[run.avoid]
+
+
+def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
+    """Return the state of the clock and everything that is wrong, as pills."""
+    run, law = simulation.settings, simulation.settings.law
+    pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=f"{pace.rate:.1f}"))]
+    if pace.slowed:
+        pills.append(("halt", tr("slowed: this machine cannot keep up")))
+    if sample.pair < 0:
+        if run.gain * run.overdrive * run.dt >= 2.0:
+            pills.append(("alarm", tr("K dt ≥ 2: unstable")))
+        reason = authority_text(Authority(sample.authority), sample.joint, simulation)
+        if reason:
+            pills.append(("alarm", reason))
+        return _pills_html(pills)
+    pills += [("alarm", tr("out of authority: {why}", why=reason)) for reason in _reasons(simulation, sample)]
+    if law.law == "unprotected":
+        pills.append(("halt", tr("avoidance is off")))
+    if law.law in RETREATING and not both_avoid(run) and sample.approach > law.nominal_velocity and not law.feed_forward:
+        faster = tr("the ball is faster than v") if run.scene == "ball" else tr("the hand is faster than v")
+        pills.append(("alarm", faster))
+    if sample.distance < 0.0:
+        pills.append(("alarm", tr("the arm overlaps the ball") if run.scene == "ball" else tr("the arms overlap")))
+    return _pills_html(pills)
+
+
+def _pills_html(pills: list[tuple[str, str]]) -> str:
+    return "".join(f'<span class="{kind}">{text}</span>' for kind, text in pills)
+
+
+def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
+    """Return why arms cannot do what the law asks of them."""
+    reasons = [authority_text(Authority(sample.authority), sample.joint, simulation)]
+    if sample.second is not None:
+        reasons.append(authority_text(Authority(sample.second.authority), sample.second.joint, simulation, second=True))
+    return [reason for reason in dict.fromkeys(reasons) if reason]
+
+
+def authority_text(authority: Authority, joint: int, simulation: Simulation, second: bool = False) -> str:
+    """Return why an arm cannot do what the law asks of it, "" if it can."""
+    match authority:
+        case Authority.STOP:
+            return tr("{joint} near its limit", joint=tr(simulation.joint_label(joint, second)))
+        case Authority.SPEED:
+            return tr("{joint} at its top speed", joint=tr(simulation.joint_label(joint, second)))
+        case Authority.LEVERAGE:
+            return tr("no joint moves this point")
+        case _:
+            return ""

@@ -1,0 +1,253 @@
+"""Replay with a scrubber, and what a visitor may take home or bring along: the run, a table, pictures, a page that plays, Python."""
+
+import html
+import json
+import math
+from collections.abc import Callable
+from typing import Final
+
+import viser
+
+from app.export.export_queue import KINDS, ExportQueue
+from app.i18n.speaking import tr
+from app.page import STATIC
+from app.page.panels.choice_buttons import ChoiceButtons
+from app.page.panels.copy_button import copy_button
+from app.page.replay_box import KEY, MODIFIER, box_mark
+from app.recording.past import Past
+from app.runtime.job_pool import JobPool
+from app.session.session import Session
+from scenes.inputs import KEEP
+
+LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, "All": KEEP}
+"""What is said → how much of the newest part of the run is meant [s]."""
+
+LABELS: Final = ("Run", "CSV", "PNG", "SVG", "HTML", "Python")
+"""Of the buttons, in the order of `app.export.export_queue.KINDS`."""
+
+HINT: Final = (
+    "Run: a file that can be loaded again. CSV: every step. PNG, SVG: the plots. HTML: a page that plays scene and plots offline. "
+    "Python: lines that make the run again."
+)
+
+WRITE: Final = 0.1
+"""Time between two writes of the slider while the replay plays [s] …"""
+
+HANDS_OFF: Final = 0.4
+"""… and after the visitor has moved it [s]."""
+
+CROSSING: Final = 0.3
+"""What was written this long ago may meet on its way what the visitor does [s]."""
+
+
+def past_style(loaded: str) -> str:
+    """Return a style that says all over the page that this is no live run. `loaded`: name of the file that is shown, or ""."""
+    words = tr("This is a loaded run") if loaded else tr("This is the past")
+    rules = (STATIC / "replay.css").read_text(encoding="utf-8")
+    return f"<style>body::after{{content:{json.dumps(words, ensure_ascii=False)}}}{rules}</style>"
+
+
+class ReplayBar:
+    """All controls of the shelf.
+
+    Args:
+        gui: of whoever operates it; the caller has opened the container.
+        session: what is kept.
+        background: where everything is computed.
+        send: gives the visitor a file: name and content.
+        notify: shows a message to the visitor.
+
+    Attributes:
+        shelf: what they operate.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        session: Session,
+        background: JobPool,
+        send: Callable[[str, bytes], None],
+        notify: Callable[[str, str], None],
+    ) -> None:
+        self._gui, self._session, self._send, self._notify = gui, session, send, notify
+        self.shelf = shelf = ExportQueue(session, background)
+        self._length = LENGTHS["30 s"]
+        self._said = ""
+        self._clock = self._next = 0.0
+        self._written, self._crossed = -CROSSING, False
+        self._replay = ChoiceButtons(
+            gui,
+            "replay",
+            ("Watch", "Play", "Back to live"),
+            "The run waits while you look at what was; Space plays and rests, . goes one step.",
+            lambda i: session.post((self._watch, self._toggle, shelf.leave)[i], ("replay", i)),
+        )
+        self._replay.offer((0,))
+        self._slider = gui.add_slider(
+            tr("moment [s]"),
+            0.0,
+            1.0,
+            0.01,
+            0.0,
+            visible=False,
+            hint=tr("Any moment of what is kept, on the clock of the run."),
+        )
+        self._mark = box_mark(self._slider._impl.uuid)
+        self._state = gui.add_html(self._mark)
+        self._rest_key: viser.CommandHandle | None = None
+        lengths = tuple(LENGTHS)
+        self._lengths = ChoiceButtons(
+            gui, "the last", lengths, "How much of the run is meant, to watch and to save.", self._choose
+        )
+        self._lengths.mark(lengths.index("30 s"))
+        self._save = ChoiceButtons(
+            gui, "save as", LABELS, HINT, lambda i: session.post(lambda: shelf.ask(KINDS[i], self._length), ("save", i))
+        )
+        self._upload = gui.add_upload_button(
+            tr("Load a run"),
+            icon=viser.Icon.UPLOAD,
+            color="gray",
+            hint=tr("A file saved with Run: it is made again, compared with what came out then, and replayed."),
+        )
+
+        @self._slider.on_update
+        async def _(event: viser.GuiEvent[viser.GuiSliderHandle]) -> None:
+            # What the server writes comes back here too, without a client.
+            if event.client_id is not None:
+                time = event.target.value
+                session.post(lambda: self._drag(time), "moment")
+
+        @self._upload.on_upload
+        async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+            file = event.target.value
+            session.post(lambda: shelf.load(file.content, file.name), "load")
+
+    @property
+    def past(self) -> Past | None:
+        """What is to be drawn in the place of the session; None while live."""
+        return self.shelf.past
+
+    @property
+    def watching(self) -> bool:
+        """Whether the visitor looks at the past, or is about to."""
+        return self.shelf.watching
+
+    def advance(self, elapsed: float) -> bool:
+        """Play on; return whether there is another moment to draw. Once a frame, after the session's own `advance`."""
+        self._clock += elapsed
+        return self.shelf.advance(elapsed)
+
+    def take(self, action: str) -> bool:
+        """Do what a hotkey stands for, if it is about the replay; return whether it was."""
+        return self.shelf.take(action)
+
+    def leave(self) -> None:
+        """Back to live without touching the clock: something else than the visitor has begun another run."""
+        self.shelf.leave(go_on=False)
+
+    def close(self) -> None:
+        """Back to live; drop everything that is being computed."""
+        self._offer_rest(False)
+        self.shelf.leave()
+        self.shelf.close()
+
+    def _choose(self, index: int) -> None:
+        def choose() -> None:
+            self._length = tuple(LENGTHS.values())[index]
+            self._lengths.mark(index)
+
+        self._session.post(choose, "length")
+
+    def _watch(self) -> None:
+        self.shelf.watch(self._length)
+
+    def _toggle(self) -> None:
+        self.shelf.take("pause")
+
+    def _offer_rest(self, offered: bool) -> None:
+        """Listen to the key of `app.page.replay_box`, or not."""
+        if self._rest_key is not None and not offered:
+            self._rest_key.remove()
+            self._rest_key = None
+        elif self._rest_key is None and offered:
+            icon = viser.Icon.PLAYER_PAUSE
+            self._rest_key = self._gui.add_command(tr("Replay: stand still"), hotkey=KEY, modifier=MODIFIER, icon=icon)
+
+            @self._rest_key.on_trigger
+            async def _(event: viser.CommandEvent) -> None:
+                del event
+                self._session.post(self._rest, "rest")
+
+    def _rest(self) -> None:
+        if self.shelf.replay is not None:
+            self.shelf.replay.playing = False
+            # Where it rests is written at once, and then nothing more.
+            self._next = self._clock
+
+    def _drag(self, time: float) -> None:
+        self._next = self._clock + HANDS_OFF
+        self._crossed = self._clock - self._written < CROSSING
+        self.shelf.seek(time)
+
+    def show(self) -> None:
+        """Hand over what is ready, and bring the controls up to date."""
+        shelf, replay = self.shelf, self.shelf.replay
+        for file in shelf.take_files():
+            self._send(*file)
+        for news in shelf.take_news():
+            self._notify(*news)
+        snippet = shelf.take_snippet()
+        if snippet is not None:
+            self._show_snippet(snippet)
+        self._replay.offer((0,) if replay is None else (1, 2))
+        self._replay.mark(1 if replay is not None and replay.playing else -1)
+        self._offer_rest(replay is not None)
+        if self._slider.visible != (replay is not None):
+            self._slider.visible = replay is not None
+        if replay is not None and self._clock >= self._next:
+            self._next = self._clock + WRITE
+            self._write(round(replay.begin, 2), round(replay.end, 2), round(replay.time, 2))
+        self._say(self._words())
+
+    def _write(self, begin: float, end: float, time: float) -> None:
+        slider = self._slider
+        # A slider of no length has no place for its knob.
+        end = max(end, begin + 0.01)
+        if slider.min != begin:
+            slider.min = begin
+        if slider.max != end:
+            slider.max = end
+        if self._crossed or abs(slider.value - time) > 0.004:
+            value = min(max(time, begin), end)
+            # What crossed the visitor's value on its way stands in their browser now; viser sends nothing that is no change.
+            slider.value = math.nextafter(value, math.inf) if value == slider.value else value
+            self._written, self._crossed = self._clock, False
+
+    def _words(self) -> str:
+        shelf = self.shelf
+        if shelf.busy:
+            return tr("Making {what} …", what=tr(shelf.busy))
+        if shelf.replay is None:
+            return ""
+        if shelf.loaded:
+            return tr("This is {file}, not the live run.", file=shelf.loaded)
+        return tr("This is the past; the live run waits.")
+
+    def _say(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            said = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
+            self._state.content = self._mark + said
+
+    def _show_snippet(self, snippet: str) -> None:
+        with self._gui.add_modal(tr("This run in Python")) as modal:
+            self._gui.add_html(
+                '<div class="duet"><pre style="max-height:50vh;overflow:auto;white-space:pre-wrap;overflow-wrap:anywhere;'
+                f'font-size:12px" tabindex="0">{html.escape(snippet)}</pre>{copy_button(tr("Copy"), "pre")}</div>'
+            )
+            close = self._gui.add_button(tr("Close"))
+
+        @close.on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            del event
+            modal.close()

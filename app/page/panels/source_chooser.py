@@ -1,0 +1,83 @@
+"""Who is imitated, as a visitor chooses it: brings in the person of a file or a camera, and takes a BVH file in."""
+
+from collections.abc import Callable
+from html import escape
+
+import viser
+
+from app.i18n.speaking import tr
+from app.session.input_sources import MODEL_REMEDY, Imitated, from_bvh
+from app.session.session import Session
+from app.settings import Source
+from controllers.errors import DuetError
+from scenes.person.bvh import read_bvh
+
+
+class Sources:
+    """Keeps the session's guest in step with the chosen source.
+
+    Args:
+        gui: of whoever operates it; the caller has opened the container.
+        session: what is operated.
+        notify: shows a message to the visitor.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session, notify: Callable[[str, str], None]) -> None:
+        self._session, self._people, self._notify = session, session.people, notify
+        self._uploaded: Imitated | None = None
+        self._shown: Source | None = None
+        self._said = ""
+        self._upload = gui.add_upload_button(
+            tr("Take in a BVH file"),
+            mime_type=".bvh",
+            icon=viser.Icon.UPLOAD,
+            hint=tr("A person's recorded motion; the names of most skeletons are understood."),
+            visible=False,
+        )
+        self._state = gui.add_html("", visible=False)
+
+        @self._upload.on_upload
+        async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+            file = event.target.value
+            session.post(lambda: self._take_in(file.name, file.content), "person")
+
+    def _take_in(self, name: str, content: bytes) -> None:
+        try:
+            self._uploaded = from_bvh(read_bvh(content, name))
+        except DuetError as error:
+            self._notify("This file cannot be imitated", str(error))
+            return
+        if self._shown == "file":
+            self._session.invite(self._uploaded)
+
+    def show(self) -> None:
+        """Follow the settings; called once a frame."""
+        settings = self._session.settings
+        source = settings.page.source if settings.run.scene == "imitation" else None
+        if source != self._shown:
+            before, self._shown = self._shown, source
+            self._change(before, source)
+        if source == "camera" and self._people.camera is not None:
+            self._say(tr(self._people.camera.message))
+
+    def _change(self, before: Source | None, source: Source | None) -> None:
+        self._upload.visible = source == "file"
+        self._state.visible = source in ("file", "camera")
+        if source == "file":
+            person = self._uploaded or self._people.bvh
+            self._say("" if person else tr("Choose a BVH file; until then the built-in clip goes on."))
+            self._session.invite(person)
+        elif source == "camera":
+            camera = self._people.camera
+            if camera is None:
+                self._say(
+                    tr("No camera: start the server with --camera 0 (or --video FILE), and {remedy}.", remedy=tr(MODEL_REMEDY))
+                )
+            self._session.invite(None if camera is None else Imitated(camera))
+        elif (source == "clips" and before is not None) or (source is None and before in ("file", "camera")):
+            self._session.invite(None)
+
+    def _say(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            self._state.content = f'<div class="duet duet-tip">{escape(text)}</div>' if text else ""

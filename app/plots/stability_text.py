@@ -1,0 +1,171 @@
+"""Section III at this moment, in words and numbers: does the paper's condition hold, and does the error shrink all the same?"""
+
+import math
+from typing import Final
+
+import viser
+
+from app.i18n.speaking import tr
+from controllers.laws.situation import row_damping
+from controllers.stability import Analysis
+
+PERIOD: Final = 0.3
+"""Wall time between two refreshes [s]: whole sentences take longer to read than numbers."""
+
+NO_ERROR: Final = 5e-4
+"""An error below this counts as none [m or rad]: half a millimetre, or 0.03 degrees."""
+
+DIED_OUT: Final = 5e-3
+"""An error below this, that changes by less than this in a second, has died out [m or rad]; the challenges of lesson 9 ask for as much."""
+
+AT_REST: Final = 1e-3
+"""An error that changes more slowly than this stays where it is [m/s or rad/s]."""
+
+
+class StabilityPanel:
+    """The block on stability, written anew only when its text changes.
+
+    Args:
+        gui: of whoever sees it; the caller has opened the container.
+    """
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._block = gui.add_html("")
+        self._text = ""
+        self._next = 0.0
+
+    def due(self, now: float) -> bool:
+        """Return whether `show` would refresh at wall time `now` [s]: nothing need be analysed before."""
+        return now >= self._next
+
+    def show(
+        self,
+        analysis: Analysis,
+        error_norm: float,
+        error_rate: float,
+        V: float,
+        V_rate: float,
+        W: float | None,
+        now: float,
+        force: bool = False,
+    ) -> None:
+        """Refresh if it is time. `now`: wall time [s]; the others as in `stability_html`."""
+        if not (force or self.due(now)):
+            return
+        self._next = now + PERIOD
+        text = stability_html(analysis, error_norm, error_rate, V, V_rate, W)
+        if text != self._text:
+            self._text = text
+            self._block.content = text
+
+
+def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None) -> str:
+    """Return two sentences and the numbers behind them.
+
+    Args:
+        analysis: of the avoiding arm.
+        error_norm, error_rate: |e_b| of the task [m], or [rad] for a posture task, and how fast it changes [m/s or rad/s].
+        V, V_rate: ½ eᵀ e and its rate.
+        W: the barrier function; None where there is none (a hand task).
+    """
+    rows = [
+        (
+            tr("least eigenvalue"),
+            f"sym(M) {_fixed(analysis.smallest_eigenvalue, 2, sign=True)}, M {_fixed(analysis.slowest_mode, 3, sign=True)} 1/s",
+        ),
+        (tr("ranks (14)"), ranks_text(analysis)),
+        ("‖J<sub>a</sub>J<sub>b</sub><sup>#</sup>‖ (16)", _coupling_text(analysis)),
+        ('1 − <b class="lam">λ</b>ρ²', tr("{share} of the task is left", share=_fixed(analysis.survival, 3))),
+        ("V, V̇ (20)", f"{_fixed(V, 5)}, {_fixed(V_rate, 5, sign=True)}{_trend(V_rate)}"),
+    ]
+    if W is not None:
+        rows.append(("W", _barrier_text(W)))
+    table = "".join(f'<tr><td style="white-space:nowrap">{name}</td><td>{text}</td></tr>' for name, text in rows)
+    return (
+        '<div class="duet duet-stability">'
+        f"<p>{condition_text(analysis)}<br>{error_text(analysis, error_norm, error_rate)}</p>"
+        f'<table style="font-size:calc(12.5px*var(--duet-k));font-variant-numeric:tabular-nums">{table}</table></div>'
+    )
+
+
+def condition_text(analysis: Analysis) -> str:
+    """Return one sentence: whether the paper's sufficient condition, sym(M) > 0, holds now."""
+    if analysis.activation == 0.0 and analysis.condition_holds:
+        return tr("<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task.")
+    if analysis.condition_holds:
+        why = tr("avoidance and task are orthogonal") if analysis.orthogonal else tr("every error makes V fall")
+        return tr("<b>The paper’s condition holds:</b> {why}.", why=why)
+    why = tr("not every error makes V fall") if _has_lever(analysis) else tr("no joint can move this point away")
+    return tr("<b>The paper’s condition does not hold:</b> {why}.", why=why)
+
+
+def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
+    """Return one sentence: whether the task's error shrinks, condition or not."""
+    if not (math.isfinite(error_norm) and math.isfinite(error_rate)):
+        return tr("The error is not known.")
+    scale, unit = (180.0 / math.pi, "°") if analysis.joint_task else (1000.0, " mm")
+    if error_norm < NO_ERROR and error_rate < AT_REST:
+        return tr("There is no error to bring down.")
+    holds = analysis.condition_holds
+    size = f'<b class="e">|e|</b> = {_fixed(error_norm * scale, 0 if unit != "°" else 1)}{unit}'
+    speed = f"{_fixed(error_rate * scale, 0 if unit != '°' else 1, sign=True)}{unit}/s"
+    if analysis.independent and error_norm < DIED_OUT and abs(error_rate) < DIED_OUT:
+        return tr("The error has died out: {size}.", size=size)
+    if abs(error_rate) < AT_REST:
+        if analysis.independent:
+            return tr("The error stays as it is: {size}.", size=size)
+        return tr("The error stays as it is: {size}, for avoidance and task are dependent.", size=size)
+    if error_rate > 0.0:
+        grows = tr("The error grows even so") if holds else tr("The error grows")
+        return f"{grows}: {size}, {speed}."
+    shrinks = tr("The error shrinks") if holds else tr("The error shrinks all the same")
+    return f"{shrinks}: {size}, {speed}."
+
+
+def ranks_text(analysis: Analysis) -> str:
+    """Return eq. (14) or (15) with its numbers, and the angle by which independent tasks are so."""
+    a, b, stack = analysis.rank_a, analysis.rank_b, analysis.rank_stack
+    if a == 0:
+        return tr("{stack} = 0 + {b}, for J<sub>a</sub> = 0", stack=stack, b=b)
+    if not analysis.independent:
+        return tr("{stack} &lt; {a} + {b}, dependent", stack=stack, a=a, b=b)
+    return tr(
+        "{stack} = {a} + {b}, independent by {angle}°", stack=stack, a=a, b=b, angle=_fixed(math.degrees(analysis.angle), 1)
+    )
+
+
+def _coupling_text(analysis: Analysis) -> str:
+    if analysis.rank_a == 0:
+        return "0"
+    words = tr("orthogonal") if analysis.orthogonal else tr("not orthogonal")
+    return f"{_fixed(analysis.coupling, 2)}: {words}"
+
+
+def _barrier_text(W: float) -> str:
+    if math.isnan(W):
+        return tr("not defined: no lever")
+    if math.isinf(W):
+        return "∞: d ≤ d<sub>m</sub>"
+    return tr("{W}, ∞ at d<sub>m</sub>", W=_fixed(W, 4))
+
+
+def _trend(rate: float) -> str:
+    if not math.isfinite(rate) or abs(rate) < 5e-6:
+        return ""
+    return f": {tr('falls') if rate < 0.0 else tr('rises')}"
+
+
+def _has_lever(analysis: Analysis) -> bool:
+    """Whether the law gets more than half of what it asks for; as in the simulation's LEVERAGE."""
+    square = analysis.lever * analysis.lever
+    return row_damping(square) <= square
+
+
+def _fixed(value: float, digits: int, sign: bool = False) -> str:
+    """Return a number with so many digits, without the minus of a rounded zero, and with a true minus sign."""
+    if not math.isfinite(value):
+        return "–" if math.isnan(value) else "∞" if value > 0.0 else "−∞"
+    text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
+    if not text.strip("+-0."):
+        text = text.lstrip("+-")
+    return text.replace("-", "−")

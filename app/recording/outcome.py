@@ -1,0 +1,242 @@
+"""What a run came to, kept so that the same run made again can be compared with it: a hash of every step, and whole steps besides."""
+
+import hashlib
+import json
+import math
+import zlib
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from controllers.errors import BadInputFile, LazyText
+from controllers.kinematics import Array
+from scenes.history import SCALARS
+from scenes.simulation import Simulation
+
+MOST_ROWS: Final = 6_000
+"""Whole steps kept at most; of a longer run, evenly spread ones: 30 s at the usual time step are kept completely."""
+
+MOST_COLUMNS: Final = 400
+
+CLOSE: Final = 1e-9
+"""Another machine or another library may give other last bits; up to this it counts as the same run (SI units)."""
+
+KINDS: Final = frozenset({"pair", "authority", "joint", "authority_b", "joint_b"})
+"""Columns that are no quantities but numbers of things."""
+
+ARRAYS: Final = ("outcome_about", "outcome_hashes", "outcome_places", "outcome_rows")
+"""Parts of a file."""
+
+
+@dataclass(frozen=True)
+class RunOutcome:
+    """What came out.
+
+    Attributes:
+        columns: names, see `columns_of`.
+        digest: SHA-256 of all steps.
+        hashes: (steps,) of each step.
+        places: (k,) which steps are kept as they are, ascending; the first and the last are among them.
+        rows: (k, columns).
+    """
+
+    columns: tuple[str, ...]
+    digest: str
+    hashes: np.ndarray
+    places: np.ndarray
+    rows: Array
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return len(self.hashes)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One number that is not as it was.
+
+    Attributes:
+        step: from 0.
+        time: simulated [s].
+        column: name.
+        then, now: the number; nan for one that is not there.
+        by: how much [unit of the column], inf if one of the two is not there.
+    """
+
+    step: int
+    time: float
+    column: str
+    then: float
+    now: float
+    by: float
+
+    def words(self, error_unit: str) -> LazyText:
+        """Return what differs, where, and by how much."""
+        unit = unit_of(self.column, error_unit)
+        if self.column in KINDS or math.isinf(self.by):
+            what = LazyText("{column} ({then:g} then, {now:g} now)", column=self.column, then=self.then, now=self.now)
+        else:
+            what = LazyText("{column} by {by:.2g}{unit}", column=self.column, by=self.by, unit=f" {unit}" if unit else "")
+        return LazyText("{what}, at step {number} (t = {time:.3f} s)", what=what, number=self.step + 1, time=self.time)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two outcomes of the same inputs.
+
+    Attributes:
+        exact: whether every step is the same, to the last bit.
+        first_step: the first one that is not, from 0; None if that cannot be told, or if none is.
+        first: the number that differs most in the first kept step that is not the same; None if no kept one differs.
+        largest: the number that differs most in all kept steps.
+        steps_then, steps_now: how many there are.
+    """
+
+    exact: bool
+    first_step: int | None
+    first: Difference | None
+    largest: Difference | None
+    steps_then: int
+    steps_now: int
+
+    @property
+    def close(self) -> bool:
+        """Whether no kept number differs by more than `CLOSE`."""
+        return self.steps_then == self.steps_now and (self.largest is None or self.largest.by <= CLOSE)
+
+
+def columns_of(simulation: Simulation) -> tuple[str, ...]:
+    """Return the names of the columns of a history table: `scenes.history.SCALARS`, then "left_q1" …, "left_dq1" …, "left_qd1" …"""
+    names = simulation.room.columns
+    return (*SCALARS, *(name.format(kind) for kind in ("q", "dq", "qd") for name in names))
+
+
+def unit_of(column: str, error_unit: str) -> str:
+    """Return the SI unit of a column."""
+    known = {"t": "s", "d": "m", "law_d": "m", "e2": error_unit, "e2_b": error_unit}
+    known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), "m/s")
+    if column in known or column in SCALARS:
+        return known.get(column, "")
+    length = column.startswith("ball_")
+    if "_dq" in column:
+        return "m/s" if length else "rad/s"
+    return "m" if length else "rad"
+
+
+def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
+    """Return the outcome of a run.
+
+    Args:
+        table: (steps ≥ 1, columns), a history table.
+        columns: their names.
+    """
+    table = _plain(table)
+    stride = -(-len(table) // MOST_ROWS)
+    places = np.unique(np.append(np.arange(0, len(table), stride), len(table) - 1)).astype(np.uint32)
+    return RunOutcome(columns, hashlib.sha256(table.tobytes()).hexdigest(), _hashes(table), places, table[places])
+
+
+def compare(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> Comparison:
+    """Return how a run made again, (steps ≥ 1, columns), differs from what came out then."""
+    table = _plain(table)
+    steps = len(table)
+    if columns == outcome.columns and steps == outcome.steps and hashlib.sha256(table.tobytes()).hexdigest() == outcome.digest:
+        return Comparison(True, None, None, None, steps, steps)
+    first_step: int | None = None
+    if columns == outcome.columns:
+        common = min(steps, outcome.steps)
+        unequal = np.flatnonzero(_hashes(table[:common]) != outcome.hashes[:common])
+        first_step = int(unequal[0]) if len(unequal) else None
+        if first_step is None and steps != outcome.steps:
+            first_step = common
+    kept = outcome.places < steps
+    places = outcome.places[kept].astype(np.int64)
+    shared = [name for name in outcome.columns if name in columns]
+    then = outcome.rows[kept][:, [outcome.columns.index(name) for name in shared]]
+    now = table[places][:, [columns.index(name) for name in shared]]
+    with np.errstate(invalid="ignore"):
+        by = np.abs(then - now)
+    by[np.isnan(by)] = np.inf
+    by[then.view(np.uint64) == now.view(np.uint64)] = 0.0
+    times = now[:, shared.index("t")] if "t" in shared else np.zeros(len(places))
+
+    def told(row: int, column: int) -> Difference:
+        a, b = float(then[row, column]), float(now[row, column])
+        return Difference(int(places[row]), float(times[row]), shared[column], a, b, float(by[row, column]))
+
+    rows = np.flatnonzero(by.max(axis=1, initial=0.0) > 0.0)
+    if not len(rows):
+        return Comparison(False, first_step, None, None, outcome.steps, steps)
+    first = int(rows[0])
+    row, column = (int(i) for i in np.unravel_index(int(by.argmax()), by.shape))
+    return Comparison(False, first_step, told(first, int(by[first].argmax())), told(row, column), outcome.steps, steps)
+
+
+def _plain(table: Array) -> Array:
+    """Return a table with one kind of nan only: which bits stand for it depends on the processor."""
+    table = np.ascontiguousarray(table, "<f8").copy()
+    table[np.isnan(table)] = np.nan
+    return table
+
+
+def _hashes(table: Array) -> np.ndarray:
+    return np.array([zlib.crc32(row) for row in table], np.uint32)
+
+
+# --- in a file -----------------------------------------------------------------------------------------------------------------
+
+
+def outcome_arrays(outcome: RunOutcome) -> dict[str, np.ndarray]:
+    """Return the outcome as parts of a file, by name."""
+    about = json.dumps({"columns": outcome.columns, "digest": outcome.digest}).encode()
+    parts = (np.frombuffer(about, np.uint8), outcome.hashes.astype("<u4"), outcome.places.astype("<u4"), _packed(outcome.rows))
+    return dict(zip(ARRAYS, parts, strict=True))
+
+
+def outcome_from(arrays: dict[str, np.ndarray], steps: int) -> RunOutcome:
+    """Return the outcome in the parts of a file.
+
+    Args:
+        arrays: with the names of `ARRAYS`.
+        steps: how many the recorded inputs have.
+
+    Raises:
+        BadInputFile: they are damaged; the message is a part of a sentence.
+    """
+    about, hashes, places, packed = (arrays[name] for name in ARRAYS)
+    try:
+        told: dict[str, Any] = json.loads(about.tobytes().decode())
+        columns, digest = tuple(told["columns"]), told["digest"]
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise BadInputFile("says nothing of its outcome that can be read") from None
+    fine = (
+        isinstance(digest, str)
+        and 0 < len(columns) <= MOST_COLUMNS
+        and all(isinstance(name, str) and 0 < len(name) <= 40 and name.isprintable() for name in columns)
+        and hashes.shape == (steps,)
+        and hashes.dtype == places.dtype == np.dtype("<u4")
+        and places.ndim == 1
+        and 0 < len(places) <= MOST_ROWS + 1
+        and (np.diff(places.astype(np.int64)) > 0).all()
+        and int(places[-1]) == steps - 1
+        and packed.dtype == np.uint8
+        and packed.shape == (len(columns), 8, len(places))
+    )
+    if not fine:
+        raise BadInputFile("has an outcome that does not belong to its inputs")
+    return RunOutcome(columns, digest, hashes, places, _unpacked(packed))
+
+
+def _packed(rows: Array) -> np.ndarray:
+    """Return numbers as bytes (columns, 8, k) that a compressor finds something in: what changes from row to row, alike beside alike."""
+    bits = np.ascontiguousarray(rows.T, "<f8").view("<u8")
+    change = bits.copy()
+    change[:, 1:] ^= bits[:, :-1]
+    return np.ascontiguousarray(change.view(np.uint8).reshape(*bits.shape, 8).transpose(0, 2, 1))
+
+
+def _unpacked(packed: np.ndarray) -> Array:
+    change = np.ascontiguousarray(packed.transpose(0, 2, 1)).view("<u8")[..., 0]
+    return np.ascontiguousarray(np.bitwise_xor.accumulate(change, axis=1).view("<f8").T)

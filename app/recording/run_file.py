@@ -1,0 +1,210 @@
+"""A run as one compressed file: inputs, settings, versions and what came out; read again, it is made again and compared.
+
+The file is one of recorded inputs (`scenes.inputs_file`) with further parts, so that whatever reads those reads it, too.
+"""
+
+import io
+import json
+import zipfile
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from app.recording.outcome import (
+    ARRAYS,
+    CLOSE,
+    Comparison,
+    RunOutcome,
+    columns_of,
+    compare,
+    outcome_arrays,
+    outcome_from,
+    outcome_of,
+)
+from app.recording.provenance import made_from, made_here, unlike
+from controllers.errors import BadInputFile, BadSetting, LazyText, joined
+from scenes.inputs import Recorded
+from scenes.inputs_file import recorded_bytes, recorded_from
+from scenes.rerun import never, rerun
+from scenes.simulation import Simulation
+
+SUFFIX: Final = ".duet.npz"
+"""Of a file's name."""
+
+LONGEST: Final = 660.0
+"""Of a run in a file [s]: a little more than a session keeps."""
+
+MADE: Final = "made"
+"""Name of the part that says what made the file."""
+
+Verdict = Literal["exact", "close", "differs"]
+
+
+@dataclass(frozen=True)
+class SavedRun:
+    """What is in a file.
+
+    Attributes:
+        recorded: inputs and settings.
+        outcome: what came out.
+        made: with what, see `app.recording.provenance`.
+    """
+
+    recorded: Recorded
+    outcome: RunOutcome
+    made: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What came out when the run of a file was made again.
+
+    Attributes:
+        verdict: the same to the last bit, the same within `CLOSE`, or not.
+        words: what a person should know, in plain sentences; a `LazyText`.
+        comparison: in numbers.
+        unlike: what of program, libraries and machine is not as it was.
+    """
+
+    verdict: Verdict
+    words: LazyText
+    comparison: Comparison
+    unlike: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A file that was read, and how it compares."""
+
+    recorded: Recorded
+    verification: Verification
+
+
+def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable[[], bool] = never) -> bytes:
+    """Return the content of a file; the same inputs, on the same machine, give the same bytes.
+
+    Args:
+        recorded: what is to be saved. It is made again for its outcome.
+        last: bytes of the newest row of the history that it was recorded beside; None to take the outcome unseen.
+        stopped: see `scenes.rerun.rerun`.
+
+    Raises:
+        BadSetting: made again, the run ends elsewhere: what is saved would not be what was seen.
+        Stopped: see there.
+    """
+    table = rerun(recorded, stopped=stopped).table
+    if last is not None and table[-1].tobytes() != last:
+        raise BadSetting("The run does not come out the same when it is made again, so that it was not saved; begin anew with R.")
+    outcome = outcome_of(table, columns_of(Simulation(recorded.settings, 1)))
+    made = np.frombuffer(json.dumps(made_here()).encode(), np.uint8)
+    out = io.BytesIO(recorded_bytes(recorded))
+    with zipfile.ZipFile(out, "a", zipfile.ZIP_DEFLATED) as archive:
+        for name, array in {MADE: made, **outcome_arrays(outcome)}.items():
+            # Every part gets the same date, and the file the same bytes.
+            info = zipfile.ZipInfo(f"{name}.npy")
+            info.compress_type = zipfile.ZIP_DEFLATED
+            with archive.open(info, "w", force_zip64=True) as part:
+                np.lib.format.write_array(part, array, allow_pickle=False)
+    return out.getvalue()
+
+
+def saved_from(data: bytes, name: str) -> SavedRun:
+    """Return what is in a file.
+
+    Args:
+        data: its content.
+        name: for messages.
+
+    Raises:
+        BadInputFile: it is not a file of a run, is damaged, or is of something impossible.
+    """
+    recorded = recorded_from(data, name)
+    if recorded.seconds > LONGEST:
+        raise BadInputFile(
+            "{name}: is a run of {seconds:.0f} s; at most {most:.0f} s can be made again here.",
+            name=name,
+            seconds=recorded.seconds,
+            most=LONGEST,
+        )
+    try:
+        # All parts have been unpacked once by now, within limits.
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            missing = [part for part in (MADE, *ARRAYS) if part not in arrays.files]
+            if missing:
+                raise BadInputFile(
+                    "{name}: holds inputs but not what came out, so that nothing can be compared; use it with --inputs.",
+                    name=name,
+                )
+            parts = {part: arrays[part] for part in (MADE, *ARRAYS)}
+    except (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, KeyError, TypeError, SyntaxError) as error:
+        raise BadInputFile("{name}: is damaged ({reason}).", name=name, reason=str(error)[:80]) from None
+    try:
+        outcome = outcome_from(parts, recorded.steps)
+    except BadInputFile as error:
+        raise BadInputFile("{name}: {reason}.", name=name, reason=str(error)) from None
+    try:
+        told = json.loads(parts[MADE].tobytes().decode())
+    except (ValueError, RecursionError):
+        told = None
+    return SavedRun(recorded, outcome, made_from(told))
+
+
+def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification:
+    """Make the run again and compare.
+
+    Raises:
+        BadSetting: it cannot be made here, such as for want of a robot's package.
+        Stopped: see `scenes.rerun.rerun`.
+    """
+    simulation = Simulation(saved.recorded.settings, 1)
+    table = rerun(saved.recorded, stopped=stopped).table
+    comparison = compare(saved.outcome, table, columns_of(simulation))
+    changes = unlike(saved.made, made_here())
+    verdict: Verdict = "exact" if comparison.exact else "close" if comparison.close else "differs"
+    return Verification(verdict, _words(verdict, comparison, changes, simulation.error_unit), comparison, changes)
+
+
+def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loaded:
+    """Read a file and verify it.
+
+    Raises:
+        BadInputFile: see `saved_from`; also if the run cannot be made here.
+        Stopped: see `scenes.rerun.rerun`.
+    """
+    saved = saved_from(data, name)
+    try:
+        return Loaded(saved.recorded, verify(saved, stopped))
+    except BadSetting as error:
+        raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
+
+
+def _words(verdict: Verdict, comparison: Comparison, changes: tuple[str, ...], error_unit: str) -> LazyText:
+    steps = comparison.steps_then
+    if verdict == "exact":
+        return LazyText("Made again: all {steps} steps are the same, to the last bit.", steps=steps)
+    parts: list[LazyText] = []
+    if verdict == "close":
+        parts.append(
+            LazyText(
+                "Made again: all {steps} steps are the same within {limit:g}, but not to the last bit.", steps=steps, limit=CLOSE
+            )
+        )
+    else:
+        parts.append(LazyText("Made again, it comes out differently."))
+    if comparison.steps_now != steps:
+        parts.append(LazyText("It had {then} steps and has {now} now.", then=steps, now=comparison.steps_now))
+    if comparison.first_step is not None:
+        number = comparison.first_step + 1
+        parts.append(LazyText("The first step that is not the same is number {number} of {steps}.", number=number, steps=steps))
+    if comparison.first is not None and comparison.largest is not None:
+        parts.append(LazyText("First difference that was kept: {what}.", what=comparison.first.words(error_unit)))
+        if comparison.largest != comparison.first:
+            parts.append(LazyText("Largest: {what}.", what=comparison.largest.words(error_unit)))
+    if changes:
+        parts.append(LazyText("The file was not made here: {what}.", what=joined(changes, "; ")))
+    else:
+        parts.append(LazyText("Program, libraries and machine are the same; the file or the program was changed since."))
+    return joined(parts, " ")

@@ -1,0 +1,234 @@
+"""What takes longer than a frame is computed in other processes: few of them for all visitors, the newest request of each first served."""
+
+import itertools
+import logging
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from ctypes import c_longlong
+from typing import Any, Final, Literal
+
+from controllers.errors import DuetError, LazyText
+from scenes.children import inheriting, leave_with_parent
+
+log = logging.getLogger("duet.background")
+
+MOST_WAITING: Final = 256
+"""Jobs that may wait; one more is refused with a message."""
+
+PATIENCE: Final = 3
+"""By how much the workers let others go first (nice)."""
+
+ENDED: Final = LazyText("The computation was ended from outside; ask for it again.")
+BUSY: Final = LazyText("Too many computations are waiting; ask again in a moment.")
+
+State = Literal["waiting", "running", "done", "failed", "dropped"]
+
+
+class Job:
+    """One request.
+
+    Attributes:
+        state: "dropped" if nobody wants it any more.
+        result: of the function, once it is done.
+        message: why it failed, for the visitor.
+    """
+
+    def __init__(
+        self, ticket: int, owner: object, kind: str, function: Callable[..., Any], arguments: tuple[Any, ...], urgent: bool
+    ) -> None:
+        self.ticket, self.owner, self.kind, self.urgent = ticket, owner, kind, urgent
+        self.function, self.arguments = function, arguments
+        self.state: State = "waiting"
+        self.result: Any = None
+        self.message = ""
+        self.wake: Callable[[], None] = lambda: None
+
+
+class JobPool:
+    """A queue in front of a pool of processes, which are started when they are first needed. All methods may be called from any thread.
+
+    Args:
+        workers: processes; None for all cores but one, at most four.
+    """
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = workers or max(1, min((os.cpu_count() or 1) - 1, 4))
+        self._context = multiprocessing.get_context("spawn")
+        # Which ticket is to stop in each place; read by the workers.
+        self._stop: Any = None
+        self._pool: ProcessPoolExecutor | None = None
+        self._lock = threading.RLock()
+        self._tickets = itertools.count(1)
+        self._waiting: list[Job] = []
+        self._running: dict[int, Job] = {}
+        self._again: set[int] = set()
+        self._closed = False
+
+    def submit(
+        self,
+        owner: object,
+        kind: str,
+        function: Callable[..., Any],
+        *arguments: Any,
+        urgent: bool = False,
+        wake: Callable[[], None] = lambda: None,
+    ) -> Job:
+        """Have `function(*arguments, stopped)` computed; an older job of the same owner and kind is dropped.
+
+        Args:
+            owner: who may `cancel` it.
+            kind: what it is for.
+            function: of a module's top level. It asks `stopped()` now and then, and raises something if that is true.
+            arguments: that can be pickled.
+            urgent: goes before others; those that run already are put back for it.
+            wake: called when there is news, from another thread.
+        """
+        job = Job(next(self._tickets), owner, kind, function, arguments, urgent)
+        job.wake = wake
+        with self._lock:
+            place = len(self._waiting)
+            for old in [j for j in (*self._waiting, *self._running.values()) if j.owner is owner and j.kind == kind]:
+                # Whoever asks again does not lose their place in the queue.
+                place = min(place, self._drop(old))
+            if self._closed or len(self._waiting) >= MOST_WAITING:
+                job.state, job.message = "failed", BUSY
+                return job
+            self._waiting.insert(place, job)
+            self._pump()
+        return job
+
+    def cancel(self, owner: object, kind: str | None = None) -> None:
+        """Drop all jobs of an owner, or those of one kind."""
+        with self._lock:
+            for job in [*self._waiting, *self._running.values()]:
+                if job.owner is owner and kind in (None, job.kind):
+                    self._drop(job)
+
+    def close(self) -> None:
+        """Drop everything and end the processes; nothing is computed any more."""
+        with self._lock:
+            self._closed = True
+            for job in [*self._waiting, *self._running.values()]:
+                self._drop(job)
+            pool, self._pool = self._pool, None
+        if pool is not None:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+    @property
+    def load(self) -> tuple[int, int]:
+        """How many jobs run, and how many wait."""
+        with self._lock:
+            return len(self._running), len(self._waiting)
+
+    def _drop(self, job: Job) -> int:
+        """Forget a job; return its place in the queue if it had one."""
+        job.state = "dropped"
+        if job in self._waiting:
+            place = self._waiting.index(job)
+            self._waiting.remove(job)
+            return place
+        for place, running in self._running.items():
+            if running is job:
+                self._stop[place] = job.ticket
+        return len(self._waiting)
+
+    def _pump(self) -> None:
+        """Give the free workers something to do, and free one if something urgent waits."""
+        while self._waiting and not self._closed:
+            job = next((j for j in self._waiting if j.urgent), self._waiting[0])
+            place = next((i for i in range(self.workers) if i not in self._running), None)
+            if place is None:
+                if job.urgent:
+                    self._put_one_back()
+                return
+            self._waiting.remove(job)
+            self._start(job, place)
+
+    def _put_one_back(self) -> None:
+        if any(self._stop[place] == job.ticket for place, job in self._running.items()):
+            return  # A worker is about to be free.
+        for place, job in self._running.items():
+            if not job.urgent:
+                self._again.add(job.ticket)
+                self._stop[place] = job.ticket
+                return
+
+    def _start(self, job: Job, place: int) -> None:
+        job.state = "running"
+        self._running[place] = job
+        try:
+            if self._pool is None:
+                self._stop = self._context.RawArray(c_longlong, self.workers)
+                self._pool = ProcessPoolExecutor(self.workers, self._context, _begin, (self._stop,))
+            pool = self._pool
+            self._stop[place] = 0  # It may be the very job that was put back here.
+            with inheriting():
+                future = pool.submit(_work, job.ticket, place, job.function, job.arguments)
+        except BrokenProcessPool:
+            # Nobody had noticed that a worker was gone.
+            self._pool = None
+            del self._running[place]
+            job.state = "waiting"
+            self._waiting.insert(0, job)
+            self._pump()
+            return
+        future.add_done_callback(lambda f: self._finish(job, place, pool, f))
+
+    def _finish(self, job: Job, place: int, pool: ProcessPoolExecutor, future: "Future[Any]") -> None:
+        with self._lock:
+            if self._running.get(place) is job:
+                del self._running[place]
+            again = job.ticket in self._again
+            self._again.discard(job.ticket)
+            error = None if future.cancelled() else future.exception()
+            if isinstance(error, BrokenProcessPool) and self._pool is pool:
+                # It cannot be used any more, and shuts itself down.
+                self._pool = None
+            if job.state == "running":
+                self._settle(job, future, error, again)
+            with suppress(RuntimeError):
+                # The interpreter is about to end.
+                self._pump()
+        job.wake()
+
+    def _settle(self, job: Job, future: "Future[Any]", error: BaseException | None, again: bool) -> None:
+        if future.cancelled():
+            job.state = "dropped"
+        elif error is None:
+            job.result, job.state = future.result(), "done"
+        elif again and not isinstance(error, BrokenProcessPool):
+            job.state = "waiting"
+            self._waiting.insert(0, job)
+        else:
+            job.state = "failed"
+            if isinstance(error, BrokenProcessPool):
+                log.warning("a worker was ended from outside")
+                job.message = ENDED
+            elif isinstance(error, DuetError):
+                job.message = str(error)
+            else:
+                log.error("a computation failed", exc_info=error)
+                job.message = LazyText("The computation failed; the server's log says why.")
+
+
+# --- in the worker -------------------------------------------------------------------------------------------------------------
+
+_stop: Any = None
+
+
+def _begin(stop: Any) -> None:
+    """Make a process a worker: it leaves Ctrl+C to its parent, goes after it, and lets others go first."""
+    global _stop
+    _stop = stop
+    if hasattr(os, "nice"):
+        os.nice(PATIENCE)
+    leave_with_parent()
+
+
+def _work(ticket: int, place: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    return function(*arguments, lambda: _stop[place] == ticket)

@@ -1,0 +1,186 @@
+"""What a session has computed beside its run, on the inputs of the run: what if, and how smooth."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+from app.runtime.job_pool import Job, JobPool
+from app.settings import Settings
+from scenes.headless import Summary, summarise
+from scenes.inputs import CHAPTER, Recorded
+from scenes.rerun import WHAT_IF_KEYS, WhatIf, warm, what_if
+from scenes.settings import RunSettings, values
+from scenes.simulation import Simulation
+from scenes.smoothness import SUBSTEPS, Measured, largest_step, unmeasured
+
+REST: Final = 0.1
+"""A slider that has not moved for so long rests [s of wall time]."""
+
+WINDOW: Final = 30.0
+"""How much of the run "what if" makes again [s]."""
+
+DRAFT: Final = 0.25
+"""Wall time that a first answer may take [s]; if the exact one takes longer, it comes afterwards."""
+
+SMOOTHNESS_WINDOW: Final = 10.0
+"""How much of the run is made again to see whether it is smooth [s]."""
+
+Who = Literal["law", "ghost"]
+
+LEAST: Final = 50
+"""Steps below which there is nothing to measure."""
+
+
+@dataclass(frozen=True)
+class Smoothness:
+    """The largest steps of q̇ of the run's law, and of the ghost's if there is one."""
+
+    law: Measured
+    ghost: Measured | None
+
+    @property
+    def finished(self) -> bool:
+        """Whether everything is measured."""
+        return all(m.verdict != "measuring" for m in (self.law, self.ghost) if m is not None)
+
+
+class Studies:
+    """The studies of one session; all methods belong to the thread that advances it.
+
+    Args:
+        background: where they are computed.
+        wake: called, from any thread, when there is news.
+
+    Attributes:
+        what_if: how the last 30 s would have gone with the present settings; None if nobody asked, or for another run.
+        smoothness: as far as it is measured.
+        message: why something could not be computed, for the visitor; "" if all is well.
+    """
+
+    def __init__(self, background: JobPool, wake: Callable[[], None]) -> None:
+        self._background, self._wake = background, wake
+        self.what_if: WhatIf | None = None
+        self.smoothness: Smoothness | None = None
+        self.message = ""
+        self._rested: float | None = None
+        self._what_if: tuple[Job, Recorded, Summary] | None = None
+        self._measuring: dict[Job, tuple[Who, int]] = {}
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything is being computed, or about to be."""
+        return self._rested is not None or self._what_if is not None or bool(self._measuring)
+
+    def prepare(self, settings: Settings) -> None:
+        """Have a process made ready for the first question."""
+        self._background.submit(self, "warm", warm, settings.run)
+
+    def ask(self) -> None:
+        """Answer "what if" as soon as the settings have been at rest for a while."""
+        self._rested = 0.0
+
+    def advance(
+        self, elapsed: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
+    ) -> None:
+        """Ask and answer what is due.
+
+        Args:
+            elapsed: wall time since the last call [s].
+            settings, simulation: of the run, now.
+            window: gives the newest piece of its inputs of a length [s].
+        """
+        if self._what_if is not None:
+            self._answer_what_if(*self._what_if, settings)
+        if self._rested is not None:
+            self._rested += elapsed
+            if self._rested >= REST:
+                self._rested = None
+                self._ask_what_if(settings, simulation, window)
+        for job, (who, place) in list(self._measuring.items()):
+            self._answer_measure(job, who, place)
+
+    def _ask_what_if(self, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]) -> None:
+        recorded = window(WINDOW)
+        if recorded is None:
+            return
+        table = simulation.history.table(recorded.steps)
+        if len(table) < recorded.steps:
+            # At small time steps the log reaches back farther than the curves that are drawn.
+            recorded = window(len(table) * settings.run.dt - CHAPTER)
+            if recorded is None or recorded.steps > len(table):
+                return
+            table = table[-recorded.steps :]
+        before = summarise(simulation, table)
+        self._submit_what_if(recorded, before, settings, DRAFT)
+
+    def _submit_what_if(self, recorded: Recorded, before: Summary, settings: Settings, longest: float | None) -> None:
+        present = values(settings.run)
+        asked = {key: present[key] for key in WHAT_IF_KEYS}
+        job = self._background.submit(
+            self, "what if", what_if, recorded, asked, before, longest, urgent=longest is not None, wake=self._wake
+        )
+        self._what_if = job, recorded, before
+
+    def _answer_what_if(self, job: Job, recorded: Recorded, before: Summary, settings: Settings) -> None:
+        if job.state in ("waiting", "running"):
+            return
+        self._what_if = None
+        self.message = job.message
+        if job.state == "done":
+            answer: WhatIf = job.result
+            self.what_if = answer
+            if answer.stride > 1 and self._rested is None:
+                self._submit_what_if(recorded, before, settings, None)
+
+    def measure_smoothness(self, runs: dict[Who, tuple[Recorded | None, RunSettings]]) -> None:
+        """Begin to measure.
+
+        Args:
+            runs: the newest inputs (None where there are none) and the settings of the run, "law", and of its "ghost" if there is one.
+        """
+        self._forget_smoothness()
+        known: dict[Who, tuple[Recorded, RunSettings]] = {
+            who: (recorded, s) for who, (recorded, s) in runs.items() if recorded is not None and recorded.steps >= LEAST
+        }
+        if "law" not in known:
+            self.message = "There is too little to measure yet; let it run for a few seconds."
+            return
+        self.message = ""
+        blank = {who: unmeasured(recorded, settings) for who, (recorded, settings) in known.items()}
+        self.smoothness = Smoothness(blank["law"], blank.get("ghost"))
+        for place, substeps in enumerate(SUBSTEPS):
+            for who, (recorded, settings) in known.items():
+                kind = f"smoothness {who} {substeps}"
+                job = self._background.submit(self, kind, largest_step, recorded, settings, substeps, wake=self._wake)
+                self._measuring[job] = who, place
+
+    def _answer_measure(self, job: Job, who: Who, place: int) -> None:
+        if job not in self._measuring or job.state in ("waiting", "running"):
+            return
+        del self._measuring[job]
+        if job.state == "done" and self.smoothness is not None:
+            measured: Measured = getattr(self.smoothness, who)
+            largest = (*measured.largest[:place], job.result, *measured.largest[place + 1 :])
+            self.smoothness = replace(self.smoothness, **{who: replace(measured, largest=largest)})
+        elif job.state == "failed":
+            self._forget_smoothness()
+            self.message = job.message
+
+    def _forget_smoothness(self) -> None:
+        self.smoothness = None
+        for job in list(self._measuring):
+            self._background.cancel(self, job.kind)
+        self._measuring.clear()
+
+    def forget(self) -> None:
+        """Drop all questions and answers: they were about another run."""
+        self._background.cancel(self)
+        self._measuring.clear()
+        self.forget_what_if()
+        self.smoothness = None
+        self.message = ""
+
+    def forget_what_if(self) -> None:
+        """Drop "what if" alone."""
+        self._background.cancel(self, "what if")
+        self._rested = self._what_if = self.what_if = None

@@ -1,0 +1,80 @@
+"""The person who is imitated: a smaller figure beside the robots, as tall as their shoulders stand."""
+
+from typing import Final
+
+import numpy as np
+import viser
+
+from app.settings import PageSettings
+from app.stage.poses import fresh
+from app.theme import scale
+from controllers.kinematics import Array
+from scenes.person.body import SHOULDER_HEIGHT, body_parts, body_poses
+from scenes.person.source import MissingPackage
+
+SCALE: Final = 0.92 / SHOULDER_HEIGHT
+"""Of the figure: its shoulders are as high as the robots' [m/m]."""
+
+STAND: Final = np.array([-0.60, -1.05, 0.0])
+"""Where it stands (3,) [m]: on its right of the robots, a step behind, where their arms don't reach."""
+
+_SHOULDERS: Final = STAND + np.array([0.0, 0.0, SCALE * SHOULDER_HEIGHT])
+
+
+def on_stage(point: Array) -> Array:
+    """Return a point (3,) of the person's torso frame [m] where the figure shows it (3,), world [m]."""
+    return _SHOULDERS + SCALE * point
+
+
+def on_person(point: Array) -> Array:
+    """Return a point (3,) of the stage, world [m], in the person's torso frame (3,) [m]: the inverse of `on_stage`."""
+    return (point - _SHOULDERS) / SCALE
+
+
+class FigureView:
+    """Five nested nodes of which four turn.
+
+    Args:
+        scene: where to draw. Without the package that the human model comes with, nothing is drawn.
+    """
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._parts: dict[str, viser.GlbHandle] = {}
+        self._label: viser.LabelHandle | None = None
+        self._angles = np.full((2, 4), np.nan)
+        self._lost = False
+        try:
+            parts = body_parts()
+        except MissingPackage:
+            return
+        paths: dict[str, str] = {}
+        for part in parts:
+            path = paths[part.name] = f"{paths.get(part.parent, '/person')}/{part.name}"
+            place = SCALE * part.pose.translation + (0.0 if part.parent else STAND)
+            self._parts[part.name] = fresh(scene.add_glb(path, part.glb, scale=SCALE, position=tuple(place.tolist())))
+        above = _SHOULDERS + np.array([0.0, 0.0, 0.33])
+        self._label = scene.add_label("/person/lost", "nobody is seen", anchor="bottom-center", position=above, visible=False)
+
+    def dress(self, page: PageSettings) -> None:
+        """Take on a profile."""
+        if self._label is not None:
+            self._label.font_screen_scale = 1.15 * scale(page.profile)
+
+    def show(self, angles: Array | None) -> None:
+        """Hold both arms at these angles (2, 4) [rad]; with None they stay, and it is said that nobody is seen."""
+        if self._label is None:
+            return
+        lost = angles is None
+        if lost != self._lost:
+            self._lost = self._label.visible = lost
+        if angles is None or np.array_equal(angles, self._angles):
+            return
+        self._angles = angles.copy()
+        for name, turn in body_poses(angles).items():
+            self._parts[name].wxyz = turn
+
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        if self._label is not None:
+            self._label.remove()
+            self._parts["body"].remove()

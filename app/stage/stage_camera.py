@@ -1,0 +1,57 @@
+"""Where a visitor's camera stands: the scene's view, fitted into the part of the canvas that no panel covers."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+import viser
+
+from app.stage.arms import robot_of
+from scenes.rigs import Camera
+from scenes.settings import RigName, RobotName
+from scenes.simulation import Simulation
+
+IMITATION: Final = Camera((0.30, -0.24, 1.09), (2.45, -0.45, 0.69), 2.56, 1.34, float(np.radians(32.0)))
+"""Shows the robots with their arms up, and the person beside them with arms stretched out."""
+
+OTHERS: Final[dict[tuple[RobotName, RigName], tuple[float, float, float]]] = {
+    ("panda", "torso"): (1.23, 1.60, 1.02),
+    ("panda", "table"): (1.34, 1.85, 1.44),
+    ("ur5", "torso"): (1.07, 1.90, 0.95),
+    ("ur5", "table"): (1.35, 1.85, 1.48),
+}
+"""Arms for which the rig's own view was not made: height of its middle, what must be seen across and up [m]."""
+
+
+def view_of(simulation: Simulation) -> Camera:
+    """Return the view of an experiment: its rig's, but wider where the arms are longer or a person is shown beside them."""
+    room, camera = simulation.room, simulation.room.rig.camera
+    if simulation.settings.scene == "imitation":
+        return IMITATION
+    if len(room.arms) == 2 and (make := (robot_of(simulation), room.rig.name)) in OTHERS:
+        z, width, height = OTHERS[make]
+        x, y, _ = camera.centre
+        return replace(camera, centre=(x, y, z), width=width, height=height)
+    return camera
+
+
+def place_camera(client: viser.ClientHandle, camera: Camera, covered: float) -> None:
+    """Move a client's camera so that everything the view must show is in the free part of its canvas.
+
+    Args:
+        covered: share of the canvas' height, at its bottom, that a panel covers.
+    """
+    slope = float(np.tan(camera.fov / 2.0))
+    distance = max(camera.height / (1.0 - covered), camera.width / max(client.camera.aspect, 0.2)) / (2.0 * slope)
+    toward = np.array(camera.toward) / np.linalg.norm(camera.toward)
+    right = np.cross([0.0, 0.0, 1.0], toward)
+    up = np.cross(toward, right / np.linalg.norm(right))
+    # Looking below the middle lifts it out of the part that is covered.
+    target = np.array(camera.centre) - up * (distance * slope * covered)
+    client.camera.up_direction = (0.0, 0.0, 1.0)
+    # viser sends nothing that equals what it last heard from the browser, which may have been said before our last move arrived there.
+    client.camera.position = target + toward * (distance + 1.0)
+    client.camera.position = target + toward * distance
+    client.camera.look_at = target
+    client.camera.fov = 0.9 * camera.fov
+    client.camera.fov = camera.fov

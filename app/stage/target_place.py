@@ -1,0 +1,87 @@
+"""The place where a hand should be: a ball in a ring, and a line from there to the hand while the hand is elsewhere."""
+
+import math
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from app.settings import PageSettings
+from app.stage.poses import fresh
+from app.theme import PALETTES, rgb
+from scenes.history import Sample
+from scenes.simulation import Simulation
+
+AWAY: Final = 0.004
+"""From this distance on the line to the hand is drawn [m]."""
+
+RADIUS: Final = 0.085
+"""Of the ring [m]: the hand of each of our robots fits through it …"""
+
+TUBE: Final = 0.006
+"""… and this is half its thickness [m]."""
+
+
+class TargetPlace:
+    """For an arm whose hand is drawn to a place.
+
+    Args:
+        scene: where to draw.
+    """
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._ball = scene.add_icosphere(
+            "/place/ball", radius=0.017, subdivisions=2, color=(255, 255, 255), opacity=0.9, cast_shadow=False
+        )
+        ring = scene.add_mesh_simple("/place/ring", *_ring(RADIUS, TUBE), color=(255, 255, 255), cast_shadow=False)
+        self._ring = fresh(ring)
+        line = np.zeros((1, 2, 3), np.float32)
+        self._error = scene.add_line_segments(
+            "/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False
+        )
+        self._shown: tuple[float, ...] = (math.nan,)
+        self._away = False
+
+    def dress(self, page: PageSettings) -> None:
+        """Take on a theme."""
+        error = rgb(PALETTES[page.theme].error)
+        self._ball.color = self._ring.color = error
+        self._error.colors = np.tile(np.array(error, np.uint8), (1, 2, 1))
+
+    def show(self, simulation: Simulation, sample: Sample) -> None:
+        """Draw the place of the arm whose task is shown."""
+        del sample
+        place, rotation = simulation.place, simulation.place_rotation
+        if place is None or rotation is None:
+            return
+        where = (*place.tolist(), *rotation.flat)
+        if where != self._shown:
+            self._shown = where
+            self._ball.position = self._ring.position = place
+            turn = pin.Quaternion(rotation)
+            self._ring.wxyz = (turn.w, turn.x, turn.y, turn.z)
+        hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
+        away = float(np.linalg.norm(hand - place)) > AWAY
+        if away != self._away:
+            self._away = self._error.visible = away
+        if away:
+            self._error.points = np.array([[place, hand]], np.float32)
+
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        for part in (self._ball, self._ring, self._error):
+            part.remove()
+
+
+def _ring(radius: float, tube: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (k, 3) and faces (m, 3) of a torus about z [m]."""
+    rounds, sides = 40, 8
+    u, v = np.meshgrid(np.arange(rounds), np.arange(sides), indexing="ij")
+    a, b = 2.0 * np.pi * u / rounds, 2.0 * np.pi * v / sides
+    r = radius + tube * np.cos(b)
+    vertices = np.stack([r * np.cos(a), r * np.sin(a), tube * np.sin(b)], axis=-1).reshape(-1, 3)
+    corner = lambda i, j: (i % rounds) * sides + j % sides  # noqa: E731
+    p, q, s, t = corner(u, v), corner(u + 1, v), corner(u + 1, v + 1), corner(u, v + 1)
+    faces = np.concatenate([np.stack([p, q, s], -1).reshape(-1, 3), np.stack([p, s, t], -1).reshape(-1, 3)])
+    return vertices.astype(np.float32), faces.astype(np.uint32)

@@ -1,0 +1,190 @@
+"""What a sweep writes: a row a point, at once while it runs, and one table in order at the end, CSV or Parquet."""
+
+import io
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from app.runtime.output_file import written
+from controllers.errors import BadInputFile, BadSetting
+from scenes.files import read_file
+from scenes.grids import Grid
+from scenes.sweep import FIGURES, Figures
+
+Format = Literal["csv", "parquet"]
+Rows = Mapping[int, Figures]
+"""Index of a point → its figures."""
+
+_WHOLE: Final = frozenset({"pair_switches"})
+_HEAD: Final = b"sweep"
+_MOST_BYTES: Final = 1_000_000_000
+
+
+def head_of(grid: Grid) -> tuple[str, ...]:
+    """Return what stands above the rows: every setting that is the same in all of them, and which values the others take."""
+    fixed = [f"{key} = {value}" for key, value in grid.fixed().items()]
+    swept = [f"over {axis.key} = {', '.join(map(_cell, axis.values))}" for axis in grid.axes]
+    return (*fixed, f"seconds = {grid.seconds!r}", *swept)
+
+
+def columns_of(grid: Grid) -> tuple[str, ...]:
+    """Return the table's columns: the swept keys, then the figures."""
+    return (*(axis.key for axis in grid.axes), *FIGURES)
+
+
+class SweepFiles:
+    """The table of a sweep in a folder, `sweep.csv` or `sweep.parquet`, and until it is complete the rows so far, `sweep.part.csv`.
+
+    Args:
+        folder: made if it is not there.
+        grid: whose points are the rows.
+        form: of the complete table.
+
+    Raises:
+        BadSetting: the folder cannot be made, it holds another sweep, or Parquet is asked for and pyarrow is not installed.
+        BadInputFile: a table that is there cannot be read.
+    """
+
+    def __init__(self, folder: Path, grid: Grid, form: Format) -> None:
+        if form == "parquet":
+            _pyarrow()
+        self.folder, self.grid, self.form = folder, grid, form
+        self.table = folder / f"sweep.{form}"
+        self.part = folder / "sweep.part.csv"
+        with _written(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+        self._points = grid.points()
+        self.rows: dict[int, Figures] = {}
+        for path in (self.table, self.part):
+            if path.exists():
+                self.rows |= self._kept(path)
+
+    def missing(self) -> list[int]:
+        """Return the points without a row, in order."""
+        return [index for index in range(self.grid.size) if index not in self.rows]
+
+    @contextmanager
+    def recording(self) -> Iterator[Callable[[int, Figures], None]]:
+        """Give a function that keeps a point's row at once, whatever happens afterwards."""
+        # Written anew: of a row that was being written when the machine went down, only the beginning may be there.
+        self._write_csv(self.part, self.rows)
+        with _written(self.part):
+            out = self.part.open("a", encoding="utf-8", newline="\n")
+
+        def add(index: int, figures: Figures) -> None:
+            with _written(self.part):
+                out.write(self._line(index, figures))
+                out.flush()
+            self.rows[index] = figures
+
+        try:
+            with out:
+                yield add
+        except KeyboardInterrupt:
+            # It may come between a row's line and its place among the rows: what the file holds counts.
+            self.rows |= self._kept(self.part)
+            raise
+
+    def finish(self) -> None:
+        """Write the complete table in order, and remove the rows so far."""
+        (self._write_csv if self.form == "csv" else self._write_parquet)(self.table, self.rows)
+        self.part.unlink(missing_ok=True)
+
+    def _line(self, index: int, figures: Figures) -> str:
+        return ",".join(map(_cell, (*self._points[index], *figures))) + "\n"
+
+    def _write_csv(self, path: Path, rows: Rows) -> None:
+        lines = [f"# {line}\n" for line in head_of(self.grid)]
+        lines.append(",".join(columns_of(self.grid)) + "\n")
+        lines += [self._line(index, rows[index]) for index in sorted(rows)]
+        with written(path, "out") as new:
+            new.write_text("".join(lines), encoding="utf-8", newline="\n")
+
+    def _write_parquet(self, path: Path, rows: Rows) -> None:
+        pa, pq = _pyarrow()
+        table = [(*self._points[index], *rows[index]) for index in sorted(rows)]
+        columns = dict(zip(columns_of(self.grid), map(list, zip(*table, strict=True)), strict=True))
+        with written(path, "out") as new:
+            pq.write_table(pa.table(columns).replace_schema_metadata({_HEAD: "\n".join(head_of(self.grid)).encode()}), new)
+
+    def _kept(self, path: Path) -> dict[int, Figures]:
+        head, cells = _read_parquet(path) if path.suffix == ".parquet" else _read_csv(path)
+        self._check_head(path, head)
+        indices = {tuple(map(_cell, point)): index for index, point in enumerate(self._points)}
+        width = len(self.grid.axes)
+        kept: dict[int, Figures] = {}
+        for row in cells:
+            try:
+                numbers = tuple(
+                    int(text) if name in _WHOLE else float(text) for name, text in zip(FIGURES, row[width:], strict=True)
+                )
+                kept[indices[tuple(row[:width])]] = numbers
+            except (ValueError, KeyError):
+                raise BadInputFile(f"{path}: the row {','.join(row)[:80]!r} is none of this sweep; remove the file.") from None
+        return kept
+
+    def _check_head(self, path: Path, head: tuple[str, ...]) -> None:
+        mine = head_of(self.grid)
+        if head == mine:
+            return
+        theirs, ours = dict(line.split(" = ", 1) for line in head if " = " in line), dict(line.split(" = ", 1) for line in mine)
+        key = next((key for key in (*ours, *theirs) if theirs.get(key) != ours.get(key)), "the order of the settings")
+        raise BadSetting(
+            f"out = {self.folder}: {path.name} is of another sweep ({key} is {_short(theirs.get(key))} there, "
+            f"{_short(ours.get(key))} here); give another --out, or remove the file."
+        )
+
+
+def _cell(value: Any) -> str:
+    return value if isinstance(value, str) else repr(value)
+
+
+def _short(text: str | None) -> str:
+    return "not given" if text is None else text if len(text) <= 40 else text[:37] + "…"
+
+
+def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
+    with _readable(path):
+        text = read_file(path, _MOST_BYTES).decode("utf-8")
+    # What follows the last line break is a row that was being written.
+    lines = text.split("\n")[:-1]
+    head = tuple(line[2:] for line in lines if line.startswith("# "))
+    return head, [line.split(",") for line in lines[len(head) + 1 :]]
+
+
+def _read_parquet(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
+    _, pq = _pyarrow()
+    with _readable(path):
+        table = pq.read_table(io.BytesIO(read_file(path, _MOST_BYTES)))
+    head = (table.schema.metadata or {}).get(_HEAD, b"").decode()
+    return tuple(head.split("\n")), [[_cell(value) for value in row.values()] for row in table.to_pylist()]
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    try:
+        import pyarrow  # pyright: ignore[reportMissingImports]
+        import pyarrow.parquet  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise BadSetting(
+            "format = parquet needs pyarrow, which is not installed: pip install pyarrow, or take --format csv."
+        ) from None
+    return pyarrow, pyarrow.parquet
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise BadInputFile(f"{path}: cannot be read ({error.strerror or error}).") from None
+    except ValueError:
+        raise BadInputFile(f"{path}: is not a table that a sweep has written; remove it, or give another --out.") from None
+
+
+@contextmanager
+def _written(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise BadSetting(f"out = {path}: cannot be written ({error.strerror or error}).") from None

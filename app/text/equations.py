@@ -1,0 +1,107 @@
+"""The equation of every law as SVG, its symbols in their colours, and where it comes from."""
+
+import re
+from functools import cache
+from typing import Final, NamedTuple
+
+from ziamath import zmath
+from ziamath.config import config
+
+from app.i18n.speaking import tr
+from app.settings import Theme
+from app.theme import PALETTES
+from scenes.settings import LawName, RunSettings
+
+
+class Equation(NamedTuple):
+    """One law as a person reads it.
+
+    Attributes:
+        lines: of LaTeX; {lam}, {v}, {u} and {dm} become coloured symbols.
+        source: number in the paper, or who.
+    """
+
+    lines: tuple[str, ...]
+    source: str
+
+
+ALONE: Final = Equation((r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0", r"N = I - J^{{\#}}J"), "(4)–(8)")
+"""Of one arm with nothing near."""
+
+EQUATIONS: Final[dict[LawName, Equation]] = {
+    "smooth_priority": Equation(
+        (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n",), "(32), (33)"
+    ),
+    "strict_priority": Equation((r"\dot q = J_d^{{\#}}\,{v} + \left(I - J_d^{{\#}} J_d\right)\dot q_n",), "(11)"),
+    "strict_switched": Equation(
+        (
+            r"\dot q = J_d^{{\#}}\,{v} + \left(I - J_d^{{\#}} J_d\right)\dot q_n \quad ({d} \leq {dm})",
+            r"\dot q = \dot q_n \quad ({d} > {dm})",
+        ),
+        "(11), switched",
+    ),
+    "null_space_avoidance": Equation(
+        (r"\dot q = \dot q_n + N\left(J_d N\right)^{{\#}}{lam}\left({v} + {u}\right)", r"N = I - J^{{\#}}J"),
+        "Žlajpah & Nemec 2002",
+    ),
+    "potential_field": Equation(
+        (r"\dot q = \dot q_n + J_d^{{T}}\,\frac{{\eta}}{{{d}^2}}\left(\frac{{1}}{{{d}}} - \frac{{1}}{{d_0}}\right)",),
+        "Khatib 1986",
+    ),
+    "barrier_qp": Equation(
+        (
+            r"\min\ \left|\dot q - \dot q_n\right|^2 \quad \text{{so that}}",
+            r"J_{{d,i}}\,\dot q \geq -\gamma\left({d}_i - {dm}\right)\quad \text{{for all }} i",
+        ),
+        "Faverjon & Tournassoud 1987",
+    ),
+    "intermediate_value": Equation(
+        (
+            r"\dot q = J_d^{{\#}}\dot x_a + \left(J N_a\right)^{{\#}}\left(\dot x_b - J J_d^{{\#}}\dot x_a\right)",
+            r"\dot x_a = {lam}\,{v} - \left(1 - {lam}\right){u}",
+        ),
+        "Lee, Mansard & Park 2012",
+    ),
+    "unprotected": Equation((r"\dot q = \dot q_n",), "the task alone"),
+}
+"""What each law does; where the code fades in differently, λ stands for it."""
+
+_WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
+
+
+def equation_of(run: RunSettings) -> Equation:
+    """Return the equation of a run."""
+    return ALONE if run.scene == "solo" else EQUATIONS[run.law.law]
+
+
+def equation_html(run: RunSettings, theme: Theme) -> str:
+    """Return the equation of a run with its source."""
+    equation = equation_of(run)
+    drawings = "".join(_svg(_said(line), theme) for line in equation.lines)
+    return f'<div class="duet-eq">{drawings}<span class="no">{tr(equation.source)}</span></div>'
+
+
+def _said(line: str) -> str:
+    """Return a line of LaTeX with its words in the visitor's language."""
+    return _WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line)
+
+
+@cache
+def _svg(line: str, theme: Theme) -> str:
+    """Return a line as SVG; glyphs are paths, so it looks the same everywhere."""
+    p = PALETTES[theme]
+    symbols = {
+        "lam": (p.activation, r"\lambda"),
+        "v": (p.velocity, "v"),
+        "u": (p.pull, "u"),
+        "d": (p.distance, "d"),
+        "dm": (p.critical, "d_m"),
+        "e": (p.error, "e"),
+    }
+    coloured = {name: rf"\textcolor{{{colour}}}{{{symbol}}}" for name, (colour, symbol) in symbols.items()}
+    # Shared <symbol> ids of several equations on one page would collide.
+    config.svg2 = False
+    svg = zmath.Latex(line.format(**coloured), size=17).svg()
+    return svg.replace('fill="black"', 'fill="currentColor"').replace(
+        "<svg ", '<svg fill="currentColor" style="max-width:100%;height:auto" ', 1
+    )

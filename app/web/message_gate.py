@@ -1,0 +1,171 @@
+"""What a browser may say to the server: which of its messages are let through.
+
+viser believes every message. It lets a client overwrite any attribute of a slider, send NaN or a gigabyte, and show all of
+that to everybody else. The gate stops this by plain rules on the decoded message. It knows nothing of viser: what exists on the page
+is asked of `GuiRegistry`.
+
+Two outcomes besides "let through":
+- `Malformed`: no real browser would send this. The connection is closed, nobody else notices.
+- `Refused`: well formed, yet not allowed (or out of range). The message is dropped, the connection lives on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final, Protocol
+
+from app.web.allowance import Allowance
+from app.web.control_values import Control, Scope, check_value
+from app.web.refusal import UPLOAD_TOO_LARGE, Malformed, Refused
+from app.web.schemas import SHAPES, fields_of, kind_of
+from app.web.traffic_limits import TrafficLimits
+
+_SMALLEST_PART: Final = 64 * 1024  # viser's client cuts files into pieces of 512 kB
+
+
+class GuiRegistry(Protocol):
+    """What exists on one browser's page."""
+
+    def control(self, client_id: int, uuid: str) -> Control | None:
+        """The input with this uuid, if this browser has it."""
+        ...
+
+    def form(self, client_id: int, uuid: str) -> Scope | None:
+        """Where the form with this uuid belongs, if this browser has it."""
+        ...
+
+    def command(self, client_id: int, uuid: str) -> Scope | None:
+        """Where the palette command with this uuid belongs, if this browser has it."""
+        ...
+
+
+@dataclass
+class _Upload:
+    size: int
+    left: int
+    parts: int
+    seen: set[int] = field(default_factory=set)
+
+
+class Traffic:
+    """What one connection has sent so far: its uploads under way, and how fast it sends.
+
+    Args:
+        limits: how much a browser may ask for.
+    """
+
+    def __init__(self, limits: TrafficLimits) -> None:
+        self.uploads: dict[str, _Upload] = {}
+        self._bytes_per_message = limits.bytes_per_second / limits.messages_per_second
+        # Half a second's worth may come at once: a page that was held up sends in bursts.
+        self._messages = Allowance(limits.messages_per_second, limits.messages_per_second / 2)
+        self._scraps = Allowance(limits.scraps_per_second, limits.scraps_per_second)
+
+    def pause(self, size: int) -> float:
+        """Count a message of so many bytes; returns for how many seconds the next one should be left unread."""
+        return self._messages.spend(max(1.0, size / self._bytes_per_message))
+
+    def takes_scrap(self) -> bool:
+        """Count a small frame that ends no message, such as a ping; returns whether there may be another one now."""
+        return self._scraps.spend(1.0) == 0.0
+
+
+class Gate:
+    """The filter that every message of every browser passes.
+
+    Args:
+        elements: what exists on the pages.
+        limits: how much a browser may ask for.
+
+    Attributes:
+        may_share: whether a browser (by client id) may operate what everybody sees; a lecture hands this to one browser.
+    """
+
+    def __init__(self, elements: GuiRegistry, limits: TrafficLimits) -> None:
+        self._elements = elements
+        self._limits = limits
+        self._open_uploads: set[str] = set()
+        self.may_share: Callable[[int], bool] = lambda client_id: True
+
+    def check(self, client_id: int, traffic: Traffic, raw: bytes | str) -> None:
+        """Let one message through by returning.
+
+        Raises:
+            Malformed: the connection should be closed.
+            Refused: the message should be dropped.
+        """
+        if isinstance(raw, str):
+            raise Malformed("text instead of bytes")
+        kind = kind_of(raw)
+        if len(raw) > self._limits.message_bytes and kind != "FileTransferPart":
+            raise Malformed("too large")
+        message = fields_of(kind, raw)
+        self._check_meaning(kind, client_id, traffic, message)
+
+    def forget(self, traffic: Traffic) -> None:
+        """Release what a closed connection had under way."""
+        self._open_uploads.difference_update(traffic.uploads)
+
+    def _check_meaning(self, kind: str, client_id: int, traffic: Traffic, message: dict[str, Any]) -> None:
+        if kind in ("GuiUpdateMessage", "GuiButtonHoldMessage"):
+            control = self._control(client_id, message["uuid"])
+            if kind == "GuiUpdateMessage":
+                check_value(control, message["updates"]["value"], self._limits)
+        elif kind in ("GuiFormSubmitMessage", "GuiFormDirtyMessage"):
+            self._permit(client_id, self._elements.form(client_id, message["uuid"]))
+        elif kind == "CommandTriggerMessage":
+            self._permit(client_id, self._elements.command(client_id, message["uuid"]))
+        elif kind == "FileTransferStartUpload":
+            self._start_upload(client_id, traffic, message)
+        elif kind == "FileTransferPart":
+            self._take_part(traffic, message)
+        elif "owner" in SHAPES[kind]:
+            self._permit(client_id, "shared" if message.get("owner", "") == "" else "own")
+        elif kind == "ScenePointerMessage":
+            # Reaches both scenes and names no owner; its callbacks get the client and can tell for themselves.
+            return
+
+    def _permit(self, client_id: int, scope: Scope | None) -> None:
+        if scope is None:
+            raise Refused("unknown element")
+        if scope == "shared" and not self.may_share(client_id):
+            raise Refused("operated by somebody else")
+
+    def _control(self, client_id: int, uuid: str) -> Control:
+        control = self._elements.control(client_id, uuid)
+        self._permit(client_id, None if control is None else control.scope)
+        assert control is not None
+        if not control.enabled:
+            raise Refused("disabled element")
+        return control
+
+    def _start_upload(self, client_id: int, traffic: Traffic, message: dict[str, Any]) -> None:
+        if not self._control(client_id, message["source_component_uuid"]).takes_files:
+            raise Refused("unknown element")
+        transfer, size, parts = message["transfer_uuid"], int(message["size_bytes"]), int(message["part_count"])
+        if transfer in self._open_uploads:
+            raise Refused("upload that exists")
+        # Bounds the number of parts too: each costs memory besides its bytes.
+        if (size > 0) != (parts > 0) or parts > size // _SMALLEST_PART + 1:
+            raise Malformed("parts don't add up")
+        # Unfinished files count in full: their parts are kept in memory until the last one is here.
+        reserved = sum(upload.size for upload in traffic.uploads.values())
+        if len(traffic.uploads) >= self._limits.uploads or size + reserved > self._limits.upload_bytes:
+            raise Refused(UPLOAD_TOO_LARGE)
+        if parts:
+            traffic.uploads[transfer] = _Upload(size=size, left=size, parts=parts)
+            self._open_uploads.add(transfer)
+
+    def _take_part(self, traffic: Traffic, message: dict[str, Any]) -> None:
+        transfer, index, size = message["transfer_uuid"], int(message["part_index"]), len(message["content"])
+        upload = traffic.uploads.get(transfer)
+        if upload is None:
+            raise Refused("part of no upload")
+        if index >= upload.parts or index in upload.seen or size > upload.left:
+            raise Refused("part that does not fit")
+        upload.seen.add(index)
+        upload.left -= size
+        if len(upload.seen) == upload.parts:
+            del traffic.uploads[transfer]
+            self._open_uploads.discard(transfer)

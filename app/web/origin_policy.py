@@ -1,0 +1,120 @@
+"""Which web pages may open a connection: the rules on Origin and Host.
+
+A browser attaches to any server, also one on its own computer, whatever page asks it to. The only thing that tells a foreign
+page from ours is the `Origin` header that the browser puts on the request; the only thing that tells a tricked name server is
+the `Host` header.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+import socket
+from collections.abc import Sequence
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from controllers.errors import BadSetting
+
+LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
+_PORTS = {"http": 80, "https": 443}
+_NAME = re.compile(r"[\w.:-]+", re.ASCII)
+
+
+def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | None] | None:
+    """Split `host[:port]` (also `[::1]:80`); None if it is no such thing."""
+    try:
+        parts = urlsplit(f"//{address}")
+        name, port = parts.hostname, parts.port
+    except ValueError:
+        return None
+    if not name or not _NAME.fullmatch(name) or parts.path or parts.query or parts.fragment or parts.username is not None:
+        return None
+    return name, default_port if port is None else port
+
+
+def _parse(origin: str) -> tuple[str, str, int | None] | None:
+    """Split an origin into scheme, name and port; None if it is no web page's."""
+    scheme, _, rest = origin.strip().lower().partition("://")
+    place = _host_and_port(rest.removesuffix("/"), _PORTS[scheme]) if scheme in _PORTS else None
+    return place and (scheme, *place)
+
+
+def check_origin(address: str) -> None:
+    """Check that an address is an origin: scheme, name, and perhaps a port.
+
+    Raises:
+        BadSetting: it is none; the message says what is.
+    """
+    if _parse(address) is not None:
+        return
+    parts = urlsplit(address) if address.startswith(("http://", "https://")) else None
+    short = f"{parts.scheme}://{parts.netloc}" if parts is not None else ""
+    if short and _parse(short) is not None:
+        raise BadSetting(f"allowed origin {address!r} has a path, and an origin has none; give {short}")
+    raise BadSetting(f"allowed origin {address!r} is no web address; valid: http://name:port or https://name")
+
+
+def _may_name_us(name: str) -> bool:
+    """Whether `name` can only mean a machine nearby: a stranger can't point such a name at us (DNS rebinding)."""
+    if name in LOOPBACK_NAMES or "." not in name or name.endswith(".local") or name == socket.gethostname().lower():
+        return True
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+@dataclass(frozen=True)
+class OriginPolicy:
+    """Which web pages may open a connection to this server.
+
+    Attributes:
+        host: the address that the server is bound to.
+        port: its port.
+        extra: further origins that are let in, such as `https://duet.example.org` behind a proxy.
+    """
+
+    host: str
+    port: int
+    extra: tuple[str, ...] = ()
+
+    @property
+    def is_private(self) -> bool:
+        """Whether only this computer can reach the server."""
+        return self.host in LOOPBACK_NAMES or self.host.startswith("127.")
+
+    def remedy(self, origins: Sequence[str]) -> str:
+        """Return what lets a refused page in, for the log; "" if nothing does."""
+        if len(origins) != 1 or _parse(origins[0]) is None:
+            return ""
+        return f"; if this is where Duet is opened, start it with --allow-origin {origins[0].strip()}"
+
+    def admits(self, origins: Sequence[str], hosts: Sequence[str], peer: str) -> bool:
+        """Decide on one websocket request.
+
+        Args:
+            origins: the values of its `Origin` headers; a browser sends exactly one, a program usually none.
+            hosts: the values of its `Host` headers.
+            peer: the address it comes from.
+        """
+        if len(origins) > 1 or len(hosts) != 1:
+            return False
+        if not origins:
+            return peer in ("", "::1") or peer.startswith(("127.", "::ffff:127."))
+        origin = _parse(origins[0])
+        if origin is None:
+            return False
+        if origin in map(_parse, self.extra):
+            return True
+        page, asked = origin[1:], _host_and_port(hosts[0].strip().lower(), _PORTS[origin[0]])
+        if asked is None:
+            return False
+        # A loopback server that is asked for by another name is being tricked by somebody's name server.
+        if self.is_private and not (asked[0] in LOOPBACK_NAMES or asked[0] == self.host):
+            return False
+        if page[1] == self.port and (page[0] in LOOPBACK_NAMES or page[0] == self.host):
+            return True
+        # Same origin: holds behind an ssh tunnel or a forwarded port too, where the address bar shows another port than ours.
+        return page == asked and _may_name_us(page[0])

@@ -1,0 +1,209 @@
+"""What the messages of viser's own client look like: the fields of each kind, and what may stand in them.
+
+A field is decoded as its type and nothing else, so that what a message costs is bounded by its kind, and not by what it holds: a
+quarter of a megabyte of empty lists is refused at the first of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+import msgspec
+
+from app.web.refusal import Malformed, Refused
+
+_LARGEST: Final = 1e9  # far beyond anything in the scene, near enough that squares and products stay finite
+_UNDECODABLE: Final = (msgspec.MsgspecError, RecursionError, ValueError, TypeError)
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a message.
+
+    Attributes:
+        type: what it is decoded as.
+        check: raises `Refused` for a value that may not stand there.
+    """
+
+    type: Any
+    check: Callable[[Any], None] = lambda value: None
+
+    def read(self, raw: msgspec.Raw) -> Any:
+        """The value in its encoded form `raw`; raises `Malformed` or `Refused`."""
+        try:
+            value = msgspec.msgpack.decode(raw, type=self.type)
+        except _UNDECODABLE as error:
+            raise Malformed("wrong type") from error
+        self.check(value)
+        return value
+
+
+def number(low: float = -_LARGEST, high: float = _LARGEST) -> Field:
+    """A finite number between bounds."""
+
+    def check(value: float) -> None:
+        if not (math.isfinite(value) and low <= value <= high):
+            raise Refused("number out of range")
+
+    return Field(int | float, check)
+
+
+def row(length: int | None, item: Field) -> Field:
+    """A row of so many items (None: up to 64), each checked by itself."""
+
+    def check(value: list[Any]) -> None:
+        for entry in value:
+            item.check(entry)
+
+    bounds = msgspec.Meta(min_length=length, max_length=64 if length is None else length)
+    return Field(Annotated[list[item.type], bounds], check)
+
+
+def text(longest: int) -> Field:
+    """A text of so many bytes at most."""
+
+    def check(value: str) -> None:
+        if len(value) > longest or len(value.encode()) > longest:
+            raise Refused("text too long")
+
+    return Field(str, check)
+
+
+def _rotation() -> Field:
+    plain = row(4, number())
+
+    def check(value: list[float]) -> None:
+        plain.check(value)
+        # Callers divide by the norm.
+        if not 0.25 < sum(x * x for x in value) < 4.0:
+            raise Refused("number out of range")
+
+    return Field(plain.type, check)
+
+
+def _updates() -> Field:
+    def check(value: dict[str, msgspec.Raw]) -> None:
+        if set(value) != {"value"}:
+            raise Refused("attribute other than the value")
+
+    # What the value may be is known once its element is.
+    return Field(Annotated[dict[str, msgspec.Raw], msgspec.Meta(max_length=16)], check)
+
+
+def _or_none(item: Field) -> Field:
+    return Field(item.type | None, lambda value: None if value is None else item.check(value))
+
+
+_name, _point, _pixel, _any_text, _blob = text(256), row(3, number()), row(2, number()), Field(str), Field(bytes)
+_whole, _turn = Field(int, number(0).check), _rotation()
+_owned = {"name": _name, "owner": _name}
+
+# All that viser 1.1's own client ever sends, except its requests for a public tunnel.
+SHAPES: Mapping[str, Mapping[str, Field]] = {
+    "ViewerCameraMessage": {
+        "wxyz": _turn,
+        "position": _point,
+        "fov": number(0.0, math.pi),
+        "near": number(0.0),
+        "far": number(0.0),
+        "image_height": number(0),
+        "image_width": number(0),
+        "look_at": _point,
+        "up_direction": _point,
+    },
+    "GuiUpdateMessage": {"uuid": _name, "updates": _updates()},
+    "GuiButtonHoldMessage": {"uuid": _name, "frequency": number(0.0)},
+    "GuiFormSubmitMessage": {"uuid": _name},
+    "GuiFormDirtyMessage": {"uuid": _name},
+    "CommandTriggerMessage": {"uuid": _name},
+    "FileTransferStartUpload": {
+        "source_component_uuid": _name,
+        "transfer_uuid": text(64),
+        "filename": text(1024),
+        "mime_type": _name,
+        "part_count": _whole,
+        "size_bytes": _whole,
+    },
+    "FileTransferPart": {
+        "source_component_uuid": _or_none(_name),
+        "transfer_uuid": text(64),
+        "part_index": _whole,
+        "content": _blob,
+    },
+    "TransformControlsUpdateMessage": {**_owned, "wxyz": _turn, "position": _point},
+    "TransformControlsDragStartMessage": _owned,
+    "TransformControlsDragEndMessage": _owned,
+    "SceneNodeClickMessage": {
+        **_owned,
+        "instance_index": _or_none(_whole),
+        "ray_origin": _point,
+        "ray_direction": _point,
+        "screen_pos": _pixel,
+        "modifier": _or_none(_name),
+    },
+    "SceneNodeDragMessage": {
+        **_owned,
+        "phase": _name,
+        "instance_index": _or_none(_whole),
+        "start_position": _point,
+        "start_screen_pos": _pixel,
+        "end_position": _point,
+        "end_screen_pos": _pixel,
+        "button": _name,
+        "modifier": _or_none(_name),
+    },
+    "ScenePointerMessage": {
+        "event_type": _name,
+        "ray_origin": _or_none(_point),
+        "ray_direction": _or_none(_point),
+        "screen_pos": row(None, _pixel),
+        "modifier": _or_none(_name),
+    },
+    "GetRenderResponseMessage": {"payload": _blob, "render_uuid": _name},
+    "LocalStorageGetItemResponseMessage": {"value": _or_none(_any_text), "error": _or_none(_any_text), "request_uuid": _name},
+}
+
+
+class _Head(msgspec.Struct):
+    type: str
+
+
+def _decoder(kind: str, fields: Mapping[str, Field]) -> msgspec.msgpack.Decoder[Any]:
+    # Older fields have no default; `owner` has one, and means everybody's scene.
+    described = [(name, field.type, "") if name == "owner" else (name, field.type) for name, field in fields.items()]
+    struct = msgspec.defstruct(kind, described, tag_field="type", tag=kind, forbid_unknown_fields=True, kw_only=True)
+    return msgspec.msgpack.Decoder(struct)
+
+
+_HEAD: Final = msgspec.msgpack.Decoder(_Head)
+_DECODERS: Final = {kind: _decoder(kind, fields) for kind, fields in SHAPES.items()}
+
+
+def kind_of(raw: bytes) -> str:
+    """The kind of a message; whatever else it holds is skipped, and not decoded.
+
+    Raises:
+        Malformed: it has none.
+        Refused: viser's client sends no such kind.
+    """
+    try:
+        kind = _HEAD.decode(raw).type
+    except _UNDECODABLE as error:
+        raise Malformed("no message") from error
+    if kind not in SHAPES:
+        raise Refused("kind of message")
+    return kind
+
+
+def fields_of(kind: str, raw: bytes) -> dict[str, Any]:
+    """The fields of a message of a kind, checked one by one; raises `Malformed` or `Refused`."""
+    try:
+        message = msgspec.structs.asdict(_DECODERS[kind].decode(raw))
+    except _UNDECODABLE as error:
+        raise Malformed("wrong fields") from error
+    for name, field in SHAPES[kind].items():
+        field.check(message[name])
+    return message

@@ -1,0 +1,53 @@
+"""What a mover is."""
+
+from typing import Protocol
+
+from controllers.kinematics import Array
+from scenes.settings import RunSettings
+from scenes.targets import Target
+
+Memory = tuple[Array, ...]
+"""Everything that a mover carries from one tick to the next, as copies."""
+
+
+class ArmTask(Protocol):
+    """Moves some of the joints.
+
+    Attributes:
+        joints: its columns in q.
+        squared_error: of its task in the last `nominal`, [m²] of a hand's position or [rad²] of joints.
+        desired: q (n,) that it follows, None if it follows none [rad].
+        task_jacobian: J (m, n) of its task in the last `nominal`; None if the task uses every joint.
+    """
+
+    @property
+    def joints(self) -> slice: ...
+
+    @property
+    def squared_error(self) -> float: ...
+    @property
+    def desired(self) -> Array | None: ...
+    @property
+    def task_jacobian(self) -> Array | None: ...
+
+    def begin(self) -> None:
+        """Come to rest, and take the present state as where everything begins."""
+        ...
+
+    def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
+        """Return q̇_n (n,) inside the mover's bounds [rad/s].
+
+        Args:
+            target: what the person wants now; a mover takes up what is meant for it.
+            settings: of the run.
+            time: since the start [s].
+        """
+        ...
+
+    def memory(self) -> Memory:
+        """Return what `remember` needs to go on from here."""
+        ...
+
+    def remember(self, memory: Memory) -> None:
+        """Go on from where `memory` was taken."""
+        ...

@@ -1,0 +1,107 @@
+"""An arm that follows joint angles: the slave of a master, or one arm of a person's imitation (Fig. 4: direct control of the joints)."""
+
+from typing import Protocol
+
+import numpy as np
+
+from controllers.kinematics import Arm, Array
+from scenes.arm_tasks.arm_task import Memory
+from scenes.settings import RunSettings
+from scenes.targets import Target
+from scenes.world import World
+
+
+class JointSource(Protocol):
+    """Whoever is followed."""
+
+    def begin(self) -> None:
+        """Take the present state as where everything begins."""
+        ...
+
+    def angles(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
+        """Return q_d (n,) [rad] and its velocity (n,) [rad/s]."""
+        ...
+
+    def memory(self) -> Memory:
+        """Return everything that goes on to the next step, as copies."""
+        ...
+
+    def remember(self, memory: Memory) -> None:
+        """Go on from there."""
+        ...
+
+
+class JointFollower:
+    """q̇_n = q̇_d + K (q_d − q): eq. (7) with J = I.
+
+    Args:
+        world: where.
+        arm: which.
+        model: whom it follows.
+    """
+
+    def __init__(self, world: World, arm: Arm, model: JointSource) -> None:
+        self.joints = arm.joints
+        self.squared_error = 0.0
+        self.desired: Array | None = world.positions[arm.joints].copy()
+        self.task_jacobian: Array | None = None
+        self._positions = world.positions[arm.joints]
+        self._box = world.bounds.part(arm.joints)
+        self._model = model
+
+    def begin(self) -> None:
+        """Follow from here."""
+        self._model.begin()
+        self.desired = self._positions.copy()
+
+    def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
+        """Return q̇_n (n,) inside the arm's bounds [rad/s]."""
+        desired, speed = self._model.angles(target, settings, time)
+        self.desired = desired
+        error = desired - self._positions
+        self.squared_error = float(error.dot(error))
+        error *= settings.gain
+        error += speed
+        return self._box.clip(error)
+
+    def memory(self) -> Memory:
+        """Return what the model remembers."""
+        return self._model.memory()
+
+    def remember(self, memory: Memory) -> None:
+        """Go on from there."""
+        self._model.remember(memory)
+
+
+class Master:
+    """The other arm, of which every joint is copied: q_d = q_s0 + S (q_m − q_m0), S the identity or the mirror's signs.
+
+    Args:
+        world: where.
+        master, slave: who is followed by whom.
+        signs: of the mirror (n,).
+    """
+
+    def __init__(self, world: World, master: Arm, slave: Arm, signs: Array) -> None:
+        self._master, self._slave = world.positions[master.joints], world.positions[slave.joints]
+        self._speed = world.velocities[master.joints]
+        self._signs, self._same = signs, np.ones_like(signs)
+        self._start = world.room.start
+        self._joints = master.joints, slave.joints
+        self._from, self._to = self._start[master.joints], self._start[slave.joints]
+
+    def begin(self) -> None:
+        """The rig's start postures correspond to each other, wherever the arms are now."""
+
+    def angles(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
+        """Return q_d (n,) [rad] and its velocity (n,), the master's of the last tick [rad/s]."""
+        del target, time
+        signs = self._signs if settings.following == "mirrored" else self._same
+        return self._to + signs * (self._master - self._from), signs * self._speed
+
+    def memory(self) -> Memory:
+        """Return nothing: the master is seen anew at every tick."""
+        return ()
+
+    def remember(self, memory: Memory) -> None:
+        """Nothing to remember."""

@@ -1,0 +1,51 @@
+"""The arm that a person holds."""
+
+from controllers.kinematics import Arm, Array
+from scenes.arm_tasks.arm_task import Memory
+from scenes.guide import Guide
+from scenes.robots import Robot
+from scenes.settings import RunSettings
+from scenes.targets import HandTarget, JointTarget, Target
+from scenes.world import World
+
+
+class GuidedTask:
+    """Follows a hand, an elbow or joint positions at no more than a person's speed; see `scenes.guide`.
+
+    Args:
+        world: where.
+        arm: which.
+        robot: its make.
+    """
+
+    def __init__(self, world: World, arm: Arm, robot: Robot) -> None:
+        self.joints = arm.joints
+        self.squared_error = 0.0
+        self.desired: Array | None = None
+        self._positions = world.positions[arm.joints]
+        posture = world.room.start[arm.joints]
+        self._guide = Guide(world.kinematics, arm, robot, world.bounds.part(arm.joints), posture)
+        self._kinematics, self._arm = world.kinematics, arm
+
+    @property
+    def task_jacobian(self) -> Array:
+        """J (3, n) of the hand's position."""
+        return self._kinematics.hand_jacobian(self._arm, 3)
+
+    def begin(self) -> None:
+        """Come to rest."""
+        self._guide.reset()
+
+    def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
+        """Return q̇ (n,) of the person's hand on the arm [rad/s]; the array is reused."""
+        del time
+        wish = target if isinstance(target, (HandTarget, JointTarget)) else None
+        return self._guide.follow(wish, self._positions, settings.dt, settings.hand_speed)
+
+    def memory(self) -> Memory:
+        """Return the velocities that the person's hand has reached."""
+        return (self._guide.velocities.copy(),)
+
+    def remember(self, memory: Memory) -> None:
+        """Go on with these velocities."""
+        self._guide.velocities[:] = memory[0]

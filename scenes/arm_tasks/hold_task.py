@@ -1,0 +1,101 @@
+"""A hand that keeps its place, or goes where its place goes."""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from controllers.kinematics import Arm, Array, damped_solution
+from controllers.tasks import TASK_DIMENSION, hold, pose_error, position_error
+from scenes.arm_tasks.arm_task import Memory
+from scenes.guide import FOLLOW_GAIN, shortened
+from scenes.settings import RunSettings
+from scenes.targets import HandTarget, Target
+from scenes.world import World
+
+Path = Callable[[float, Array], tuple[Array, Array]]
+"""(time [s], place at the start (3,)) → place (3,) [m] and its velocity (3,) [m/s]."""
+
+ELBOW_DAMPING: Final = 0.05
+"""Damping of the elbow's pseudo-inverse [m/rad]."""
+
+
+class HoldTask:
+    """q̇_n = J^#(ẋ_d + K e) + N q̇₀, eqs (7), (8): the hand is drawn to its place.
+
+    Args:
+        world: where.
+        arm: which.
+        path: how the place moves by itself; None if it does not.
+        movable: whether a person may move the place and pull at the elbow (q̇₀) with a `HandTarget`.
+        overdriven: whether K is multiplied by the settings' `overdrive`.
+    """
+
+    def __init__(self, world: World, arm: Arm, path: Path | None = None, movable: bool = False, overdriven: bool = False) -> None:
+        self.joints = arm.joints
+        self.squared_error = 0.0
+        self.desired: Array | None = None
+        self.task_jacobian: Array | None = None
+        self.place: Array = np.zeros(3)
+        """Where the hand should be (3,), world [m]."""
+        self.place_rotation: Array = np.eye(3)
+        """How it should be turned (3, 3)."""
+        self._home = self.place
+        self._since = -1.0
+        self._overdriven = overdriven
+        self._kinematics, self._arm, self._path, self._movable = world.kinematics, arm, path, movable
+        self._pose = world.kinematics.hand_pose(arm)
+        self._box = world.bounds.part(arm.joints)
+
+    def begin(self) -> None:
+        """The place is where the hand is now."""
+        self.place = self._pose.translation.copy()
+        self.place_rotation = self._pose.rotation.copy()
+        self._home = self.place.copy()
+        self._since = -1.0
+
+    def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
+        """Return q̇_n (n,) inside the arm's bounds [rad/s]."""
+        kinematics, arm, task = self._kinematics, self._arm, settings.task
+        speed: Array | None = None
+        if self._path is not None:
+            if self._since < 0.0:
+                # The way begins where the hand is, whenever it is chosen.
+                self._since = time
+            self.place, speed = self._path(time - self._since, self._home)
+        pull: Array | None = None
+        if self._movable and isinstance(target, HandTarget):
+            self._carry(target, settings)
+            if target.elbow is not None:
+                elbow = kinematics.joint_point(arm.elbow)
+                J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
+                way = shortened((target.elbow - elbow) * FOLLOW_GAIN, settings.hand_speed)
+                pull = damped_solution(J_elbow, way, ELBOW_DAMPING)
+        pose = self._pose
+        error = position_error(pose, self.place) if task == "position" else pose_error(pose, self.place, self.place_rotation)
+        x, y, z = error[:3].tolist()
+        self.squared_error = x * x + y * y + z * z
+        J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
+        self.task_jacobian = J
+        gain = settings.gain * settings.overdrive if self._overdriven else settings.gain
+        return self._box.clip(hold(J, error, gain, speed, pull))
+
+    def _carry(self, target: HandTarget, settings: RunSettings) -> None:
+        way = shortened((target.position - self.place) * FOLLOW_GAIN, settings.hand_speed)
+        self.place = self.place + way * settings.dt
+        if target.rotation is not None:
+            self.place_rotation = target.rotation
+
+    @property
+    def home(self) -> Array:
+        """Where the hand was when everything began (3,), world [m]; the path is told from there."""
+        return self._home
+
+    def memory(self) -> Memory:
+        """Return the place, how the hand is to be turned, and where the path begins."""
+        return self.place.copy(), self.place_rotation.copy(), self._home.copy(), np.array(self._since)
+
+    def remember(self, memory: Memory) -> None:
+        """Keep this place."""
+        self.place, self.place_rotation, self._home = (array.copy() for array in memory[:3])
+        self._since = float(memory[3])

@@ -1,0 +1,106 @@
+"""Whoever keeps clear by one row of J_d: an arm, or both arms together."""
+
+import numpy as np
+
+from controllers.kinematics import Array
+from controllers.laws.situation import Law, Situation
+from controllers.limits import Bounded, bounded_row
+from controllers.proximity import Proximity
+from scenes.arm_tasks.arm_task import ArmTask
+from scenes.world import World
+
+
+class AvoidanceGroup:
+    """One or more movers that keep clear together.
+
+    Args:
+        world: where.
+        movers: whose columns of q lie side by side.
+        others: everybody else who moves.
+
+    Attributes:
+        joints: columns of q.
+        nominal: q̇_n (n,), to be filled before `situation` [rad/s].
+        velocities: q̇ (n,), a view of the world's.
+        box: bounds of q̇.
+    """
+
+    def __init__(self, world: World, movers: tuple[ArmTask, ...], others: tuple[ArmTask, ...]) -> None:
+        self.movers = movers
+        self.joints = slice(min(m.joints.start for m in movers), max(m.joints.stop for m in movers))
+        self.velocities = world.velocities[self.joints]
+        self.box = world.bounds.part(self.joints)
+        self._positions = world.positions[self.joints]
+        self._others = [(other.joints, world.velocities[other.joints]) for other in others]
+        self.nominal = np.zeros(self.joints.stop - self.joints.start)
+        self._detector = world.detector
+
+    def part(self, mover: ArmTask) -> Array:
+        """Return where q̇_n of one of the movers belongs (n,), a view."""
+        first = self.joints.start
+        return self.nominal[mover.joints.start - first : mover.joints.stop - first]
+
+    @property
+    def squared_error(self) -> float:
+        """Of the first mover's task."""
+        return self.movers[0].squared_error
+
+    def approach(self, row: Array) -> float:
+        """Return w along a row (nv,): the speed at which the others come closer [m/s]."""
+        w = 0.0
+        for columns, velocities in self._others:
+            w -= float(row[columns].dot(velocities))
+        return w
+
+    def situation(self, law: Law, near: Proximity) -> Situation:
+        """Return what a law sees of the world now.
+
+        Args:
+            law: what it wants to see.
+            near: at the present positions.
+        """
+        plain = (self._positions, self.nominal, near.row[self.joints], near.law_distance, self.approach(near.row))
+        if not (law.wants_task or law.wants_all_pairs):
+            return Situation(*plain)
+        rows = distances = approaches = None
+        if law.wants_all_pairs and self._detector.count:
+            all_rows = self._detector.rows()
+            rows, distances, approaches = all_rows[:, self.joints], self._detector.distances(), np.zeros(len(all_rows))
+            for columns, velocities in self._others:
+                approaches -= all_rows[:, columns].dot(velocities)
+        J = self._task_jacobian() if law.wants_task else None
+        return Situation(*plain, J, self.box.lower, self.box.upper, rows, distances, approaches)
+
+    def _task_jacobian(self) -> Array | None:
+        """Return J (m, n) of all the movers' tasks, one below the other; None if no joint is left free by them."""
+        if len(self.movers) == 1:
+            return self.movers[0].task_jacobian
+        blocks = [mover.task_jacobian for mover in self.movers]
+        sizes = [mover.joints.stop - mover.joints.start for mover in self.movers]
+        if all(block is None for block in blocks):
+            return None
+        filled = [np.eye(size) if block is None else block for block, size in zip(blocks, sizes, strict=True)]
+        J, row = np.zeros((sum(len(block) for block in filled), len(self.nominal))), 0
+        for mover, block in zip(self.movers, filled, strict=True):
+            first = mover.joints.start - self.joints.start
+            J[row : row + len(block), first : first + block.shape[1]] = block
+            row += len(block)
+        return J
+
+    def bounded(self, row: Array, wanted: Array) -> Bounded:
+        """Return the velocity inside the bounds that keeps the distance rate which the law wanted, see `controllers.limits`.
+
+        Args:
+            row: J_d (n,) [m/rad].
+            wanted: q̇ (n,) [rad/s] by the law.
+        """
+        # Nothing is lost by beginning at the clipped velocity: along the row, both ways meet the same bounds in the same order.
+        return bounded_row(self.box.clip(wanted), row, float(row.dot(wanted)), self.box)
+
+
+def form_avoiders(
+    world: World, movers: tuple[ArmTask, ...], avoiding: tuple[ArmTask, ...], coupled: bool
+) -> tuple[AvoidanceGroup, ...]:
+    """Return who keeps clear: each mover by a row of its own, or all by one row if they are coupled."""
+    groups = (avoiding,) if coupled else tuple((mover,) for mover in avoiding)
+    return tuple(AvoidanceGroup(world, group, tuple(m for m in movers if m not in group)) for group in groups)

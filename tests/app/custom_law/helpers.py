@@ -1,0 +1,104 @@
+"""Files with laws in them, a situation to try them in, and ways to wait for a process."""
+
+from __future__ import annotations
+
+import os
+import textwrap
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.testing import assert_array_equal
+
+from app.custom_law.custom_law import CustomLaw
+from app.custom_law.law_limits import LawLimits
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation, Unanswered
+
+SHORT = LawLimits(load=0.1, call=0.02, memory=96 * 2**20)
+"""So that what never ends is ended soon."""
+
+PAPER = """
+    D_M, ORDER, V, MU = 0.15, 6.0, 0.30, 0.06
+
+    def activation(distance):
+        return 1.0 if distance <= D_M else (D_M / distance) ** ORDER
+
+    def law(situation):
+        c = activation(situation.distance) * (V + situation.pull)
+        J_d = situation.row
+        return situation.nominal + J_d * c / (J_d @ J_d + MU**2)
+"""
+
+
+def write(path: Path, text: str) -> Path:
+    """Write a file, indented as here or not; return where it is."""
+    path.write_text(textwrap.dedent(text).lstrip("\n"), encoding="utf-8")
+    return path
+
+
+def situation(n: int = 7, pairs: int = 5) -> Situation:
+    """A situation 100 mm from an obstacle, with everything in it."""
+    rng = np.random.default_rng(n)
+    rows = rng.uniform(-0.5, 0.5, (pairs, n))
+    bound = np.full(n, 2.0)
+    return Situation(
+        *(rng.uniform(-1.0, 1.0, n), rng.uniform(-0.5, 0.5, n), rows[0], 0.1, 0.2, rng.uniform(-1.0, 1.0, (3, n))),
+        *(-bound, bound, rows, np.linspace(0.1, 0.5, pairs), rng.uniform(-0.1, 0.1, pairs)),
+    )
+
+
+def until(true: Callable[[], object], seconds: float = 60.0) -> None:
+    """Return as soon as something is true."""
+    end, pause = time.monotonic() + seconds, threading.Event()
+    while not true():
+        assert time.monotonic() < end, "not in time"
+        pause.wait(0.002)
+
+
+def gone(pid: int) -> bool:
+    """Whether a process has ended, and been waited for if it is this one's child; of an orphan that is somebody else's business."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
+            state, parent = file.read().rpartition(")")[2].split()[:2]
+    except OSError:
+        return False
+    return state == "Z" and int(parent) != os.getpid()
+
+
+ZEROS = np.zeros(7)
+SITUATION = situation()
+GOOD = "def law(s):\n    return s.nominal * 2"
+
+
+def soon(law: CustomLaw) -> Array:
+    """q̇ of a law that nobody waits for, after a moment at most; zeros where it has not answered by then."""
+    law.allow(1.0)
+    try:
+        law.activation(0.1)
+        velocities = law(SITUATION)
+    except Unanswered:
+        return ZEROS
+    law.step_made()
+    return velocities
+
+
+def frozen(law: CustomLaw) -> str:
+    """Call a law that fails; return what is said. Its process is gone at once, and nothing starts another."""
+    with law:
+        assert law.load() or law.problem
+        pid = law.pid
+        assert_array_equal(law(SITUATION), ZEROS)
+        assert law.problem is not None and law.pid is None and not law.ready
+        assert pid is None or gone(pid)
+        assert_array_equal(law(SITUATION), ZEROS)
+        assert law.activation(0.1) == 0.0 and np.isnan(law.line_rate(0.1, 0.1, 0.0, 1.0))
+        assert law.pid is None
+        assert law.problem.line is None or f"my_law.py, line {law.problem.line}: " in law.problem.text
+        return law.problem.text

@@ -1,0 +1,261 @@
+"""A student's law on the page, without a browser: tested beside it, as the law, as the ghost, and resting until its turn in the lessons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from app.custom_law import examination as examination_module
+from app.custom_law.examination import NO_FILE, Examination, ExaminationProgress
+from app.custom_law.trial_result import TrialResult
+from app.custom_law.trials import TRIALS, WHY
+from app.lessons.loading import load_lessons
+from app.lessons.phases import Phase
+from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.custom_law_html import COMMANDS, law_html
+from app.runtime.job_pool import Job, JobPool
+from app.session.input_sources import InputSources
+from app.session.session import Session
+from app.settings import Settings
+from controllers.errors import BadInputFile
+from scenes.settings import changed
+from tests.app.custom_law.helpers import PAPER, until, write
+
+NAMES = tuple(TRIALS)
+STANDS_STILL = "def law(s):\n    return 0.0 * s.nominal"
+
+
+class Desk:
+    """Computes in this process, one job whenever it is told so."""
+
+    def __init__(self) -> None:
+        self.jobs: list[Job] = []
+        self.closed = False
+
+    def submit(self, owner: object, kind: str, function: Callable[..., Any], *arguments: Any, wake: Callable[[], None]) -> Job:
+        """As `JobPool.submit`."""
+        job = Job(len(self.jobs), owner, kind, function, arguments, False)
+        job.wake = wake
+        if self.closed:
+            job.state, job.message = "failed", "Closed <now>."
+        self.jobs.append(job)
+        return job
+
+    def cancel(self, owner: object) -> None:
+        """As `JobPool.cancel`."""
+        for job in self.jobs:
+            if job.owner is owner and job.state == "waiting":
+                job.state = "dropped"
+
+    def work(self) -> None:
+        """Do what waits first."""
+        job = next(job for job in self.jobs if job.state == "waiting")
+        job.result, job.state = job.function(*job.arguments, lambda: False), "done"
+
+
+@pytest.fixture
+def desk() -> Desk:
+    """Where it is computed."""
+    return Desk()
+
+
+def told(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
+    """A test that takes no time: it is passed if the text says so."""
+    assert path.name == "my_law.py" and not stopped()
+    return TrialResult(name, name.encode() in text, f"{name} is named", {})
+
+
+def session_with(path: Path, desk: Desk | None = None, **settings: object) -> Session:
+    """A session whose server has a law file."""
+    given = Settings()
+    for key, value in settings.items():
+        given = changed(given, key, value)
+    return Session(given, background=cast(JobPool | None, desk), people=InputSources(law_file=path))
+
+
+# ---- tested beside the page -----------------------------------------------------------------------------------------------------
+
+
+def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever is saved meanwhile; asked again, it is the new text."""
+    monkeypatch.setattr(examination_module, "examine_one", told)
+    path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[:-1]))
+    examination = Examination(path, cast(JobPool, desk), lambda: None)
+    assert examination.progress == ExaminationProgress("my_law.py") and not examination.advance()
+    examination.begin()
+    write(path, "# " + ", ".join(NAMES))
+    for count in range(6):
+        assert examination.progress.running and not examination.progress.finished
+        assert [v.name for v in examination.progress.verdicts] == list(NAMES[:count]) and not examination.advance()
+        desk.work()
+        assert examination.advance()
+    assert examination.progress.finished and not examination.progress.running and not examination.advance()
+    assert [v.passed for v in examination.progress.verdicts] == [True] * 5 + [False]
+    examination.begin()
+    for _ in range(6):
+        desk.work()
+    assert examination.advance() and all(v.passed for v in examination.progress.verdicts)
+
+
+def test_tests_that_cannot_be_made_say_why(tmp_path: Path, desk: Desk) -> None:
+    """A server that closes; a file that is gone; whoever gives up begins afresh."""
+    path = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal")
+    examination = Examination(path, cast(JobPool, desk), lambda: None)
+    examination.begin()
+    examination.drop()
+    assert examination.progress == ExaminationProgress("my_law.py") and {job.state for job in desk.jobs} == {"dropped"}
+    desk.closed = True
+    examination.begin()
+    assert examination.advance() and not examination.progress.running
+    assert examination.progress.message == "Closed <now>."
+    path.unlink()
+    with pytest.raises(BadInputFile, match="new-law"):
+        examination.begin()
+
+
+# ---- as the law, as the ghost -----------------------------------------------------------------------------------------------------
+
+
+def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
+    """Never both at once; the run begins anew when it changes sides, and a broken file freezes only the one that runs it."""
+    path = write(tmp_path / "my_law.py", STANDS_STILL)
+    session = session_with(path, scene="ball")
+
+    def moves() -> tuple[bool, bool]:
+        session.advance(0.02)
+        assert session.ghost is not None
+        joints = session.simulation.avoiding.joints
+        return bool(np.any(session.simulation.velocities[joints])), bool(np.any(session.ghost.velocities[joints]))
+
+    try:
+        session.change("ghost", "smooth_priority")
+        assert (session.custom_law, session.own_ghost) == ("my_law.py", None)
+        until(lambda: moves() == (False, True))
+        session.change("ghost", "own")
+        assert (session.custom_law, session.own_ghost) == (None, "my_law.py")
+        assert session.simulation.steps == 0
+        until(lambda: moves() == (True, False))
+        assert session.custom_law_problem == ""
+        write(path, "def law(s):\n    return s.nominal / 0 + nothing")
+        until(lambda: moves() and session.custom_law_problem)
+        assert "line 2: NameError" in session.custom_law_problem and moves() == (True, False)
+        write(path, PAPER)
+        until(lambda: moves() == (True, True))
+        assert session.custom_law_problem == ""
+        session.change("ghost", "off")
+        assert (session.custom_law, session.own_ghost) == ("my_law.py", None)
+    finally:
+        session.close()
+
+
+def test_without_a_file_the_ghost_of_ones_own_is_a_twin() -> None:
+    session = Session(changed(Settings(), "ghost", "own"))
+    assert session.own_ghost is None and session.ghost is not None and session.examination is None
+    for _ in range(20):
+        session.advance(0.02)
+    assert np.array_equal(session.ghost.positions, session.simulation.positions)
+
+
+# ---- in the lessons ---------------------------------------------------------------------------------------------------------------
+
+
+def to_challenge(session: Session, run: LessonSession) -> None:
+    """Open the last step, and go on to its challenge."""
+    run.enter("limits", 3)
+    while run.walk.phase is not Phase.CHALLENGE:
+        run.act("next")
+        session.advance(0.0)
+        run.frame()
+
+
+def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
+    """What a lesson measures is about the settings' law; only the step that asks for one's own runs it; outside it runs again."""
+    session = session_with(write(tmp_path / "my_law.py", STANDS_STILL))
+    try:
+        run = LessonSession(session, load_lessons())
+        assert session.custom_law == "my_law.py" and run.own_tests is None
+        run.enter("limits", 3)
+        assert session.custom_law is None and run.own_tests is None
+        to_challenge(session, run)
+        assert session.custom_law == "my_law.py"
+        # To look back leaves the run alone.
+        while run.walk.phase is not Phase.DO:
+            assert session.custom_law == "my_law.py"
+            run.act("back")
+        assert session.custom_law is None
+        to_challenge(session, run)
+        run.leave()
+        assert session.custom_law == "my_law.py" and run.own_tests is None
+    finally:
+        session.close()
+
+
+def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not by the run, not by five; Check while they are made begins them anew."""
+    monkeypatch.setattr(examination_module, "examine_one", told)
+    path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[1:]))
+    session = session_with(path, desk)
+    try:
+        run = LessonSession(session, load_lessons())
+        to_challenge(session, run)
+        assert run.own_tests == ExaminationProgress("my_law.py")
+
+        def check() -> None:
+            until(lambda: run._runs.ready, 60.0)
+            run.act("check")
+            for _ in range(6):
+                desk.work()
+                run.frame()
+            assert run.own_tests is not None and run.own_tests.finished
+
+        until(lambda: run._runs.ready, 60.0)
+        run.act("check")
+        check()
+        assert run.walk.done.attempts == 1 and not run.walk.done.passed
+        attempt = run.walk.done.last
+        assert attempt is not None and attempt.failed == NAMES[:1] and attempt.text.endswith("is named")
+        assert WHY[NAMES[0]] in attempt.text
+        write(path, "# " + ", ".join(NAMES))
+        check()
+        assert run.walk.done.attempts == 2 and run.walk.done.passed
+    finally:
+        session.close()
+
+
+def test_without_a_file_there_is_nothing_to_check() -> None:
+    session = Session(Settings())
+    run = LessonSession(session, load_lessons())
+    to_challenge(session, run)
+    assert run.own_tests == NO_FILE
+    run.act("check")
+    run.frame()
+    assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
+
+
+# ---- what is said -----------------------------------------------------------------------------------------------------------------
+
+
+def test_without_a_file_the_step_says_what_to_type() -> None:
+    html = law_html(NO_FILE, "", False, False)
+    assert all(f"<pre>{command}</pre>" in html for command in COMMANDS)
+
+
+def test_every_test_says_how_it_went_in_words() -> None:
+    """Before, in the middle and in the end; what a file's author wrote is no HTML."""
+    verdicts = tuple(TrialResult(name, name != NAMES[1], f"d < {i} mm & so on", {}) for i, name in enumerate(NAMES))
+    before = law_html(ExaminationProgress("a<b>.py"), "", False, False)
+    assert "a&lt;b&gt;.py runs." in before and all(WHY[name] in before for name in NAMES)
+    middle = law_html(ExaminationProgress("my_law.py", verdicts[:3], True), "line 2: <script>", False, False)
+    assert "&lt;script&gt;" in middle and "its arm stands still" in middle and 'role="status"' in middle
+    for word, count in ((">passed<", 2), (">failed<", 1), (">being tested<", 1), (">waits<", 2)):
+        assert middle.count(word) == count
+    assert "Test 4 of 6" in middle and "d &lt; 1 mm &amp; so on" in middle and WHY[NAMES[1]] in middle
+    end = law_html(ExaminationProgress("my_law.py", verdicts), "", False, False)
+    assert "5 of 6 tests passed." in end and "card wrong" in end and "Challenge passed." not in end
+    assert "Challenge passed." in law_html(ExaminationProgress("my_law.py", verdicts), "", False, True)
+    assert "my_law.py is gone." in law_html(ExaminationProgress("my_law.py"), "", True, False)
+    assert "&lt;no" in law_html(ExaminationProgress("my_law.py", message="<no"), "", False, False)

@@ -1,0 +1,173 @@
+"""However a student's law fails, the arm freezes at worst, the line is named, and nobody is held up."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from app.custom_law.custom_law import CustomLaw
+from app.custom_law.law_limits import LawLimits
+from controllers.errors import BadInputFile
+from controllers.laws.situation import Unanswered
+from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, gone, soon, until, write
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("def law(s):\n    return s.nominal / s.gain", "line 2: AttributeError: 'Situation' object has no attribute 'gain'"),
+        ("def law(s:\n    return None", "line 1: SyntaxError: '(' was never closed"),
+        ("import os\ndef law(s):\n    os._exit(3)", "my_law.py: it ended its own process (exit code 3); a law returns velocities"),
+        ("import os\ndef law(s):\n    os.abort()", "line 3: its process crashed (SIGABRT), in “os.abort()”"),
+        ("import ctypes\ndef law(s):\n    ctypes.string_at(0)", "line 3: its process crashed (SIGSEGV), in “ctypes.string_at(0)”"),
+        ("import socket\ndef law(s):\n    for i in range(3, 20):\n        try:\n            socket.socket(fileno=i).send(bytes(99))\n"
+         "        except OSError:\n            pass", "it wrote to the line between its process and the page"),
+    ],
+)  # fmt: skip
+def test_how_it_may_fail(file: Path, text: str, says: str) -> None:
+    """While it is called, while it is loaded, and by what no exception tells of; `test_law_file` has all the rest."""
+    said = frozen(CustomLaw(write(file, text), waits=True))
+    assert says in said, said
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "waits"),
+    [
+        ("def law(s):\n    while True:\n        pass", (2, 3), True),
+        ("def law(s):\n    while True:\n        pass", (2, 3), False),
+        ("def law(s):\n    import time\n    time.sleep(100)", (3,), True),
+        ("def law(s):\n    return sum(range(10**12))", (2,), True),
+        ("x = 1\nwhile True:\n    x += 1\ndef law(s):\n    return s.nominal", (2, 3), False),
+        ("def law(s):\n    return s.nominal\ndef activation(d):\n    while True: d += 1", (4,), True),
+    ],
+    ids=["python", "python, nobody waits", "asleep", "below", "while it is read", "activation"],
+)
+def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[int, ...], waits: bool) -> None:
+    """In Python, in C, asleep, while the file is read and in λ. Nobody is held up longer than the limits."""
+    with CustomLaw(write(file, text), SHORT, waits) as law:
+        pids: set[int | None] = set()
+
+        def given_up() -> bool:
+            law.refresh()
+            assert not np.any(soon(law)) or "activation" in text
+            pids.add(law.pid)
+            return law.problem is not None
+
+        until(given_up)
+        assert law.problem is not None
+        assert law.problem.line in line
+        assert " ms, in “" in law.problem.text and "Is there an endless loop?" in law.problem.text
+        assert ("reading the file did not end within 100 ms" in law.problem.text) == text.startswith("x = 1")
+        assert all(pid is None or gone(pid) for pid in pids)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there is a process's memory counted")
+@pytest.mark.parametrize(
+    "hog",
+    ["np.zeros(10**10)", "[bytearray(10**6) for _ in range(10**6)]", "kept.append(bytearray(30 * 10**6)) or s.nominal"],
+    ids=["at once", "piece by piece", "call by call"],
+)
+def test_a_memory_hog_is_ended_and_named(file: Path, hog: str) -> None:
+    text = f"import numpy as np\nkept = []\n\ndef law(s):\n    return {hog}"
+    with CustomLaw(write(file, text), replace(SHORT, call=5.0), waits=True) as law:
+        assert law.load()
+        pid = law.pid
+        for _ in range(10):
+            law(SITUATION)
+        assert law.problem is not None and pid is not None and gone(pid)
+        assert law.problem.line == 5
+        assert "more memory than the 96 MiB that a law may take" in law.problem.text
+
+
+def test_its_descriptors_are_low_however_many_the_page_has_open(file: Path) -> None:
+    """What the law may break in its process does not depend on the page's."""
+    text = "import os\ndef law(s):\n    os.closerange(3, 20)"
+    opened = [os.open(os.devnull, os.O_RDONLY) for _ in range(100)]
+    try:
+        assert "it hung up the line" in frozen(CustomLaw(write(file, text), waits=True))
+    finally:
+        for number in opened:
+            os.close(number)
+
+
+def test_ended_from_outside(file: Path) -> None:
+    """Somebody kills the process while it waits, and while it works."""
+    with CustomLaw(write(file, GOOD), waits=True) as law:
+        law(SITUATION)
+        assert law.pid is not None
+        os.kill(law.pid, signal.SIGKILL)
+        assert_array_equal(law(SITUATION), ZEROS)
+        assert law.problem is not None and "ended from outside" in law.problem.text
+        law.restart()
+        assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
+        assert law.problem is None
+
+
+def test_a_file_that_is_none(tmp_path: Path) -> None:
+    for path, says in (
+        (tmp_path / "no.py", "there is no such file; `lwr-duet new-law no.py` writes one"),
+        (tmp_path, "cannot be read"),
+        (write(tmp_path / "large.py", "#" * (2**20 + 1)), "larger than 1 MiB"),
+    ):
+        with pytest.raises(BadInputFile, match=says):
+            CustomLaw(path)
+
+
+def test_a_python_that_cannot_be_started(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A broken installation is a message too, with or without a process."""
+    for executable, says in ((str(file.parent / "python"), "No such file"), ("/bin/false", "exit code 1")):
+        monkeypatch.setattr(sys, "executable", executable)
+        with CustomLaw(write(file, GOOD), waits=True) as law:
+            assert_array_equal(law(SITUATION), ZEROS)
+            assert law.problem is not None and "could not be started" in law.problem.text and says in law.problem.text
+
+
+def test_a_slow_beginning_holds_nobody_up(file: Path, tmp_path: Path) -> None:
+    """While the file is read, and while the first call loads something, no call is answered or waits; then the arm moves."""
+    text = f"""
+        import pathlib, time
+
+        def wait(name):
+            while not pathlib.Path({str(tmp_path)!r}, name).exists():
+                time.sleep(0.001)
+
+        wait("read")
+
+        def law(s):
+            wait("call")
+            return s.nominal * 2
+    """
+    with CustomLaw(write(file, text), LawLimits(load=30.0, call=0.01)) as law:
+        for _ in range(100):
+            with pytest.raises(Unanswered):
+                law(SITUATION)
+        assert law.problem is None and not law.ready
+        until(lambda: law.waiting)
+        (tmp_path / "read").touch()
+        until(lambda: law.ready)
+        for _ in range(100):
+            with pytest.raises(Unanswered):
+                law(SITUATION)
+        assert law.problem is None and law.waiting
+        (tmp_path / "call").touch()
+        until(lambda: np.any(soon(law)))
+        assert_array_equal(soon(law), SITUATION.nominal * 2)
+        law.refresh()
+        assert not law.waiting
+        assert law.problem is None
+
+
+def test_a_curve_takes_no_longer_than_it_may(file: Path) -> None:
+    """A law of 5 ms a call leaves the rest of its curve blank instead of holding up the page."""
+    text = "import time\ndef law(s):\n    time.sleep(0.005)\n    return s.nominal"
+    with CustomLaw(write(file, text), LawLimits(call=1.0), waits=True) as law:
+        found = law.line_rates(np.linspace(0.0, 0.6, 100), 0.1, 0.0, 1.0)
+        assert found[0] == pytest.approx(-0.1) and np.isnan(found[-1])
+        assert law.problem is None

@@ -1,0 +1,72 @@
+"""The end of the lessons in a real browser: a law of one's own is broken, mended, tested, and passes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from app.cli.laws import NewLaw, new_law
+from app.custom_law.trials import TRIALS
+from app.hosting.private_host import PrivateHost
+from app.lessons.phases import Phase
+from app.page.lessons.custom_law_html import COMMANDS
+from app.session.input_sources import InputSources
+from app.settings import Settings
+from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.browser import PageAt, close_software_note, until
+
+
+def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, page_at: PageAt, tmp_path: Path) -> None:
+    path = tmp_path / "my_law.py"
+    assert new_law(NewLaw(path)) == 0
+    text = path.read_text(encoding="utf-8")
+    opened = house(Settings(), people=InputSources(law_file=path))
+    page = page_at(1100, 700)
+    page.set_default_timeout(60_000)
+    page.goto(f"{opened.url}/?lesson=10&step=4")
+    page.locator(".duet-l-head").wait_for()
+    close_software_note(page)
+    assert isinstance(opened.host, PrivateHost)
+    ((number, session),) = live_sessions(opened).items()
+    run = opened.host._stands[number].lessons
+    while run.walk.phase is not Phase.CHALLENGE:
+        before = run.walk.phase
+        page.keyboard.press("n")
+        until(page, lambda before=before: run.walk.phase is not before, "the next part", 60.0)
+
+    # A mistake is named with its line, the clock goes on, and the message goes when the file is right again.
+    page.get_by_role("button", name="Run", exact=True).click()
+    path.write_text("def law(situation):\n    return situation.gone\n", encoding="utf-8")
+    page.locator(".card.wrong.law .what", has_text=re.compile(r"my_law\.py, line 2: AttributeError")).wait_for()
+    until(page, lambda: "line 2" in (page.locator("#duet-say").text_content() or ""), "announced", 60.0)
+    time = ask(session, lambda s: s.simulation.time, 60.0)
+    until(page, lambda: session.paused or session.simulation.time > time, "the clock", 60.0)
+    path.write_text(text.replace("MU = 0.01 ", "MU = 0.06 "), encoding="utf-8")
+    page.locator(".card.right.law", has_text="my_law.py runs.").wait_for()
+
+    # The six tests come one by one, in words, and pass the challenge.
+    page.keyboard.press("c")
+    tests = page.locator(".duet-l-attempt [role=status] .tests li")
+    page.locator(".tests li.now em", has_text="being tested").first.wait_for()
+    page.get_by_role("button", name="Testing …").wait_for()
+    page.get_by_text("6 of 6 tests passed.").first.wait_for(timeout=180_000)
+    assert [tests.nth(i).locator("em").inner_text() for i in range(tests.count())] == ["passed"] * len(TRIALS)
+    assert all("holds" in tests.nth(i).inner_text() for i in range(len(TRIALS)))
+    page.get_by_text("Challenge passed.").first.wait_for()
+    page.get_by_role("button", name="Test my law").wait_for()
+    assert run.walk.done.passed and run.walk.done.attempts == 1
+
+
+def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house()
+    page = page_at(1024, 768)
+    page.set_default_timeout(60_000)
+    page.goto(f"{opened.url}/?lesson=10&step=4")
+    page.locator(".duet-l-head").wait_for()
+    for _ in range(3):
+        now = page.locator(".duet-l-head .phases .now").inner_text()
+        page.keyboard.press("n")
+        until(page, lambda now=now: page.locator(".duet-l-head .phases .now").inner_text() != now, "the next part", 60.0)
+    said = page.locator(".duet-l-attempt").inner_text()
+    assert all(command in said for command in COMMANDS)
+    assert page.get_by_role("button", name="Test my law").count() == 0

@@ -1,0 +1,129 @@
+"""A student's law is reloaded when its file is saved, and not otherwise."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from app.custom_law import custom_law as custom_law_module
+from app.custom_law.custom_law import CustomLaw
+from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, gone, soon, until, write
+
+
+@pytest.fixture
+def eager(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file is looked at whenever `refresh` is called."""
+    monkeypatch.setattr(custom_law_module, "LOOK", 0.0)
+
+
+@pytest.mark.usefixtures("eager")
+def test_it_is_reloaded_on_save(file: Path) -> None:
+    """Good, other, broken, endless, good again: the arm does what the file says, and the problem goes when it works again. Some editors
+    write into the file, others put a new one in its place."""
+    saves = 0
+
+    def save(text: str) -> None:
+        nonlocal saves
+        saves += 1
+        if saves % 2:
+            os.replace(write(file.with_suffix(".tmp"), text), file)
+        else:
+            write(file, text)
+
+    save(GOOD)
+    with CustomLaw(file, SHORT) as law:
+        pids: set[int | None] = set()
+
+        def moves(factor: float) -> bool:
+            law.refresh()
+            pids.add(law.pid)
+            return bool(np.array_equal(soon(law), SITUATION.nominal * factor))
+
+        until(lambda: moves(2))
+        save(GOOD.replace("2", "3.5"))
+        until(lambda: moves(3.5))
+        save("def law(s)\n")
+        until(lambda: moves(0) and law.problem)
+        assert law.problem is not None and "SyntaxError" in law.problem.text
+        save("def law(s):\n    while True: pass")
+        until(lambda: moves(0) and law.problem is not None and "endless" in law.problem.text)
+        save("# Now it is right.\n" + GOOD)
+        until(lambda: moves(2))
+        assert law.problem is None
+        assert len(pids - {None}) == 5
+        living = [pid for pid in pids if pid is not None and not gone(pid)]
+        assert living == [law.pid]
+
+
+@pytest.mark.usefixtures("eager")
+def test_what_is_no_news(file: Path) -> None:
+    """The same text saved again, and a file that is away for a moment, as some editors have it, leave the process alone."""
+    with CustomLaw(write(file, GOOD), waits=True) as law:
+        law(SITUATION)
+        pid = law.pid
+        assert not law.refresh()
+        os.utime(file, ns=(1, 1))
+        assert not law.refresh()
+        file.unlink()
+        assert not law.refresh() and not law.away
+        assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
+        while not law.away:
+            assert not law.refresh()
+        assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
+        write(file, GOOD)
+        assert not law.refresh() and law.pid == pid and not law.away
+        file.unlink()
+        file.mkdir()
+        assert law.refresh() and law.problem is not None and "cannot be read" in law.problem.text
+        file.rmdir()
+        write(file, GOOD)
+        assert law.refresh()
+        assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
+
+
+def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At most every 0.5 s, however often it is asked."""
+    looks: list[float] = []
+    now = 100.0
+    monkeypatch.setattr(custom_law_module, "monotonic", lambda: now)
+    with CustomLaw(write(file, GOOD)) as law:
+        monkeypatch.setattr(custom_law_module, "_stamp", lambda path: looks.append(now))
+        for i in range(100):
+            now = 100.0 + 0.02 * i
+            law.refresh()
+    assert len(looks) == 3 and min(np.diff(looks)) >= 0.5
+
+
+@pytest.mark.usefixtures("eager")
+def test_nothing_is_started_before_it_is_needed(file: Path) -> None:
+    """A session that has the law but never uses it costs nothing; a file that is saved meanwhile counts when it does."""
+    with CustomLaw(write(file, "def law(s)")) as law:
+        write(file, GOOD)
+        assert law.refresh() and law.pid is None and not law.ready and law.problem is None
+        until(lambda: np.any(soon(law)))
+
+
+@pytest.mark.usefixtures("eager")
+def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
+    """Paused: nobody calls the law, and the message comes, changes and goes all the same."""
+    with CustomLaw(write(file, GOOD), SHORT) as law:
+        until(lambda: np.any(soon(law)))
+        write(file, "def law(s)")
+        until(lambda: law.refresh() or law.problem is not None)
+        until(lambda: law.refresh() or law.problem is not None)
+        assert law.problem is not None and law.problem.line == 1
+        write(file, "# It can be read now.\ndef law(s):\n    return s.nominal / 0 + undefined")
+        until(lambda: law.refresh() or (law.problem is not None and law.problem.line == 3))
+        until(lambda: law.refresh() or (law.problem is not None and law.problem.line == 3))
+        write(file, GOOD)
+        until(lambda: law.refresh() or law.problem is None)
+        until(lambda: law.refresh() or law.problem is None)
+        assert law.ready
+        write(file, "def law(s):\n    while True: pass")
+        until(lambda: law.refresh() or law.problem is not None)
+        until(lambda: law.refresh() or law.problem is not None)
+        assert law.problem is not None and "endless loop" in law.problem.text

@@ -1,0 +1,198 @@
+"""The past on the real page, in a real browser: watched, scrubbed, taken home and brought along; the link, and the lab report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from urllib.parse import parse_qsl, urlsplit
+
+import numpy as np
+from playwright.sync_api import Download, Locator, Page
+
+from app.hosting.private_host import PrivateHost
+from app.hosting.visitor import Visitor
+from app.page.panels.replay_bar import ReplayBar
+from app.recording.run_file import saved_bytes, saved_from
+from app.session.session import Session
+from app.settings import Settings, from_query
+from app.start import App
+from scenes.history import COLUMN
+from scenes.settings import changed
+from tests.app.conftest import HAND, OpenHouse, ask, live_sessions
+from tests.app.export.runs import piece
+from tests.browser import PageAt, close_software_note, screenshot, until, wait_frames, wait_ready, world_position
+
+WRIST = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
+SLOWLY = 60.0
+
+
+def stand_of(opened: App) -> Visitor:
+    """Where the only visitor is."""
+    assert isinstance(opened.host, PrivateHost)
+    (stand,) = opened.host._stands.values()
+    return stand
+
+
+def enter(page: Page, opened: App, query: str = "") -> tuple[Session, ReplayBar]:
+    """Come by a link and open the folder; the session and its bar."""
+    page.set_default_timeout(1000.0 * SLOWLY)
+    page.goto(f"{opened.url}/?{query}")
+    wait_ready(page, WRIST, SLOWLY)
+    until(page, lambda: len(live_sessions(opened)) == 1, "one session", SLOWLY)
+    close_software_note(page)
+    page.get_by_text("Keep and replay").click()
+    bar = stand_of(opened).operation._keep
+    assert bar is not None
+    return stand_of(opened).session, bar
+
+
+def is_there(page: Page, node: str) -> bool:
+    """Whether something is in the scene."""
+    return bool(page.evaluate("name => !!__viserMutable.nodeRefFromName[name]", node))
+
+
+def over_the_stage(page: Page) -> str:
+    """What is said over the whole page."""
+    return str(page.evaluate("getComputedStyle(document.body, '::after').content"))
+
+
+def moment(page: Page) -> Locator:
+    """The box beside the scrubber."""
+    return page.get_by_text("moment [s]", exact=True).locator("xpath=ancestor::div[.//input][1]//input").last
+
+
+def take(page: Page, button: str) -> Download:
+    """Press a button that gives a file."""
+    with page.expect_download(timeout=1000.0 * SLOWLY) as download:
+        page.get_by_role("button", name=button, exact=True).click()
+    return download.value
+
+
+def text_of(download: Download) -> str:
+    """What is in a file."""
+    return Path(download.path()).read_text(encoding="utf-8")
+
+
+def press_key(page: Page, key: str) -> None:
+    """Press a key that is meant for the page, not for the button that was pressed last."""
+    page.evaluate("document.activeElement?.blur()")
+    if key:
+        page.keyboard.press(key)
+
+
+def bring(page: Page, name: str, content: bytes) -> None:
+    """Choose a file to load."""
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Load a run").click()
+    chooser.value.set_files({"name": name, "mimeType": "application/octet-stream", "buffer": content})
+
+
+def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house()
+    page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])
+    session, bar = enter(page, opened, "picture=fast&dm=0.12")
+    until(page, lambda: session.simulation.time > 1.0, "a second of the run", SLOWLY)
+    look_back(page, session, bar)
+    run = take_home(page, session)
+    share(page, opened, session)
+    back_to_live(page, session, bar)
+    bring_along(page, run)
+    report(page, opened)
+
+
+def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
+    """The live run waits, nothing can be taken hold of, the page says so, and the scrubber and the keys move what is drawn."""
+    shelf = bar.shelf
+    page.get_by_role("button", name="Watch").click()
+    page.get_by_text("This is the past; the live run waits.").wait_for()
+    assert session.paused
+    until(page, lambda: not is_there(page, HAND), "no handles", SLOWLY)
+    assert "This is the past" in over_the_stage(page)
+    until(page, lambda: shelf.replay is not None and not shelf.replay.playing, "at rest at its end", SLOWLY)
+    press_key(page, "Space")
+    until(page, lambda: shelf.replay is not None and shelf.replay.playing, "from the beginning", SLOWLY)
+    # While it plays the page writes into the box too, but not while somebody is about to type there.
+    moment(page).click()
+    until(page, lambda: shelf.replay is not None and not shelf.replay.playing, "at rest for whoever types", SLOWLY)
+    until(
+        page,
+        lambda: shelf.replay is not None and abs(float(moment(page).input_value()) - shelf.replay.time) < 0.01,
+        "where",
+        SLOWLY,
+    )
+    moment(page).fill("9")
+    wait_frames(page, 6)
+    # A run of a few seconds has no such moment, and whoever types has not come to the end.
+    assert moment(page).input_value() == "9"
+    moment(page).fill("0.5")
+    moment(page).press("Enter")
+    until(page, lambda: shelf.replay is not None and abs(shelf.replay.time - 0.5) < 1e-6, "half a second", SLOWLY)
+    press_key(page, ".")
+    until(page, lambda: shelf.replay is not None and abs(shelf.replay.time - 0.505) < 1e-6, "one step more", SLOWLY)
+    page.get_by_text("the past: 0.5 s").wait_for()
+    screenshot(page, "the-past")
+
+
+def take_home(page: Page, session: Session) -> bytes:
+    """Files of what is watched; the run's is returned."""
+    live = ask(session, lambda s: s.simulation.history.table())
+    rows = [line for line in text_of(take(page, "CSV")).splitlines() if line and not line.startswith("#")]
+    assert rows[0].startswith("t,d,lambda,e2")
+    assert [float(row.split(",")[1]) for row in rows[1:6]] == live[:5, COLUMN["d"]].tolist()
+    run = Path(take(page, "Run").path()).read_bytes()
+    assert saved_from(run, "it").recorded.steps == len(live)
+    assert "window.duet" in text_of(take(page, "HTML"))
+    page.get_by_role("button", name="Python").click()
+    assert "from scenes.headless import run" in page.locator("pre").inner_text()
+    page.get_by_role("button", name="Copy", exact=True).click()
+    page.get_by_role("button", name="Copied").wait_for()
+    page.get_by_role("button", name="Close").click()
+    return run
+
+
+def share(page: Page, opened: App, session: Session) -> None:
+    """The link gives the settings again, and its text is there for whoever has no clipboard."""
+    page.get_by_role("button", name="Copy link").click()
+    page.locator(".duet-link button:text-is('Copied')").wait_for()
+    link = page.evaluate("navigator.clipboard.readText()")
+    assert link == page.locator(".duet-link input").input_value() and link.startswith(f"{opened.url}/?")
+    settings, problems = from_query(dict(parse_qsl(urlsplit(link).query)), changed(Settings(), "rig", "table"))
+    assert (settings, problems) == (session.settings, ()) and settings.run.law.critical_distance == 0.12
+
+
+def back_to_live(page: Page, session: Session, bar: ReplayBar) -> None:
+    """The arms go on, and there is something to take hold of."""
+    wait_frames(page, 4)
+    then = world_position(page, WRIST)
+    page.get_by_role("button", name="Back to live").click()
+    until(page, lambda: bar.shelf.replay is None and not session.paused, "live", SLOWLY)
+    until(page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run", SLOWLY)
+    until(page, lambda: is_there(page, HAND), "handles", SLOWLY)
+    assert over_the_stage(page) == "none"
+
+
+def bring_along(page: Page, run: bytes) -> None:
+    """The own run, another experiment, and something that is no run."""
+    bring(page, "mine.duet.npz", run)
+    page.get_by_text("This is mine.duet.npz, not the live run.").wait_for()
+    assert "This is a loaded run" in over_the_stage(page)
+    page.get_by_role("button", name="Back to live").click()
+    bring(page, "theirs.duet.npz", saved_bytes(piece("ball", 1.0)[0]))
+    page.get_by_text("This is theirs.duet.npz, not the live run.").wait_for()
+    wait_ready(page, "/ball", SLOWLY)
+    page.get_by_role("button", name="Back to live").click()
+    wait_ready(page, WRIST, SLOWLY)
+    bring(page, "<b>bad</b>.npz", b"PK")
+    page.get_by_text("<b>bad</b>.npz: is not a file of recorded inputs, or is damaged").wait_for()
+
+
+def report(page: Page, opened: App) -> None:
+    """One question of a lesson is answered; what the student writes is in the report."""
+    written = "Four ways are left,\nI counted them. <b>"
+    page.get_by_role("button", name="Lessons", exact=True).click()
+    for key, phase in (("", "Predict"), ("3", "Do"), ("n", "Observe"), ("n", "Explain")):
+        press_key(page, key)
+        page.locator(f".duet-l-head .now:text-is('{phase}')").wait_for()
+    page.locator("textarea:visible").fill(written)
+    until(page, lambda: stand_of(opened).lessons.walk.done.words == written, "it has arrived", SLOWLY)
+    made = text_of(take(page, "Lab report on all lessons"))
+    assert "I counted them. &lt;b&gt;" in made and "In 4." in made and made.count("<figure>") == 1

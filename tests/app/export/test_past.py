@@ -1,0 +1,98 @@
+"""The past on the pages of others: a lecture sees it together, nobody takes hold of it, and it ends with whoever shows it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.bench.blocking_client import BlockingClient
+from app.bench.headless_client import HeadlessClient
+from app.classroom.lecture import LectureHost
+from app.hosting.private_host import PrivateHost
+from app.lessons.phases import Phase
+from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask, live_sessions
+
+LONG = 60.0
+
+
+def texts(visitor: HeadlessClient) -> str:
+    """Everything that is written on a visitor's page."""
+    return " ".join(str(element.get("content", "")) for element in list(visitor.mirror.gui.values()))
+
+
+def says_so(visitor: HeadlessClient) -> bool:
+    """Whether the page says that this is the past: over the stage, and among the states."""
+    return "This is the past" in texts(visitor) and "the past: " in texts(visitor)
+
+
+def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    assert isinstance(opened.host, LectureHost)
+    session = opened.host.session
+    first = join(opened)
+    first.wait_for(lambda v: HAND in v.mirror.nodes, LONG)
+    second = join(opened)
+    first.wait_for(lambda _: session.simulation.time > 0.5, LONG)
+    assert not says_so(second.visitor)
+    first.set_value("replay", "Watch")
+    for visitor in (first, second):
+        visitor.wait_for(says_so, LONG)
+    assert session.paused
+    first.wait_for(lambda v: HAND not in v.mirror.nodes, LONG)
+    # Both see the same moment, and it is one of the past.
+    lead = opened.host._seats[opened.host.operator or 0].showing
+    assert lead is not None and lead.view.keep is not None
+    bar = lead.view.keep
+    first.wait_for(lambda _: bar.shelf.replay is not None and not bar.shelf.replay.playing, LONG)
+    steps = ask(session, lambda s: s.simulation.steps)
+    first.set_value("moment [s]", 0.25)
+    for visitor in (first, second):
+        visitor.wait_for(lambda v: "the past: 0.2 s" in texts(v), LONG)
+    assert ask(session, lambda s: s.simulation.steps) == steps
+
+    # The one who shows it leaves: the run goes on, for those who are there.
+    first.close()
+    second.wait_for(lambda v: not says_so(v), LONG)
+    second.wait_for(lambda _: not session.paused and session.simulation.steps > steps, LONG)
+
+
+def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
+    opened = house()
+    guest = arrive(opened)
+    assert isinstance(opened.host, PrivateHost)
+    stand = opened.host._stands[guest.number]
+    bar = stand.operation._keep
+    assert bar is not None
+    guest.ask(lambda _: stand.lessons.enter(0))
+    guest.ask(lambda _: stand.lessons.act("choose", 2))
+    guest.ask(lambda _: stand.lessons.act("run"))
+    guest.wait(lambda s: s.simulation.time > 0.3, LONG)
+    guest.visitor.set_value("replay", "Watch")
+    guest.visitor.wait_for(says_so, LONG)
+    guest.ask(lambda _: stand.lessons.act("go", 0, 1))
+    guest.visitor.wait_for(lambda v: not says_so(v), LONG)
+    # The next step waits for an answer.
+    assert guest.ask(lambda s: (bar.watching, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
+
+
+def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None:
+    opened, written = house(), "The elbow swings,\nthe hand does not."
+    assert isinstance(opened.host, PrivateHost)
+    query = "lesson=1&resume=0123456789abcdef"
+    with BlockingClient(opened.url, query=query) as before:
+        before.wait_for(lambda v: v.mirror.replayed and len(live_sessions(opened)) == 1, LONG)
+        (stand,) = opened.host._stands.values()
+        ask(stand.session, lambda _: stand.lessons.act("choose", 2))
+        for phase in (Phase.OBSERVE, Phase.EXPLAIN):
+            ask(stand.session, lambda _: stand.lessons.act("next"))
+            before.wait_for(lambda _, phase=phase: stand.lessons.walk.phase is phase, LONG)
+        before.wait_for(lambda v: [box["value"] for box in boxes(v)] == [""], LONG)
+        before.set_value("in my own words", written)
+        before.wait_for(lambda _: stand.lessons.walk.done.words == written, LONG)
+    with BlockingClient(opened.url, query=query) as back:
+        back.wait_for(lambda v: [box["value"] for box in boxes(v)] == [written], LONG)
+
+
+def boxes(visitor: HeadlessClient) -> list[dict[str, Any]]:
+    """What a visitor can write into in a lesson."""
+    every = list(visitor.mirror.gui.values())
+    return [box for box in every if box.get("label") == "in my own words" and box.get("visible")]

@@ -1,0 +1,227 @@
+"""The page that plays without a server: the scene as it was, the numbers as they were, nothing from elsewhere."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import struct
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from playwright.sync_api import Page
+
+from app.export.player import LOCKED, assembled, packed_film, player_html
+from app.export.scene_film import PLACE, RATE, SEEN, TURN, Filmed, Track, film_scene, packed, unpacked
+from app.recording.replay import Replay
+from app.settings import PageSettings
+from controllers.kinematics import Array
+from scenes.inputs import Recorded
+from scenes.rerun import Stopped
+from scenes.simulation import Simulation
+from tests.app.export.runs import piece
+from tests.browser import PageAt, screenshot, wait_frames, world_position
+from tests.scenes.helpers import given_settings
+
+FAST = PageSettings(picture="fast")
+WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
+
+
+@cache
+def filmed(scene: str) -> Filmed:
+    """The scene of a short run."""
+    return film_scene(piece(scene, 2.0)[0], 1.0, FAST)
+
+
+def wrists(recorded: Recorded, time: float) -> dict[str, Array]:
+    """Where the last link of each arm is drawn at a time [m]."""
+    replay = Replay(recorded)
+    replay.seek(time)
+    simulation: Simulation = replay.simulation
+    data = simulation.room.model.createData()
+    pin.forwardKinematics(simulation.room.model, data, simulation.positions)
+    arms = zip(simulation.room.arms, simulation.room.robots, strict=True)
+    return {arm.name: data.oMi[arm.shoulder - robot.shoulder + 7].translation.copy() for arm, robot in arms}
+
+
+# --- tracks --------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_still_scene_goes_through_viser_s_format() -> None:
+    content, arrays = unpacked(filmed("hold").scene)
+    assert unpacked(packed(content, arrays)) == (content, arrays) and content["durationSeconds"] == 0.0
+    names = {message.get("name") for _, message in content["messages"]}
+    assert {"/room", "/floor", f"/arms/left{WRIST}", "/closest/line", "/place/ball"} <= names
+    assert {"/room", f"/arms/left{WRIST}", f"/arms/right{WRIST}"} <= set(filmed("hold").bodies) <= names
+    assert {time for time, _ in content["messages"]} == {0.0} and not any("Gui" in m["type"] for _, m in content["messages"])
+
+
+def test_frames_are_a_twentieth_of_a_second_apart_on_the_clock_of_the_run() -> None:
+    film = filmed("hold")
+    assert len(film.times) == 21 and film.times[-1] == 2.0
+    np.testing.assert_allclose(np.diff(film.times), 1.0 / RATE)
+    for track in film.tracks:
+        assert track.frames[0] == 0 and len(track.frames) > 1 and (np.diff(track.frames) > 0).all()
+        assert track.frames[-1] < len(film.times) == 21 and len(track.values) == len(track.frames)
+
+
+def test_every_turn_is_the_joint_s_own() -> None:
+    film = filmed("hold")
+    recorded, _ = piece("hold", 2.0)
+    replay = Replay(recorded)
+    turned = 0
+    for joint in range(7):
+        node = "/arms/right/base" + "".join(f"/j{i + 1}" for i in range(joint + 1))
+        for track in (t for t in film.tracks if (t.node, t.what) == (node, TURN)):
+            turns, angles = [], []
+            for frame, turn in zip(track.frames, track.values, strict=True):
+                replay.seek(film.times[frame])
+                angles.append(float(replay.simulation.positions[replay.simulation.room.arms[1].joints][joint]))
+                turns.append(pin.Quaternion(*turn))
+            turned += np.ptp(angles) > 0.02
+            for turn, angle in zip(turns[1:], angles[1:], strict=True):
+                assert turn.angularDistance(turns[0]) == pytest.approx(abs(angle - angles[0]), abs=1e-6)
+    assert turned >= 2
+
+
+def test_what_is_put_up_on_the_way_is_not_seen_before() -> None:
+    # How the arms ought to stand is drawn from where they do not.
+    film = film_scene(piece("imitation", 14.0)[0], 1.0, FAST)
+    content, _ = unpacked(film.scene)
+    late = {m["name"] for _, m in content["messages"] if m["type"] == "GlbMessage" and m["name"].startswith("/wish/")}
+    assert f"/wish/left{WRIST}" in late
+    tracks = {(t.node, t.what): t for t in film.tracks}
+    seen = tracks["/wish/left/base", SEEN]
+    assert (seen.frames[0], seen.values[0]) == (0, False) and True in seen.values and seen.frames[1] > 0
+    turn = tracks["/wish/left/base/j1/j2/j3", TURN]
+    assert turn.frames[1] > seen.frames[1]
+
+
+def test_a_track_keeps_news_only_and_the_last_of_a_frame() -> None:
+    track = Track("/a", "text")
+    for frame, value in ((0, "a"), (1, "a"), (2, "b"), (2, "c"), (5, "c"), (6, "a")):
+        track.put(frame, value)
+    assert (track.frames, track.values) == ([0, 2, 6], ["a", "c", "a"])
+
+
+def read_film(data: bytes) -> tuple[dict[str, Any], bytes]:
+    """The JSON and the numbers of a packed film."""
+    plain = gzip.decompress(data)
+    (length,) = struct.unpack_from("<I", plain)
+    return json.loads(plain[4 : 4 + length]), plain[(4 + length + 7) // 8 * 8 :]
+
+
+def test_packed_numbers_are_the_tracks_own() -> None:
+    tracks = (
+        Track("/a", TURN, [0, 3], [np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.6, 0.0, 0.8, 0.0])]),
+        Track("/a", PLACE, [0, 1], [np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0])]),
+        Track("/a", "points", [0, 2], [np.arange(6, dtype=np.float32), np.ones(6, np.float32)]),
+        Track("/a", "colors", [0, 2], [np.arange(3, dtype=np.uint8), np.ones(3, np.uint8)]),
+        Track("/a", "text", [0, 2], ["d = 1 mm", "d = 2 mm"]),
+        Track("/a", "odd", [0, 2], [np.arange(3, dtype=np.float32), np.ones(6, np.float32)]),
+    )
+    about, numbers = read_film(packed_film(Filmed(b"", tracks, (0.0, 0.05, 0.1, 0.15)), ()))
+    assert about["frames"] == 4 and [t["frames"] for t in about["tracks"]] == [[0, 3], [0, 1], [0, 2], [0, 2], [0, 2], [0, 2]]
+    kinds = {"i2": np.int16, "f4": np.float32, "u1": np.uint8}
+    for packed_track, track in zip(about["tracks"][:4], tracks, strict=False):
+        where = packed_track["numbers"]
+        assert where["at"] % 8 == 0
+        found = np.frombuffer(numbers, kinds[where["kind"]], where["count"], where["at"]).reshape(2, packed_track["width"])
+        wanted = np.array(track.values) * (32767.0 if track.what == TURN else 1.0)
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=0.5 if track.what == TURN else 0.0)
+    assert about["tracks"][4]["values"] == ["d = 1 mm", "d = 2 mm"] and about["tracks"][5]["values"][1] == [1.0] * 6
+
+
+def test_the_page_loads_nothing_and_is_small() -> None:
+    recorded, _ = piece("hold", 2.0)
+    page = player_html(recorded, 1.0, PageSettings(details="speeds")).decode()
+    assert page == player_html(recorded, 1.0, PageSettings(details="speeds")).decode()
+    assert len(page) < 2_500_000 and LOCKED in page and "<title>Duet: Hold (Fig. 5)</title>" in page
+    assert page.index("Content-Security-Policy") < page.index("<script")
+    film = page.split('id="duet-film">')[1].split("<")[0]
+    about, _ = read_film(base64.b64decode(film))
+    assert [panel["title"] for panel in about["panels"]] == ["distance d", "error e²", "speeds along the line"]
+    assert about["panels"][0]["strokes"][1]["name"] == [["d", False], ["m", True]]
+
+
+def test_what_a_person_named_is_text() -> None:
+    page = assembled(filmed("hold"), (), given_settings(), dark=True)
+    assert "classList.toggle('dark',true)" in page and 'src="http' not in page and "@import" not in page
+
+
+def test_nobody_waits_for_what_nobody_wants() -> None:
+    with pytest.raises(Stopped):
+        film_scene(piece("hold", 2.0)[0], 1.0, FAST, lambda: True)
+
+
+# --- in a browser --------------------------------------------------------------------------------------------------------------
+
+
+def open_file(page: Page, path: Path) -> list[str]:
+    """Open a file with the network cut; the addresses that it asked for all the same."""
+    asked: list[str] = []
+    page.context.set_offline(True)
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(path.as_uri())
+    page.wait_for_function("window.duet?.ready")
+    return asked
+
+
+def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp_path: Path) -> None:
+    recorded, table = piece("hold", 6.0)
+    path = tmp_path / "run.html"
+    path.write_bytes(player_html(recorded, 5.0, PageSettings(picture="fast", details="speeds")))
+    page = page_at(1000, 640)
+    asked = open_file(page, path)
+    # This browser has no graphics card. The page says so in one line, for some seconds; viser itself says nothing.
+    note = page.locator("#duet-note")
+    note.get_by_text("without a graphics card").wait_for()
+    assert page.locator("[class*=Notification-root]").count() == 0
+    # Any moment, there and back: the arms stand where they stood, and the numbers are those of the moment.
+    for time in (5.0, 2.0, 5.6):
+        page.evaluate("time => duet.seek(time)", time)
+        assert page.evaluate("duet.time") == pytest.approx(time, abs=0.02)
+        for name, place in wrists(recorded, time).items():
+            where = np.zeros(3)
+            for _ in range(200):
+                # A slow browser needs a while for a frame.
+                where = world_position(page, f"/arms/{name}{WRIST}")
+                if np.allclose(where, place, rtol=0.0, atol=2e-4):
+                    break
+                wait_frames(page, 1)
+            np.testing.assert_allclose(where, place, rtol=0.0, atol=2e-4)
+        shown = float(page.locator("#duet-plots figcaption output").first.inner_text())
+        row = int(np.searchsorted(table[:, 0], time))
+        assert shown == pytest.approx(float(table[row, 1]), abs=2e-3)
+    # The scrubber, a click on a plot, the play button and the keys.
+    page.get_by_role("slider", name="Time").fill("30")
+    assert page.evaluate("duet.time") == pytest.approx(1.0 + 30 / RATE, abs=0.051)
+    box = page.locator("#duet-plots figure div").first.bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"])
+    clicked = page.evaluate("duet.time")
+    assert 3.0 < clicked < 4.6
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function("from => duet.time > from + 0.2", arg=clicked)
+    page.get_by_role("button", name="Pause").click()
+    stopped = page.evaluate("duet.time")
+    page.locator("#duet-clock").click()
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press(".")
+    assert page.evaluate("duet.time") > stopped
+    page.keyboard.press("Space")
+    page.wait_for_function("duet.playing")
+    # It comes to rest at the end.
+    page.get_by_label("Speed", exact=True).select_option("4")
+    page.wait_for_function("!duet.playing")
+    assert page.evaluate("duet.time") == pytest.approx(6.0, abs=1e-6)
+    assert all(url.startswith(("file:", "blob:", "data:")) for url in asked)
+    assert not page.get_by_role("button", name="scene tree").is_visible()
+    note.wait_for(state="detached")
+    page.evaluate("duet.seek(5.2)")
+    wait_frames(page, 4)
+    screenshot(page, "player")

@@ -1,0 +1,171 @@
+"""A replay stands where the run was, to the last bit, however it got there."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.plots.time_series import COLUMNS, RollingSeries
+from app.recording import replay as replay_module
+from app.recording.past import Past
+from app.recording.replay import PERIOD, Replay, film
+from app.settings import Settings
+from scenes.history import COLUMN
+from scenes.inputs import encoded
+from scenes.rerun import Stopped
+from scenes.simulation import Simulation
+from tests.app.export.runs import piece
+
+SCENES = ("solo", "ball", "hold", "master_slave", "imitation")
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_any_moment_is_as_it_was(scene: str) -> None:
+    recorded, table = piece(scene, 3.0, 1.6, lively=True)
+    replay = Replay(recorded)
+    targets = [encoded(target) for target in recorded.targets()]
+    generator = np.random.default_rng(3)
+    # There and back, near and far, and across the changes of the settings.
+    for step in (1, 2, recorded.steps, recorded.steps - 1, 7, *generator.integers(1, recorded.steps + 1, 12).tolist()):
+        replay.seek_step(step)
+        assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
+        assert replay.step == step and encoded(replay.target) == targets[step - 1]
+        assert replay.time == pytest.approx(replay.simulation.time, abs=1e-9)
+
+
+def test_positions_and_settings_are_those_after_the_step() -> None:
+    recorded, _ = piece("hold", 3.0, 99.0, lively=True)
+    simulation, replay = Simulation(recorded.settings), Replay(recorded)
+    step = 0
+    for stretch in recorded.stretches:
+        simulation.apply(stretch.settings)
+        for target, count in stretch.targets.runs():
+            for _ in range(count):
+                simulation.step(target)
+                step += 1
+                if step % 97 == 0:
+                    replay.seek_step(step)
+                    assert replay.simulation.positions.tobytes() == simulation.positions.tobytes()
+                    assert replay.simulation.settings == simulation.settings
+
+
+@settings(max_examples=40)
+@given(st.floats(allow_nan=True, allow_infinity=True))
+def test_any_time_at_all_is_a_moment(time: float) -> None:
+    replay = lively()
+    step = replay.nearest(time)
+    assert 1 <= step <= replay.steps
+    if replay.begin <= time <= replay.end:
+        assert abs(replay.moment(step) - time) <= 0.0026
+
+
+@cache
+def lively() -> Replay:
+    """A replay whose time step changes on the way."""
+    return Replay(piece("hold", 3.0, 99.0, lively=True)[0])
+
+
+def test_every_step_has_its_time_and_every_time_its_step() -> None:
+    replay = lively()
+    times = [replay.moment(step) for step in range(1, replay.steps + 1)]
+    assert (np.diff(times) > 0.0).all() and (replay.begin, replay.end) == (times[0], times[-1])
+    assert [replay.nearest(time) for time in times] == list(range(1, replay.steps + 1))
+    # A row of the table is of the time before its step.
+    _, table = piece("hold", 3.0, 99.0, lively=True)
+    np.testing.assert_allclose(times[:-1], table[1:, COLUMN["t"]], atol=1e-9)
+
+
+def test_playing_goes_through_every_step_and_rests_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(replay_module, "BUDGET", float("inf"))
+    recorded, table = piece("hold")
+    replay = Replay(recorded)
+    replay.advance(1.0)
+    assert replay.step == 1
+    replay.toggle()
+    replay.advance(0.1)
+    assert replay.step == 21 and replay.playing
+    replay.speed = 0.5
+    replay.advance(0.1)
+    assert replay.step == 31
+    while replay.playing:
+        replay.advance(0.02)
+    assert replay.step == replay.steps and replay.advance(1.0) == 0
+    # Played in one go, its history holds every step.
+    assert replay.simulation.history.table().tobytes() == table.tobytes()
+    replay.toggle()
+    assert replay.playing and replay.step == 1
+
+
+def test_playing_leaves_room_for_other_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(replay_module, "BUDGET", 0.0)
+    replay = Replay(piece("hold")[0])
+    replay.toggle()
+    assert replay.advance(1.0) == 8 and replay.playing
+    # What was not made in time is not made up for later.
+    assert replay.advance(0.015) == 3
+
+
+def test_seeking_stops_at_either_end() -> None:
+    replay = Replay(piece("hold", 1.0)[0])
+    for time, step in ((-5.0, 1), (99.0, replay.steps), (float("nan"), 1), (float("inf"), replay.steps)):
+        replay.seek(time)
+        assert replay.step == step
+    replay.seek_step(-3)
+    assert replay.step == 1
+
+
+def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
+    recorded, table = piece("hold", 6.0)
+    replay = Replay(recorded)
+    buffer = RollingSeries()
+    for time in (5.5, 2.0, 5.0):
+        replay.seek(time)
+        buffer.feed(replay.simulation)
+        times, distances = buffer.series((COLUMNS["d"],))
+        assert times[-1] == pytest.approx(time, abs=0.02) and times[0] < 0.2
+        live = table[: replay.step]
+        # As many bins as the page had then, and the smallest distance in every one of them.
+        bins = np.unique((live[:, COLUMN["t"]] * 8.0).astype(int), return_index=True)[1]
+        np.testing.assert_array_equal(distances, np.minimum.reduceat(live[:, COLUMN["d"]], bins))
+
+
+def test_a_film_is_small_and_keeps_the_nearest_row_of_each_period() -> None:
+    recorded, table = piece("hold", 6.0)
+    kept = film(recorded)
+    assert kept.marks[0] == 0 and len(kept.marks) == len(kept.states) == -(-recorded.steps // replay_module.APART)
+    assert len(kept.rows) == pytest.approx(6.0 / PERIOD, abs=1)
+    for row, step in zip(kept.rows, kept.row_steps.tolist(), strict=True):
+        assert row.tobytes() == table[step].tobytes()
+    assert kept.rows[:, COLUMN["d"]].min() == table[:, COLUMN["d"]].min()
+
+
+def test_the_states_of_a_very_long_run_lie_farther_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(replay_module, "MOST_STATES", 7)
+    recorded, table = piece("hold", 1.0)
+    kept = film(recorded)
+    assert len(kept.states) <= 7
+    replay = Replay(recorded, kept)
+    for step in (150, 20, 199):
+        replay.seek_step(step)
+        assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
+
+
+def test_nobody_waits_for_a_film_that_nobody_wants() -> None:
+    with pytest.raises(Stopped):
+        film(piece("hold")[0], lambda: True)
+
+
+def test_the_past_stands_in_for_a_session() -> None:
+    recorded, _ = piece("imitation", 3.0, 1.6, lively=True)
+    replay = Replay(recorded)
+    past = Past(replay, Settings())
+    replay.seek(replay.end)
+    assert past.simulation is replay.simulation and past.settings.run == recorded.stretches[-1].settings
+    assert past.settings.page == Settings().page and encoded(past.target()) == encoded(replay.target)
+    assert past.paused and past.pace.paused and past.ghost is None and past.held is None and past.what_if is None
+    replay.toggle()
+    assert not past.paused

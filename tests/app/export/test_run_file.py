@@ -1,0 +1,304 @@
+"""A run as a file: it comes back to the last bit, says what differs, and no file does harm."""
+
+from __future__ import annotations
+
+import io
+import math
+import zipfile
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.recording import outcome as outcome_module
+from app.recording import run_file as run_file_module
+from app.recording.outcome import CLOSE, RunOutcome, columns_of, compare, outcome_arrays, outcome_from, outcome_of, unit_of
+from app.recording.provenance import NAMES, made_from, made_here, unlike
+from app.recording.run_file import SavedRun, load_run, saved_bytes, saved_from, verify
+from controllers.errors import BadInputFile, BadSetting
+from scenes.inputs_file import recorded_from
+from scenes.rerun import Stopped
+from scenes.settings import changed
+from scenes.simulation import Simulation
+from tests.app.export.runs import piece
+
+SCENES = ("solo", "ball", "hold", "master_slave", "imitation")
+
+
+@cache
+def saved() -> SavedRun:
+    """A file of the hold experiment as it is read."""
+    return saved_from(saved_bytes(piece("hold")[0]), "a.npz")
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_file_is_made_again_to_the_last_bit(scene: str) -> None:
+    recorded, table = piece(scene, 3.0, 1.2, lively=True)
+    assert recorded.begin >= 1.0 and len(recorded.stretches) >= 2
+    data = saved_bytes(recorded, table[-1].tobytes())
+    assert data == saved_bytes(recorded)
+    loaded = load_run(data, "a.npz")
+    assert loaded.verification.verdict == "exact" and f"all {recorded.steps} steps" in loaded.verification.words
+    assert loaded.recorded.stretches[-1].settings == recorded.stretches[-1].settings
+    assert loaded.recorded.steps == recorded.steps
+    # The outcome is that of the run itself, not of what was made again.
+    kept = saved_from(data, "a.npz").outcome
+    assert kept.rows.tobytes() == outcome_of(table, kept.columns).rows.tobytes()
+
+
+def test_it_is_a_file_of_inputs_too() -> None:
+    recorded, _ = piece("hold")
+    again = recorded_from(saved_bytes(recorded), "a.npz")
+    assert again.steps == recorded.steps and again.settings == recorded.settings
+
+
+def test_what_was_seen_must_be_what_is_saved() -> None:
+    recorded, table = piece("hold")
+    other = table[-1].copy()
+    other[1] = np.nextafter(other[1], 1.0)
+    with pytest.raises(BadSetting, match="does not come out the same"):
+        saved_bytes(recorded, other.tobytes())
+
+
+def with_setting(file: SavedRun, key: str, value: float) -> SavedRun:
+    """The same file with another setting all the time."""
+    stretches = tuple(s._replace(settings=changed(s.settings, key, value)) for s in file.recorded.stretches)
+    return replace(file, recorded=replace(file.recorded, stretches=stretches))
+
+
+def test_another_setting_is_another_run_and_the_first_step_is_named() -> None:
+    found = verify(with_setting(saved(), "k", 2.5))
+    assert found.verdict == "differs" and not found.unlike
+    recorded, table = piece("hold")
+    again = Simulation(changed(recorded.settings, "k", 2.5))
+    for target in recorded.targets():
+        again.step(target)
+    first = next(i for i, (a, b) in enumerate(zip(table, again.history.table(), strict=True)) if a.tobytes() != b.tobytes())
+    comparison = found.comparison
+    assert comparison.first_step == first and f"number {first + 1} of {recorded.steps}." in found.words
+    assert comparison.first is not None and comparison.largest is not None
+    assert comparison.first.step == first and comparison.first.time == table[first, 0]
+    # How much, and where, is told from the numbers themselves.
+    by = np.abs(np.nan_to_num(table) - np.nan_to_num(again.history.table()))
+    assert comparison.largest.by == by.max() > CLOSE
+    row, column = np.unravel_index(int(by.argmax()), by.shape)
+    assert (comparison.largest.step, comparison.largest.column) == (row, columns_of(again)[int(column)])
+    assert f"{comparison.largest.column} by {comparison.largest.by:.2g}" in found.words
+    assert "the file or the program was changed" in found.words
+
+
+def test_last_bits_of_another_machine_count_as_the_same_run() -> None:
+    file = with_setting(replace(saved(), made={**made_here(), "numpy": "1.0"}), "k", 2.0 + 1e-12)
+    found = verify(file)
+    assert found.verdict == "close" and "the same within 1e-09, but not to the last bit" in found.words
+    assert f"numpy 1.0 then, {np.__version__} now" in found.words and len(found.unlike) == 1
+
+
+def test_a_run_of_another_length_is_told() -> None:
+    recorded, table = piece("hold")
+    columns = columns_of(Simulation(recorded.settings, 1))
+    found = compare(outcome_of(table, columns), table[:-7], columns)
+    assert (found.exact, found.close, found.first_step) == (False, False, len(table) - 7)
+    assert (found.steps_then, found.steps_now, found.largest) == (len(table), len(table) - 7, None)
+
+
+def test_columns_of_another_version_are_compared_by_name() -> None:
+    recorded, table = piece("hold")
+    columns = columns_of(Simulation(recorded.settings, 1))
+    older = outcome_of(table[:, 1:], columns[1:])
+    assert compare(older, table, columns).largest is None
+    other = table.copy()
+    other[5, columns.index("left_q2")] += 0.25
+    found = compare(older, other, columns)
+    assert found.first_step is None and found.largest is not None
+    assert (found.largest.column, found.largest.by, found.largest.step) == ("left_q2", 0.25, 5)
+
+
+def test_long_runs_keep_evenly_spread_steps_and_find_the_first_one_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(outcome_module, "MOST_ROWS", 50)
+    table = np.arange(600.0)[:, None] * np.array([0.005, 1.0, -2.0])
+    kept = outcome_of(table, ("t", "d", "u"))
+    assert len(kept.places) <= 51 and (kept.places[0], kept.places[-1]) == (0, 599)
+    other = table.copy()
+    other[307:, 1] += 3.0
+    found = compare(kept, other, ("t", "d", "u"))
+    assert found.first_step == 307 and found.first is not None
+    assert 307 <= found.first.step < 307 + 12 and (found.first.column, found.first.by) == ("d", 3.0)
+
+
+def test_numbers_that_are_not_there_are_not_the_same_as_numbers() -> None:
+    table = np.array([[0.0, 1.0, np.nan], [0.1, 1.0, np.nan]])
+    kept = outcome_of(table, ("t", "d", "e2_b"))
+    # Which bits stand for nan is nobody's business, but nan is not 0.
+    same = table.copy()
+    same[:, 2] = -np.float64(np.nan)
+    assert compare(kept, same, kept.columns).exact
+    other = table.copy()
+    other[1, 2] = 0.0
+    found = compare(kept, other, kept.columns)
+    assert found.largest is not None and math.isinf(found.largest.by) and not found.close
+    assert "e2_b (nan then, 0 now), at step 2" in found.largest.words("m²")
+
+
+@settings(max_examples=30)
+@given(
+    st.lists(
+        st.tuples(*[st.floats(allow_nan=False, width=64)] * 3),
+        min_size=1,
+        max_size=20,
+    )
+)
+def test_rows_go_through_a_file_to_the_last_bit(rows: list[tuple[float, float, float]]) -> None:
+    kept = outcome_of(np.array(rows), ("t", "d", "u"))
+    back = outcome_from(outcome_arrays(kept), len(rows))
+    assert back.rows.tobytes() == kept.rows.tobytes() and (back.columns, back.digest) == (kept.columns, kept.digest)
+    assert np.array_equal(back.hashes, kept.hashes) and np.array_equal(back.places, kept.places)
+
+
+@pytest.mark.parametrize(
+    ("column", "unit"),
+    [
+        *[("t", "s"), ("d", "m"), ("e2", "rad²"), ("lambda", ""), ("w_law_b", "m/s"), ("pair", "")],
+        *[("left_q3", "rad"), ("left_dq3", "rad/s"), ("right_qd1", "rad"), ("ball_q_x", "m"), ("ball_dq_x", "m/s")],
+    ],
+)
+def test_units(column: str, unit: str) -> None:
+    assert unit_of(column, "rad²") == unit
+
+
+# --- bad files -----------------------------------------------------------------------------------------------------------------
+
+
+def rewritten(data: bytes, **parts: np.ndarray | None) -> bytes:
+    """A file with other parts in the place of some, or without them."""
+    with np.load(io.BytesIO(data)) as arrays:
+        found = {name: arrays[name] for name in arrays.files} | parts
+    out = io.BytesIO()
+    np.savez(out, **{name: array for name, array in found.items() if array is not None})  # pyright: ignore[reportArgumentType]
+    return out.getvalue()
+
+
+def as_bytes(text: str) -> np.ndarray:
+    return np.frombuffer(text.encode(), np.uint8)
+
+
+@pytest.fixture(scope="module")
+def data() -> bytes:
+    """A good file."""
+    return saved_bytes(piece("hold", 1.0)[0])
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"outcome_hashes": None}, "holds inputs but not what came out"),
+        ({"codes": None}, "a part is missing"),
+        ({"outcome_hashes": np.zeros(3, np.uint32)}, "does not belong to its inputs"),
+        ({"outcome_places": np.array([5, 5], np.uint32)}, "does not belong to its inputs"),
+        ({"outcome_places": np.array([0, 99999], np.uint32)}, "does not belong to its inputs"),
+        ({"outcome_rows": np.zeros((2, 8, 3), np.uint8)}, "does not belong to its inputs"),
+        ({"outcome_rows": np.zeros((2, 8, 3))}, "does not belong to its inputs"),
+        ({"outcome_about": as_bytes("{")}, "says nothing of its outcome"),
+        ({"outcome_about": as_bytes("[1]")}, "says nothing of its outcome"),
+        ({"outcome_about": as_bytes('{"columns": 4, "digest": ""}')}, "says nothing of its outcome"),
+        ({"outcome_about": as_bytes('{"columns": ["<b>\\n"], "digest": ""}')}, "does not belong to its inputs"),
+    ],
+)
+def test_a_wrong_part_is_refused_and_named(data: bytes, parts: dict[str, Any], message: str) -> None:
+    with pytest.raises(BadInputFile, match=message) as caught:
+        load_run(rewritten(data, **parts), "mine.npz")
+    assert str(caught.value).startswith("mine.npz: ") and "\n" not in str(caught.value)
+
+
+def test_positive_control_a_file_that_is_only_packed_anew_is_read(data: bytes) -> None:
+    assert load_run(rewritten(data), "mine.npz").verification.verdict == "exact"
+
+
+@pytest.mark.parametrize("made", ["{", "[]", '{"numpy": 3}', '{"numpy": "%s"}' % ("x" * 500)])
+def test_whatever_a_file_says_of_its_making_it_is_read(data: bytes, made: str) -> None:
+    found = load_run(rewritten(data, made=as_bytes(made)), "mine.npz").verification
+    assert found.verdict == "exact" and max(map(len, found.unlike)) < 120
+
+
+def test_a_run_that_cannot_be_made_here_is_refused(data: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(*_: object, **__: object) -> None:
+        raise BadSetting("robot = panda needs a package.")
+
+    monkeypatch.setattr(run_file_module, "rerun", missing)
+    with pytest.raises(BadInputFile, match=r"mine\.npz: robot = panda needs"):
+        load_run(data, "mine.npz")
+
+
+def test_too_long_a_run_is_refused(data: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_file_module, "LONGEST", 0.5)
+    with pytest.raises(BadInputFile, match=r"a run of 1 s; at most 0 s"):
+        load_run(data, "mine.npz")
+
+
+@cache
+def small() -> bytes:
+    """A good file of a short run."""
+    return saved_bytes(piece("hold", 0.3)[0])
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 10**9), st.integers(1, 255), st.booleans())
+def test_one_wrong_byte_is_refused_or_changes_nothing(place: int, flip: int, cut: bool) -> None:
+    good = small()
+    bad = bytearray(good)
+    bad[place % len(good)] ^= flip
+    if cut:
+        del bad[place % len(good) :]
+    try:
+        file = saved_from(bytes(bad), "mine.npz")
+    except BadInputFile as error:
+        assert str(error).startswith("mine.npz: ")
+    else:
+        # Every part has its own checksum: only what the archive says about itself can be wrong.
+        assert file.outcome.digest == saved_from(good, "good").outcome.digest
+
+
+@settings(max_examples=40)
+@given(st.binary(max_size=400))
+def test_no_bytes_at_all_do_harm(content: bytes) -> None:
+    with pytest.raises(BadInputFile):
+        load_run(content, "mine.npz")
+
+
+def test_nothing_in_a_file_is_run(data: bytes) -> None:
+    class Bomb:
+        def __reduce__(self) -> tuple[Any, ...]:
+            return exec, ("raise SystemExit('boom')",)
+
+    out = io.BytesIO(data)
+    with zipfile.ZipFile(out, "a") as archive:
+        part = io.BytesIO()
+        np.save(part, np.array([Bomb()], object), allow_pickle=True)
+        archive.writestr("outcome_more.npy", part.getvalue())
+    with pytest.raises(BadInputFile, match="damaged"):
+        load_run(out.getvalue(), "mine.npz")
+
+
+def test_nobody_waits_for_what_nobody_wants() -> None:
+    recorded, _ = piece("hold", 1.0)
+    with pytest.raises(Stopped):
+        saved_bytes(recorded, None, lambda: True)
+    with pytest.raises(Stopped):
+        verify(saved(), lambda: True)
+
+
+def test_what_made_a_file() -> None:
+    here = made_here()
+    assert set(here) == set(NAMES) and made_from(here) == here and not unlike(here, here)
+    assert unlike({}, here)[0].startswith("Duet unknown then, ")
+
+
+def test_an_outcome_is_small() -> None:
+    recorded, table = piece("hold")
+    kept = outcome_of(table, columns_of(Simulation(recorded.settings, 1)))
+    assert isinstance(kept, RunOutcome)
+    assert len(saved_bytes(recorded)) < 0.6 * table.nbytes

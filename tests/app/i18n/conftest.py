@@ -1,0 +1,41 @@
+"""English before and after every test, and a look for what was never translated."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from app.i18n.speaking import set_language
+
+NO_TEXT = re.compile(
+    # Style, drawings and code; then what is left of tags; what is a name or a symbol; what a lesson's own file says.
+    r"<style>.*?</style>|<svg.*?</svg>|<pre.*?</pre>|<kbd>.*?</kbd>|<code>.*?</code>|<[^>]*>|&\w+;",
+    re.DOTALL,
+)
+NAMED = re.compile(r"""\b(?:aria-label|title|alt|placeholder)=(?:"([^"]*)")""")
+"""What is told with a part of the page to those who do not see it."""
+WORD = re.compile(r"[^\W\d_]{3,}")
+NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max", "sym", "Duet"})
+
+
+@pytest.fixture(autouse=True)
+def english() -> Iterator[None]:
+    """Every test begins in English, and leaves English behind."""
+    set_language("en")
+    yield
+    set_language("en")
+
+
+def untranslated(text: str) -> list[str]:
+    """The words of a text, and of the names of its parts, that stand outside the brackets of the pseudo-language."""
+    named = "\n".join(NAMED.findall(text))
+    plain_text = NO_TEXT.sub("\n", f"{text}\n{named}")
+    while "⟦" in plain_text:
+        # The innermost first: a sentence may have translated parts.
+        shorter = re.sub(r"⟦[^⟦⟧]*⟧", "", plain_text)
+        if shorter == plain_text:
+            break
+        plain_text = shorter
+    return [word for word in WORD.findall(plain_text) if word not in NAMES]

@@ -1,0 +1,216 @@
+"""The list of what is to be translated: every text that the page says.
+
+A text gets onto it where it is said, `say("…")`, or told, `notify("…", "…")`; where it is marked for later, `text("…")`; as the text or
+template of an error that somebody on the page may meet, or of another `Message`; as label, hint or choice of a setting; as name of a row
+of buttons; and from the tables below, whose texts are said elsewhere than where they stand.
+"""
+
+import ast
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+import app
+from app.custom_law.trials import TRIALS, WHY
+from app.export.export_queue import TITLES, WORDS
+from app.export.report_html import ENGLISH as REPORT
+from app.i18n.catalogue import FOLDER, read_texts
+from app.i18n.client_texts import ALL
+from app.page.lessons.lesson_html import NEXT, PHASES
+from app.page.panels.controls import TABS
+from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
+from app.page.panels.plot_chooser import CHARTS
+from app.page.panels.readout import SHARES
+from app.plots.laws_chart import LAW_NAMES
+from app.plots.time_plots import COURSES
+from app.settings import Settings
+from app.text.equations import ALONE, EQUATIONS
+from scenes.settings import specs
+
+_APP: Final = Path(app.__file__).parent
+_LETTERS: Final = re.compile(r"[^\W\d_]{2}")
+_NO_TEXT: Final = re.compile(r"<[^>]*>|&\w+;|\{[^{}]*\}")
+_SAID: Final = ("_said", "notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
+"""Functions and classes whose arguments are said; beside `tr` and `N_` themselves."""
+
+_TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "MissingPackage", "_fault", "_check", "Wrong")
+"""Those whose first argument is a text, or a template with its parts, that is said when it has come to the page."""
+
+ON_THE_PAGE: Final = (
+    *("scenes/settings.py", "scenes/rerun.py", "scenes/inputs_file*.py", "scenes/robots/*.py"),
+    *("scenes/person/bvh*.py", "scenes/person/camera*.py"),
+    *(
+        "app/runtime/job_pool.py",
+        "app/export/*.py",
+        "app/recording/*.py",
+        "app/custom_law/[!c]*.py",
+        "app/page/**/*.py",
+        "app/plots/*.py",
+        "app/stage/*.py",
+        "app/session/*.py",
+    ),
+)
+"""Where errors come from that somebody on the page may meet. Of all other files a template with its parts is said, and a `Message`; their
+plain texts are for the command line, and for authors of lessons."""
+
+FORMULAS: Final = frozenset(
+    {"d_m", "q̇", "v", "n", "u v w", "λ(d)", "n, v", "dt", "w_max", "K", "β", "γ", "η", "d_0", "g", "q₁–q₄"}
+)
+"""Labels that are symbols, …"""
+
+NAMES: Final = frozenset(
+    (
+        *(
+            "CSV",
+            "HTML",
+            "PNG",
+            "SVG",
+            "Python",
+            "KUKA LWR 4+",
+            "Franka Panda",
+            "UR5",
+            "English",
+            "Deutsch",
+            "Slovenščina",
+            "Pseudo (a test)",
+        ),
+        *("Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
+    )
+)
+"""… and names: the same in every language."""
+
+
+BODIES: Final = ("L", "R", "upper arm", "elbow", "forearm", "wrist", "hand", "pedestal", "ball")
+"""Of which the pairs are, as `app.plots.pair_strips` names them."""
+
+JOINTS: Final = (
+    *("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll"),
+    *("wrist bend", "wrist turn"),
+)
+"""As the arms of `scenes.robots` name them."""
+
+OTHERS: Final = (
+    *("the replay", "the run of the file", "the lab report"),
+    "There is too little to measure yet; let it run for a few seconds.",
+)
+"""Said by what knows no page."""
+
+
+@cache
+def messages() -> tuple[str, ...]:
+    """Return every English text that the page says, each once, sorted; formulas, numbers and names of symbols are left out."""
+    return tuple(sorted({found for found in (*_of_tables(), *_of_sources(), *_of_errors()) if _has_words(found)}))
+
+
+def missing(language: str) -> tuple[str, ...]:
+    """Return what a language's file does not say.
+
+    Raises:
+        OSError, ValueError: see `read_texts`.
+    """
+    known = read_texts(FOLDER / f"{language}.toml")
+    return tuple(found for found in messages() if found not in known)
+
+
+def _has_words(found: str) -> bool:
+    return found not in FORMULAS | NAMES and _LETTERS.search(_NO_TEXT.sub("", found)) is not None
+
+
+def _of_tables() -> Iterator[str]:
+    for spec in specs(Settings).values():
+        yield from (spec.label, spec.help, *spec.choice_labels)
+    yield from (name for name, _, _ in TABS)
+    yield from (hotkey.text for hotkey in (*HOTKEYS, *LESSON_KEYS))
+    for course in COURSES.values():
+        yield from (course.title, *(name for _, _, name in course.legend))
+    for equation in (ALONE, *EQUATIONS.values()):
+        yield equation.source
+        for line in equation.lines:
+            yield from re.findall(r"\\text\{\{(.+?)\}\}", line)
+    for table in (CHARTS, LAW_NAMES, NEXT, PHASES, SHARES, TITLES, WORDS, WHY):
+        yield from map(str, table.values())
+    yield from (value for name, value in asdict(REPORT).items() if name != "language")
+    yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
+
+
+def _of_sources(folder: Path = _APP) -> Iterator[str]:
+    """Yield what the sources of a folder say."""
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py"))]
+    named = {name: value for tree in trees for name, value in _constants(tree)}
+    for tree in trees:
+        here = (*_SAID, *(_imported(tree) & {"tr", "N_"}))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and _name(node.func) in here:
+                yield from _texts((*node.args, *(keyword.value for keyword in node.keywords)), named)
+            elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("notes.append"):
+                yield from _texts(node.args, named)
+
+
+def on_the_page() -> Iterator[Path]:
+    """Yield the files of `ON_THE_PAGE`."""
+    for pattern in ON_THE_PAGE:
+        yield from sorted(_APP.parent.glob(pattern))
+
+
+def errors_of(path: Path, plain: bool = True) -> Iterator[ast.expr]:
+    """Yield the text of every call of a file that makes an error or a `Message`.
+
+    Args:
+        path: of the file.
+        plain: whether the text of an error without parts is meant, too.
+    """
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call) and (name := _name(node.func)) in _TELLING:
+            # What `_check` is told comes after what it checks.
+            first = node.args[name == "_check" : 2]
+            if first and (plain or node.keywords or name == "LazyText"):
+                yield first[0]
+
+
+def _of_errors() -> Iterator[str]:
+    here = {*on_the_page()}
+    for floor in ("controllers", "scenes", "app"):
+        for path in (_APP.parent / floor).rglob("*.py"):
+            yield from _texts(errors_of(path, path in here), {})
+
+
+def _imported(tree: ast.Module) -> set[str]:
+    """Return what a module imports of `app.i18n.speaking`."""
+    found = (node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module == "app.i18n.speaking")
+    return {alias.name for node in found for alias in node.names}
+
+
+def _name(node: ast.expr) -> str:
+    return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+
+
+def _constants(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
+    """Yield name and value of the module's own constants that are texts, or tuples of texts."""
+    for node in tree.body:
+        target = node.target if isinstance(node, ast.AnnAssign) else node.targets[0] if isinstance(node, ast.Assign) else None
+        if isinstance(target, ast.Name) and isinstance(node, (ast.AnnAssign, ast.Assign)) and node.value is not None:
+            yield target.id, node.value
+
+
+def _texts(nodes: Iterable[ast.expr], named: dict[str, ast.expr], deep: bool = True) -> Iterator[str]:
+    """Yield the texts among expressions: as they stand, one of two, several, or by the name of a constant."""
+    for node in nodes:
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+        elif isinstance(node, (ast.Tuple, ast.List)):
+            yield from _texts(node.elts, named, deep)
+        elif isinstance(node, ast.IfExp):
+            yield from _texts((node.body, node.orelse), named, deep)
+        elif isinstance(node, ast.Name) and deep and node.id in named:
+            yield from _texts((named[node.id],), named, deep=False)
+        elif isinstance(node, ast.Call) and _name(node.func) == "text":
+            yield from _texts(node.args, named, deep)
+
+
+if __name__ == "__main__":
+    for language in ("de", "sl"):
+        for found in missing(language):
+            print(language, repr(found))

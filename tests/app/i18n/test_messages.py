@@ -1,0 +1,256 @@
+"""What is wrong is said in the page's language: errors that somebody on the page may meet, and what the browser says by itself."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import io
+import json
+import pickle
+import zipfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import viser
+
+from app.custom_law.law_file import LawFile, Wrong
+from app.custom_law.law_limits import problem_of
+from app.custom_law.trials import examine_law
+from app.custom_law.wire import pack_failure, unpack_failure
+from app.export.jobs import not_again
+from app.hosting.resume import open_link, step_of
+from app.i18n.catalogue import words_of
+from app.i18n.client_texts import ALL, LOST, OURS, VISERS, client_script
+from app.i18n.speaking import set_language, tr
+from app.lessons.loading import load_lessons
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.walkthrough import Walkthrough
+from app.page.accessible_names import ICONS
+from app.recording.outcome import Comparison, Difference
+from app.recording.provenance import unlike
+from app.recording.run_file import _words, load_run, saved_bytes
+from app.session.session import Session
+from app.settings import Settings, from_query
+from app.web.index_page import patched_index
+from controllers.errors import BadInputFile, BadSetting, DuetError, LazyText, joined
+from controllers.laws.unprotected import Unprotected
+from scenes.inputs_file import recorded_from
+from scenes.person.bvh import read_bvh
+from scenes.person.clips import Clip
+from scenes.settings import RunSettings, changed
+from tests.app.export.runs import piece
+from tests.app.i18n.conftest import untranslated
+from tests.app.i18n.messages import errors_of, messages, on_the_page
+from tests.scenes.person.bvh_text import MIXAMO, write_bvh
+
+
+def refusal(what: Callable[[], object]) -> LazyText:
+    """What an error says."""
+    with pytest.raises(DuetError) as caught:
+        what()
+    said = str(caught.value)
+    assert isinstance(said, LazyText)
+    return said
+
+
+# --- messages ------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_message_is_its_english_text_and_can_be_said_in_another() -> None:
+    said = refusal(lambda: changed(RunSettings(), "dm", "9"))
+    assert said == "dm = '9' is out of range; give a number from 0.03 to 0.3 m."
+    assert words_of("de")(said) == "dm = '9' liegt außerhalb des Bereichs; möglich ist eine Zahl von 0.03 bis 0.3 m."
+    assert words_of("sl")(said) == "dm = '9' je zunaj območja; mogoče je število od 0.03 do 0.3 m."
+    assert words_of("en")(said) == said
+
+
+def test_a_message_keeps_what_it_is_made_of() -> None:
+    inner = BadSetting("{key} = {value} is not a number; {remedy}", key="n", value="'x'", remedy="{as it stands}")
+    outer = BadInputFile("{name}: {reason}", name="{odd}.npz", reason=str(inner))
+    for error in (outer, pickle.loads(pickle.dumps(outer))):
+        assert str(error) == "{odd}.npz: n = 'x' is not a number; {as it stands}"
+        assert words_of("de")(str(error)) == "{odd}.npz: n = 'x' ist keine Zahl; {as it stands}"
+    assert LazyText(outer.args[0]).parts == outer.args[0].parts
+    # Without parts nothing is filled in, and nothing of another kind is believed to be a text.
+    assert str(BadSetting("a {b} c")) == "a {b} c" and str(DuetError()) == ""
+    assert joined(("a", "", LazyText("off")), ", ") == "a, , off" and words_of("de")(joined([LazyText("off")], " ")) == "aus"
+    assert joined((), ", ") == ""
+
+
+def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
+    """An f-string cannot be looked up: give the template and its parts, `BadSetting("{key} is …", key=key)`."""
+    odd = [
+        f"{path.name}:{first.lineno}"
+        for path in on_the_page()
+        for first in errors_of(path)
+        if isinstance(first, (ast.JoinedStr, ast.BinOp))
+    ]
+    assert odd == []
+    assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "background.py"} <= {path.name for path in on_the_page()}
+    assert {"{key} = {value} is out of range; {remedy}", "hips", "The video has ended."} <= set(messages())
+
+
+# --- everything that may go wrong on a page ------------------------------------------------------------------------------------
+
+SKELETON = write_bvh(Clip("wave", 1), MIXAMO, frames=4)
+RUN = saved_bytes(piece("hold", 1.0)[0])
+
+
+def damaged(part: str) -> bytes:
+    """The file of a run without a part."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(RUN)) as old, zipfile.ZipFile(out, "w") as new:
+        for info in old.infolist():
+            if info.filename != f"{part}.npy":
+                new.writestr(info, old.read(info))
+    return out.getvalue()
+
+
+WALK = Walkthrough(load_lessons())
+WRONG: dict[str, Callable[[], object]] = {
+    "unknown": lambda: changed(RunSettings(), "🦆", "1"),
+    "choice": lambda: changed(Settings(), "theme", "🦆"),
+    "flag": lambda: changed(Settings(), "whatif", "2"),
+    "number": lambda: changed(RunSettings(), "dm", "-"),
+    "whole": lambda: changed(RunSettings(), "seed", "1.5"),
+    "range": lambda: changed(RunSettings(), "dm", "9"),
+    "not a run": lambda: load_run(b"1", "🦆"),
+    "empty run": lambda: load_run(damaged("about"), "🦆"),
+    "nothing to compare": lambda: load_run(damaged("made"), "🦆"),
+    "no inputs": lambda: recorded_from(damaged("codes"), "🦆"),
+    "not a skeleton": lambda: read_bvh(b"1\n2\n", "🦆"),
+    "cut skeleton": lambda: read_bvh(SKELETON[: len(SKELETON) // 3].encode(), "🦆"),
+    "no elbow": lambda: read_bvh(SKELETON.replace("ForeArm", "1").replace("forearm", "1").encode(), "🦆"),
+    "a word among the numbers": lambda: read_bvh(SKELETON.rstrip().rsplit(" ", 1)[0].encode() + b" -", "🦆"),
+    "no lesson": lambda: WALK.go("🦆"),
+    "no such lesson": lambda: WALK.go(99),
+    "no step": lambda: WALK.go(0, 99),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_errors_are_said(name: str) -> None:
+    said = refusal(WRONG[name])
+    set_language("pseudo")
+    # What a person wrote, and names of settings, lessons and joints, are what they are in every language.
+    parts = [str(part) for part in leaves(said)]
+    shown = tr(said)
+    for part in sorted(parts, key=len, reverse=True):
+        shown = shown.replace(part, "")
+    assert "⟦" in shown and untranslated(shown) == []
+
+
+def leaves(message: LazyText) -> list[object]:
+    """What is filled in, and is no message itself."""
+    return [
+        leaf for part in message.parts.values() for leaf in (leaves(part) if isinstance(part, LazyText) else [part]) if str(leaf)
+    ]
+
+
+def test_links_are_answered_in_the_page_s_language() -> None:
+    _, problems = from_query({"dm": "9", "🦆": "1"}, Settings())
+    run = LessonSession(Session(Settings()), load_lessons())
+    problems += (
+        open_link(run, {"lesson": "99"}, None) + open_link(run, {"lesson": "🦆"}, None) + open_link(run, {"step": "2"}, None)
+    )
+    problems += (step_of("🦆")[1], not_again("🦆.py"))
+    set_language("de")
+    assert [tr(problem)[:24] for problem in problems] == [
+        "dm = '9' liegt außerhalb",
+        "Es gibt keine Einstellun",
+        "Es gibt keine Lektion 99",
+        "Es gibt keine Lektion 🦆;",
+        "step = 2 hat nur zusamme",
+        "step = 🦆 ist keine Zahl;",
+        "🦆.py läuft in einem eige",
+    ]
+
+
+def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
+    exact = load_run(RUN, "a").verification.words
+    assert words_of("de")(exact) == "Wiederholt: Alle 200 Schritte sind gleich, bis aufs letzte Bit."
+    change = Difference(3, 0.015, "d", 0.2, 0.3, 0.1)
+    other = Comparison(False, 3, change, replace(change, column="pair"), 200, 190)
+    made = unlike({"duet": "0", "system": "🦆"}, {"duet": "1", "system": "1"})
+    for said in (
+        _words("close", other, (), "m"),
+        _words("differs", other, made, "m"),
+        _words("differs", other, unlike({}, {"machine": "1"}), "m"),
+    ):
+        set_language("pseudo")
+        # Columns and programs have names.
+        assert {*untranslated(tr(said))} <= {"pair", "Pinocchio", "Python", "numpy"}
+
+
+# --- laws of one's own ---------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
+    with pytest.raises(Wrong) as caught:
+        LawFile("/my_law.py", b"law = 3", 2**20)
+    text, line = unpack_failure(pack_failure(caught.value.text, 3))
+    problem = problem_of("my_law.py", text, line).text
+    assert problem == "my_law.py, line 3: law is a int; it must be a function: def law(situation)."
+    assert words_of("sl")(problem) == "my_law.py, vrstica 3: law je int; biti mora funkcija: def law(situation)."
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        b"no JSON",
+        b"3",
+        b'["a"]',
+        b'["a", 3]',
+        b'["{a", {"a": "b"}]',
+        b'["{a.b}", {"a": "b"}]',
+        b'["{a:99999999}", {"a": "b"}]',
+        b"[" * 99999,
+    ],
+)
+def test_a_law_that_writes_to_the_line_fills_nothing_in(told: bytes) -> None:
+    with pytest.raises(ValueError):
+        unpack_failure(pack_failure("", 1)[:4] + told)
+
+
+def test_texts_on_the_line_are_plain_text() -> None:
+    payload = pack_failure("", None)[:4]
+    assert unpack_failure(payload + json.dumps(["a {b} \ud800", {}]).encode())[0] == "a {b} ?"
+
+
+class Still(Unprotected):
+    """A law that may fail, and does not."""
+
+    problem = None
+    seconds = 0.0
+
+
+def test_verdicts_of_the_six_tests_are_said() -> None:
+    (verdict,) = examine_law(Still(), only=("bounded where J_d is singular",))
+    assert words_of("de")(verdict.reason) == "|q̇| ≤ 1.92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0.1 rad/s."
+
+
+# --- what the browser says by itself -------------------------------------------------------------------------------------------
+
+
+def test_the_scripts_know_every_language() -> None:
+    script = client_script()
+    tables = json.loads(script.split("const tables = ", 1)[1].split(", known = ", 1)[0])
+    assert {name: set(table) for name, table in tables.items()} == {key: {*ALL} for key in ("de", "sl", "pseudo")}
+    assert tables["de"][LOST].startswith("Verbindung verloren") and tables["pseudo"][LOST].startswith("⟦")
+    # The names of icons are given by one script and said by the other; what is said when the server is gone is in the page.
+    assert {*ICONS.values(), "more", "dismiss this message"} <= set(OURS) and "From the teacher" in OURS
+    page = patched_index("<head><title>Viser</title></head>", title="Duet", run="1", script=script)
+    assert json.dumps(LOST) in page
+
+
+def test_what_viser_says_is_what_viser_says() -> None:
+    """Another version of viser with other words: see the list in `app.i18n.client_texts`."""
+    built = Path(inspect.getfile(viser)).parent / "client" / "src"
+    if not built.is_dir():
+        pytest.skip("this viser comes without its sources")
+    sources = " ".join(" ".join(path.read_text(encoding="utf-8").split()) for path in built.rglob("*.tsx"))
+    sources = sources.replace('" + "', "").replace("&apos;", "'").replace("”", '"')
+    gone = [english for english in VISERS if "{" not in english and english not in sources]
+    assert gone == []

@@ -1,0 +1,174 @@
+"""Pages in other languages, without a browser: what the server sends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from app.bench.blocking_client import BlockingClient
+from app.i18n.catalogue import words_of
+from app.i18n.pseudo import pseudo
+from app.i18n.speaking import set_language
+from app.lessons.loading import load_lessons
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.translated_book import in_language
+from app.page.lessons.lesson_html import blocks_html
+from app.page.panels.hotkeys import HOTKEYS
+from app.session.session import Session
+from app.settings import Language, Settings
+from app.text.lesson_text import plain
+from scenes.settings import changed
+from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
+from tests.app.i18n.conftest import untranslated
+from tests.app.page.helpers import bodies, notes
+
+TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
+
+
+def texts(visitor: BlockingClient) -> Iterator[str]:
+    """Everything that the page says now: labels, hints, choices, HTML, commands and messages."""
+    elements = [*list(visitor.mirror.gui.values()), *list(visitor.mirror.commands.values())]
+    for element in elements:
+        for key in TEXTS:
+            found = element.get(key)
+            for text in [found] if isinstance(found, str) else found or ():
+                if isinstance(text, str):
+                    yield text
+
+
+def assert_all_said(visitor: BlockingClient) -> None:
+    """Nothing on the page is English."""
+    left = {text[:120]: words for text in texts(visitor) if (words := untranslated(text))}
+    assert left == {}
+
+
+def choose(guest: Guest, **values: object) -> None:
+    """Change settings, and run on until the page has followed."""
+    ask(guest.session, lambda s: [s.change(key, value) for key, value in values.items()])
+    guest.run_on(0.5)
+
+
+def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "lang=pseudo&details=none")
+    assert_all_said(guest.visitor)
+    choose(guest, ghost="frozen", whatif=True)
+    for scene, plot, law in (
+        ("solo", "joints", "smooth_priority"),
+        ("ball", "curve", "null_space_avoidance"),
+        ("hold", "laws", "barrier_qp"),
+        ("hold", "map", "strict_switched"),
+        ("master_slave", "follow", "potential_field"),
+        ("imitation", "pairs", "intermediate_value"),
+        ("imitation", "follow", "unprotected"),
+        ("hold", "stability", "smooth_priority"),
+        ("hold", "stability", "barrier_qp"),
+        ("hold", "speeds", "strict_priority"),
+    ):
+        choose(guest, scene=scene, plot=plot, law=law)
+        assert_all_said(guest.visitor)
+    ask(guest.session, lambda s: s.measure_smoothness())
+    choose(guest, scene="imitation", source="camera")
+    assert_all_said(guest.visitor)
+
+
+@pytest.mark.parametrize(
+    ("query", "language", "words"),
+    [
+        ("lang=de", "", ("Szene", "Uhr", "mehr")),
+        ("lang=sl", "de", ("prizor", "ura", "več grafov")),
+        ("", "de-AT,de;q=0.9,en;q=0.8", ("Szene", "Uhr", "mehr")),
+        ("", "sl-SI", ("prizor", "ura", "več grafov")),
+        ("lang=en", "sl-SI", ("scene", "clock", "more plots")),
+        ("lang=auto", "fr", ("scene", "clock", "more plots")),
+        ("lang=klingon", "fr", ("scene", "clock", "more plots")),
+    ],
+)
+def test_link_and_browser_choose(house: OpenHouse, join: Join, query: str, language: str, words: tuple[str, ...]) -> None:
+    visitor = join(house(), query, language=language)
+    visitor.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS))
+    for label in words:
+        visitor.mirror.labelled(label)
+
+
+def test_controls_work_in_another_language(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "lang=de")
+    guest.visitor.set_value("Szene", "Ein Ball im Weg (Abb. 1)")
+    guest.wait(lambda s: s.settings.run.scene == "ball")
+    clock = guest.visitor.mirror.labelled("Uhr")
+    guest.visitor.send({"type": "GuiUpdateMessage", "uuid": clock["uuid"], "updates": {"value": "Pause"}})
+    guest.wait(lambda s: s.paused)
+    guest.visitor.wait_for(lambda v: any("angehalten" in str(e.get("content")) for e in list(v.mirror.gui.values())))
+
+
+def test_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> None:
+    visitor = arrive(house()).visitor
+    visitor.click("Lessons")
+    visitor.wait_for(lambda v: any(e.get("label") == "Leave the lessons" for e in list(v.mirror.gui.values())))
+    visitor.set_value("language", "Slovenščina")
+    visitor.wait_for(lambda v: any(e.get("label") == "Zapusti lekcije" for e in list(v.mirror.gui.values())))
+    title = plain(load_lessons(language="sl").lessons[0].steps[0].title)
+    visitor.wait_for(lambda v: any(title in str(e.get("content")) for e in list(v.mirror.gui.values())))
+    visitor.wait_for(lambda v: any(c["label"] == "Lekcija: zapusti lekcije" for c in list(v.mirror.commands.values())))
+    # Everything is there once.
+    labels = [str(element["label"]) for element in visitor.mirror.gui.values() if element.get("label")]
+    assert [labels.count(label) for label in ("jezik", "prizor", "zakon", "ura")] == [1, 1, 1, 1]
+    assert not {"language", "scene", "law", "clock", "Leave the lessons"} & set(labels)
+    visitor.set_value("jezik", "English")
+    visitor.wait_for(lambda v: any(e.get("label") == "Leave the lessons" for e in list(v.mirror.gui.values())))
+
+
+def test_in_a_lecture_every_tab_has_its_language(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    teacher = join(opened, language="de")
+    teacher.wait_for(lambda v: any(e.get("label") == "Szene" for e in list(v.mirror.gui.values())))
+    student = join(opened, language="sl")
+
+    def says(visitor: BlockingClient, word: str) -> None:
+        visitor.wait_for(lambda v: any(word in str(e.get("content")) for e in list(v.mirror.gui.values())))
+
+    says(teacher, "Echtzeit")
+    says(student, "resnični čas")
+    # What the teacher chooses is the teacher's, and is there once.
+    (stage,) = live_sessions(opened).values()
+    ask(stage, lambda s: s.change("lang", "en"))
+    says(teacher, "real time")
+    teacher.wait_for(lambda v: any(e.get("label") == "scene" for e in list(v.mirror.gui.values())))
+    assert not any(e.get("label") == "Szene" for e in list(teacher.mirror.gui.values()))
+    ask(stage, lambda s: s.toggle_pause())
+    says(student, "ustavljeno")
+    assert not any("real time" in str(e.get("content")) for e in list(student.mirror.gui.values()))
+
+
+def test_a_lecture_in_the_language_of_its_start(house: OpenHouse, join: Join) -> None:
+    opened = house(changed(Settings(), "lang", "sl"), lecture=True)
+    visitor = join(opened, language="de")
+    visitor.wait_for(lambda v: any(e.get("label") == "prizor" for e in list(v.mirror.gui.values())))
+
+
+@pytest.mark.parametrize(("language", "number", "remark"), [("de", 2, False), ("de", 4, True), ("sl", 5, True), ("en", 4, False)])
+def test_a_lesson_in_english_says_so(language: Language, number: int, remark: bool) -> None:
+    set_language(language)
+    run = LessonSession(Session(Settings()), in_language(load_lessons(), language))
+    run.enter(number - 1)
+    blocks = blocks_html(run.view(), (), False, True)
+    assert (words_of(language)("This lesson is in English.") in blocks["head"]) == remark
+    assert ('lang="en"' in blocks["text"]) == remark and 'lang="en"' not in blocks["head"]
+
+
+def test_a_bad_link_is_named_in_the_page_s_language(house: OpenHouse, arrive: Arrive) -> None:
+    visitor = arrive(house(), "lang=sl&dm=9").visitor
+    visitor.wait_for(lambda _: notes(visitor))
+    assert [note["title"] for note in bodies(visitor, "NotificationShowMessage")] == ["Del povezave je izpuščen"]
+    assert "je zunaj območja; mogoče je število od" in notes(visitor)[0]
+
+
+def test_nothing_of_a_class_is_left_untranslated(house: OpenHouse, join: Join) -> None:
+    """The teacher's side, a student's, and that of somebody with a wrong key."""
+    opened = house(changed(Settings(), "lang", "pseudo"), lecture=True, key="k")
+    teacher = join(opened, "key=k")
+    teacher.wait_for(lambda v: any(pseudo("Join") in str(e.get("_tab_labels")) for e in list(v.mirror.gui.values())))
+    others = join(opened), join(opened, "key=wrong")
+    for visitor in (teacher, *others):
+        visitor.wait_for(lambda v: any(pseudo("Live plots") in str(e.get("_tab_labels")) for e in list(v.mirror.gui.values())))
+        assert_all_said(visitor)

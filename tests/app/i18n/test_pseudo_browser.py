@@ -1,0 +1,95 @@
+"""In a real browser the longest language is cut off nowhere, and a browser's own language is understood."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import Page
+
+from app.i18n.pseudo import pseudo
+from app.page.panels.controls import TABS
+from tests.app.conftest import OpenHouse
+from tests.browser import PageAt, close_software_note, until
+
+CUT = """() => {
+  const cut = [];
+  for (const e of document.querySelectorAll('label, button, [role=tab], .mantine-Button-label, .duet *, .duet-caption, .duet-caption *')) {
+    const box = e.getBoundingClientRect(), style = getComputedStyle(e);
+    if (!box.width || !box.height || style.visibility === 'hidden' || style.overflowX === 'visible') continue;
+    // A formula may be wider than its place, and is then moved by hand.
+    if (e.closest('svg, pre, .duet-formula') || !e.textContent.trim()) continue;
+    if (e.scrollWidth > e.clientWidth + 1) cut.push(`${e.textContent.trim().slice(0, 60)}: ${e.scrollWidth} in ${e.clientWidth}`);
+  }
+  if (document.documentElement.scrollWidth > innerWidth) cut.push(`the page: ${document.documentElement.scrollWidth} in ${innerWidth}`);
+  return cut;
+}"""
+"""The texts that are cut off, with the width that they need and the one that they have [px]."""
+
+ENGLISH = """() => {
+  const found = new Set();
+  const look = (text, what) => { if (text && /[A-Za-z]{3}/.test(text.replace(/⟦.*⟧/s, ''))) found.add(`${what}: ${text.trim()}`); };
+  const all = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (all.nextNode()) {
+    const parent = all.currentNode.parentElement;
+    // Names of robots, of keys, of what stands in the scene, and formulas; what nobody sees.
+    if (parent.closest('svg, style, script, noscript, kbd, pre, [class*=tableRow], [class*=Spotlight-actionDescr]')) continue;
+    look(all.currentNode.data, parent.tagName);
+  }
+  for (const e of document.querySelectorAll('[aria-label], [placeholder], [title]'))
+    for (const name of ['aria-label', 'placeholder', 'title']) look(e.getAttribute(name), name);
+  return [...found];
+}"""
+"""Whatever is English on the page, seen or only heard."""
+
+OBJECTS = {"WorldAxes", "light", "floor", "room", "arms", "closest", "place", "trace", "gizmo"}
+"""Names of nodes of the scene, which viser's own menu lists."""
+
+
+def assert_nothing_is_english(page: Page, where: str) -> None:
+    """Nothing on the page is English; a script of ours may be about to say it anew."""
+    left: list[str] = []
+
+    def gone() -> bool:
+        left[:] = [text for text in page.evaluate(ENGLISH) if text.partition(": ")[2].rpartition("/")[2] not in OBJECTS]
+        return not left
+
+    try:
+        until(page, gone, f"{where}: the last English word")
+    finally:
+        assert left == [], where
+
+
+def open_page(page: Page, url: str) -> None:
+    """Open a page, and wait until its controls are there."""
+    page.set_default_timeout(60_000)
+    page.goto(url)
+    page.get_by_role("tab").nth(len(TABS)).wait_for(state="attached")
+    close_software_note(page)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1024, 768), (390, 844)])
+def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, height: int) -> None:
+    page = page_at(width, height)
+    open_page(page, f"{house().url}/?lang=pseudo&ghost=frozen&autopilot=0")
+    for name, seen in {"Law": "law", "Arms": "task", "Compare": "ghost", "View": "language", "Keys": "start anew"}.items():
+        page.get_by_role("tab", name=pseudo(name)).click()
+        page.get_by_text(pseudo(seen), exact=True).first.wait_for()
+        assert page.evaluate(CUT) == [], name
+        assert_nothing_is_english(page, name)
+    # A lesson's panel, too.
+    page.get_by_role("button", name=pseudo("Lessons")).evaluate("e => e.click()")
+    page.locator(".duet-l-head").wait_for()
+    until(page, lambda: page.get_by_role("button", name=pseudo("Reset step")).count() > 0, "the lesson's buttons")
+    assert page.evaluate(CUT) == []
+
+
+def test_a_browser_says_what_its_person_reads(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1024, 768, locale="sl-SI")
+    opened = house()
+    open_page(page, opened.url)
+    page.get_by_role("tab", name="Pogled").wait_for()
+    until(page, lambda: page.evaluate("document.documentElement.lang") == "sl", "the page's own language")
+    page.keyboard.press("Control+k")
+    page.get_by_placeholder("Poiščite ukaz …").wait_for()
+    # What is said when nobody can be asked any more.
+    opened.close()
+    page.locator("#duet-connection").get_by_text("Povezava prekinjena – poskušam znova …").wait_for()

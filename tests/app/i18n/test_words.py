@@ -1,0 +1,183 @@
+"""The texts of every language: complete, none too many, and with the same parts as the English ones."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.i18n.catalogue import FOLDER, Words, read_texts, words_of
+from app.i18n.pseudo import FIRST, GROWTH, LAST, pseudo
+from app.i18n.reader_language import language_of, preferred
+from app.i18n.sides import side
+from app.i18n.speaking import set_language, tr
+from app.lessons.loading import load_lessons
+from app.lessons.translated_book import in_language
+from app.plots.pair_strips import pair_name
+from app.settings import Language, Settings
+from scenes.settings import RunSettings, changed, specs
+from scenes.simulation import Simulation
+from tests.app.i18n.messages import BODIES, FORMULAS, JOINTS, NAMES, messages, missing
+
+FILES: tuple[Language, ...] = ("de", "sl")
+
+LABEL = 14
+"""Letters that a label before a control may have; longer ones are cut off."""
+
+
+def parts(text: str) -> Counter[str]:
+    """The {names}, tags and entities of a text."""
+    return Counter(re.findall(r"\{[^{}]*\}|<[^>]*>|&\w+;", text))
+
+
+@pytest.mark.parametrize("language", FILES)
+def test_nothing_is_missing(language: str) -> None:
+    """A text that the page says and a language does not: add it to app/languages/<language>.toml."""
+    assert missing(language) == ()
+
+
+@pytest.mark.parametrize("language", FILES)
+def test_nothing_is_left_over(language: str) -> None:
+    assert set(read_texts(FOLDER / f"{language}.toml")) <= set(messages())
+
+
+@pytest.mark.parametrize("language", FILES)
+def test_parts_are_the_same(language: str) -> None:
+    texts = read_texts(FOLDER / f"{language}.toml")
+    assert {key: text for key, text in texts.items() if parts(key) != parts(text)} == {}
+    assert {key for key, text in texts.items() if (key[-1] == " ") != (text[-1] == " ") or not text.strip()} == set()
+
+
+@pytest.mark.parametrize("language", FILES)
+def test_labels_are_short(language: Language) -> None:
+    words = words_of(language)
+    labels = {spec.label: words(spec.label) for spec in specs(Settings).values()}
+    assert {label: said for label, said in labels.items() if len(said) > LABEL} == {}
+
+
+def test_the_list_knows_what_is_said() -> None:
+    found = set(messages())
+    # A label, a hint, a choice; a literal; one by the name of a constant; a title; one of two; a row of buttons.
+    assert {"your arm", "Which experiment.", "Hold pose", "paused", "Predict first", "avoidance first", "more plots"} <= found
+    assert not found & (FORMULAS | NAMES)
+
+
+def test_names_of_bodies_and_joints_are_on_the_list() -> None:
+    set_language("pseudo")
+    known = {word for body in BODIES for word in re.split(r"[⟦⟧· ]+", pseudo(body))}
+    for scene, robot in (("hold", "lwr"), ("ball", "ur5")):
+        simulation = Simulation(changed(changed(RunSettings(), "scene", scene), "robot", robot))
+        assert set(simulation.avoiding.labels) <= set(JOINTS)
+        for pair in range(simulation.detector.count):
+            assert set(re.split(r"[⟦⟧·\d ]+", pair_name(simulation, pair))) <= known
+
+
+def test_what_is_not_known_stays_english() -> None:
+    words = Words("de", {"Law": "Gesetz", "{a} of {b}": "{a} von {c}"})
+    assert words("Law") == "Gesetz"
+    assert words("Never heard") == "Never heard"
+    assert words("Key: {key}", key="R") == "Key: R"
+    # A mistake in a file costs the translation, not the page.
+    assert words("{a} of {b}", a=1, b=2) == "1 of 2"
+    assert words_of("sl")("lesson\x04Run") == "Zaženi"
+    assert words_of("en")("lesson\x04Run") == "Run" and words_of("auto")("Law") == "Law"
+
+
+@pytest.mark.parametrize("content", ['"a" = 3', '"a" = "b"\n"a" = "c"', "a b c", '[part]\n"a" = "b"'])
+def test_a_broken_file(content: str, tmp_path: Path) -> None:
+    path = tmp_path / "xx.toml"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(ValueError):
+        read_texts(path)
+
+
+def test_every_thread_speaks_its_own_language() -> None:
+    heard: dict[str, str] = {}
+
+    def visit(language: Language) -> None:
+        set_language(language)
+        barrier.wait(30.0)
+        heard[language] = tr("paused")
+
+    barrier = threading.Barrier(3)
+    threads = [threading.Thread(target=visit, args=(language,)) for language in ("de", "sl", "en")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(30.0)
+    assert heard == {"de": "angehalten", "sl": "ustavljeno", "en": "paused"}
+    assert tr("paused") == "paused"
+
+
+def test_sides() -> None:
+    assert (side("left"), side("right"), side("arm")) == ("left", "right", "arm")
+    set_language("de")
+    assert (side("left"), side("right"), tr("right")) == ("links", "rechts", "richtig")
+
+
+@given(st.text("abc XYZ<>{}&;.1", max_size=60))
+def test_pseudo_keeps_what_is_no_text(text: str) -> None:
+    said = pseudo(text)
+    assert parts(said) == parts(text)
+    assert pseudo(said) == said
+
+
+@pytest.mark.parametrize(
+    "text", ["Distance", "Reset {what} in <b>{d}</b> mm", "Smooth: half the time step, half the largest step."]
+)
+def test_pseudo_is_longer_and_marked(text: str) -> None:
+    said = pseudo(text)
+    assert said.startswith(FIRST) and said.endswith(LAST)
+    plain = re.sub(r"\{[^{}]*\}|<[^>]*>", "", text)
+    assert len(said) - len(text) >= round(GROWTH * len(plain))
+    assert pseudo("150 mm"[:3]) == "150" and pseudo("λ") == "λ"
+
+
+@pytest.mark.parametrize(
+    ("accept", "language"),
+    [
+        ("", "en"),
+        ("de", "de"),
+        ("de-AT", "de"),
+        ("SL", "sl"),
+        ("de-AT,de;q=0.9,en;q=0.8", "de"),
+        ("fr, it", "en"),
+        ("fr, sl;q=0.5, en;q=0.4", "sl"),
+        ("en;q=0.3, de;q=0.7", "de"),
+        ("de;q=0, sl;q=0.1", "sl"),
+        ("*", "en"),
+        ("fr;q=1, *;q=0.5", "en"),
+        ("sl ; q=0.7 , de; q=0.2", "sl"),
+        ("de;q=nan, sl;q=two, ;;;,=,q", "en"),
+        ("de;q=1.5", "en"),
+        ("," * 5000, "en"),
+    ],
+)
+def test_what_a_browser_likes_best(accept: str, language: str) -> None:
+    assert preferred(accept) == language
+
+
+@given(st.text(max_size=200))
+def test_any_header_gives_a_language(accept: str) -> None:
+    assert preferred(accept) in ("en", "de", "sl")
+
+
+def test_what_was_chosen_goes_before_the_browser() -> None:
+    assert language_of(Settings(), "sl") == "sl"
+    assert language_of(changed(Settings(), "lang", "de"), "sl") == "de"
+
+
+@pytest.mark.parametrize("language", FILES)
+def test_lessons_in_other_languages(language: Language) -> None:
+    book = load_lessons()
+    other = in_language(book, language)
+    assert not other.problems
+    assert [lesson.id for lesson in other.lessons] == [lesson.id for lesson in book.lessons]
+    assert [lesson.language for lesson in other.lessons[:3]] == [language] * 3
+    assert all(own.title != lesson.title for own, lesson in zip(other.lessons[:3], book.lessons, strict=False))
+    assert in_language(book, "en") is book and in_language(book, "pseudo") is book

@@ -1,0 +1,123 @@
+"""Duet behind a proxy that has it in a folder, or gives it another name: it works, or the page and the log say what is missing."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import socket
+import socketserver
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+import pytest
+from playwright.sync_api import expect
+
+from app.bench.blocking_client import BlockingClient
+from app.classroom.address import find_address
+from scenes.settings import values
+from tests.app.conftest import HAND, OpenHouse, live_sessions
+from tests.browser import PageAt, screenshot, until, wait_ready
+
+
+class Proxy(socketserver.ThreadingTCPServer):
+    """Hands on what comes for one folder, without the folder's name, under another Host or the same.
+
+    Args:
+        folder: such as /lab/duet; "" for the root.
+        host: what it writes for Host; None leaves it.
+    """
+
+    allow_reuse_address = daemon_threads = True
+
+    def __init__(self, folder: str, host: str | None) -> None:
+        super().__init__(("127.0.0.1", 0), _Handing)
+        self.folder, self.host, self.behind = folder, host, 0
+
+    @property
+    def origin(self) -> str:
+        """Under which a browser opens it; every name below `localhost` is this computer."""
+        return f"http://duet.localhost:{self.server_address[1]}"
+
+
+class _Handing(socketserver.StreamRequestHandler):
+    def handle(self) -> None:
+        proxy = self.server
+        assert isinstance(proxy, Proxy)
+        method, _, rest = self.rfile.readline().decode().partition(" ")
+        if not rest.startswith(proxy.folder + "/"):
+            return
+        lines = [f"{method} {rest.removeprefix(proxy.folder)}"]
+        while (line := self.rfile.readline().decode()).strip():
+            rewritten = proxy.host is not None and line.lower().startswith("host:")
+            lines.append(f"Host: {proxy.host}\r\n" if rewritten else line)
+        with socket.create_connection(("127.0.0.1", proxy.behind)) as behind, suppress(OSError):
+            behind.sendall("".join([*lines, "\r\n"]).encode())
+            threading.Thread(target=self._hand_back, args=(behind,), daemon=True).start()
+            while data := self.rfile.read1():
+                behind.sendall(data)
+
+    def _hand_back(self, behind: socket.socket) -> None:
+        with suppress(OSError):
+            with behind.makefile("rb", 0) as answer:
+                shutil.copyfileobj(answer, self.wfile)
+            self.connection.shutdown(socket.SHUT_RDWR)
+
+
+@contextmanager
+def proxy(folder: str, host: str | None) -> Iterator[Proxy]:
+    with Proxy(folder, host) as made:
+        threading.Thread(target=made.serve_forever, args=(0.01,), daemon=True).start()
+        yield made
+        made.shutdown()
+
+
+@pytest.fixture
+def proxies() -> Iterator[tuple[Proxy, Proxy]]:
+    """One that has us in a folder and writes a Host of its own, and one that leaves both as they are."""
+    with proxy("/lab/duet", "upstream") as rewriting, proxy("", None) as keeping:
+        yield rewriting, keeping
+
+
+def test_both_proxies_work_once_their_address_is_let_in(
+    proxies: tuple[Proxy, Proxy], house: OpenHouse, page_at: PageAt, caplog: pytest.LogCaptureFixture
+) -> None:
+    strict = house()
+    page = page_at(700, 500)
+    for one, address in zip(proxies, ("/lab/duet/?lang=sl", "/?lang=sl"), strict=True):
+        one.behind = strict.server.get_port()
+        page.goto(one.origin + address)
+        expect(page.locator("#duet-connection")).to_have_text(
+            f"Duet tega naslova ne pozna. Zaženite ga z --allow-origin {one.origin}", timeout=60_000
+        )
+    screenshot(page, "address-not-known")
+    assert f"start it with --allow-origin {proxies[0].origin}" in caplog.text
+    assert live_sessions(strict) == {}
+    open_to_both = house(allowed_origins=tuple(one.origin for one in proxies))
+    for one, folder in zip(proxies, ("/lab/duet", ""), strict=True):
+        one.behind = open_to_both.server.get_port()
+        page.goto(f"{one.origin}{folder}/?n=8")
+        wait_ready(page, HAND)
+        until(page, lambda: any(values(s.settings)["n"] == 8.0 for s in live_sessions(open_to_both).values()), "its link")
+        assert page.evaluate("fetch('documents/model').then(answer => answer.status)") == 200
+        link = page.locator(".duet-link input")
+        link.wait_for(state="attached")
+        assert link.input_value().startswith(f"{one.origin}{folder}/?")
+
+
+def test_programs_and_the_class_find_the_way_through(
+    proxies: tuple[Proxy, Proxy], house: OpenHouse, caplog: pytest.LogCaptureFixture
+) -> None:
+    rewriting, keeping = proxies
+    lecture = house(lecture=True, allowed_origins=(rewriting.origin,))
+    rewriting.behind = keeping.behind = lecture.server.get_port()
+    with BlockingClient(
+        f"http://127.0.0.1:{rewriting.server_address[1]}/lab/duet", rewriting.origin, query="folder=/lab/duet"
+    ) as teacher:
+        teacher.wait_for(
+            lambda v: any(f"{rewriting.origin}/lab/duet" in str(e.get("content")) for e in list(v.mirror.gui.values()))
+        )
+    with caplog.at_level(logging.WARNING), pytest.raises(Exception, match="403"):
+        BlockingClient(f"http://127.0.0.1:{keeping.server_address[1]}", "http://evil.example'$(x)")
+    assert "refused origin" in caplog.text and "--allow-origin" not in caplog.text
+    assert find_address("https://duet.example.org/lab", "127.0.0.1", 8080).url == "https://duet.example.org/lab/"

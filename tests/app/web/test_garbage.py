@@ -1,0 +1,283 @@
+"""Broken messages of every kind end the connection they came by, and nothing else."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import os
+import random
+import re
+import tracemalloc
+from collections.abc import Callable
+from typing import Any, cast
+
+import msgspec
+import pytest
+import viser
+import websockets
+from viser import _messages as viser_messages
+
+from app.bench.blocking_client import BlockingClient
+from app.bench.headless_client import CAMERA
+from app.web.message_gate import Gate, Traffic
+from app.web.refusal import Malformed, Refused
+from app.web.schemas import SHAPES
+from app.web.traffic_limits import TrafficLimits
+from tests.app.web.conftest import Room, roundtrip, write
+
+NAN, INF = math.nan, math.inf
+
+
+def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
+    """One message of every kind, as the browser sends them."""
+    point, pixel = [0.0, 0.0, 1.0], [0.5, 0.5]
+    uuid, owned = room.slider._impl.uuid, {"name": "/hand", "owner": ""}
+    ray = {"ray_origin": point, "ray_direction": point, "modifier": None}
+    drag = {"start_position": point, "start_screen_pos": pixel, "end_position": point, "end_screen_pos": pixel}
+    file = {"source_component_uuid": room.upload._impl.uuid, "transfer_uuid": "t"}
+    messages = [
+        CAMERA,
+        {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": 0.2}},
+        {"type": "GuiButtonHoldMessage", "uuid": uuid, "frequency": 10},
+        {"type": "GuiFormSubmitMessage", "uuid": room.form._impl.uuid},
+        {"type": "GuiFormDirtyMessage", "uuid": room.form._impl.uuid},
+        {"type": "CommandTriggerMessage", "uuid": "c"},
+        {"type": "FileTransferStartUpload", **file, "filename": "a", "mime_type": "", "part_count": 1, "size_bytes": 3},
+        {"type": "FileTransferPart", **file, "part_index": 0, "content": b"abc"},
+        {"type": "TransformControlsUpdateMessage", **owned, "wxyz": [1, 0, 0, 0], "position": point},
+        {"type": "TransformControlsDragStartMessage", **owned},
+        {"type": "TransformControlsDragEndMessage", **owned},
+        {"type": "SceneNodeClickMessage", **owned, **ray, "instance_index": None, "screen_pos": pixel},
+        {
+            "type": "SceneNodeDragMessage",
+            **owned,
+            **drag,
+            "phase": "start",
+            "instance_index": 1,
+            "button": "left",
+            "modifier": "alt",
+        },
+        {"type": "ScenePointerMessage", **ray, "event_type": "click", "screen_pos": [pixel]},
+        {"type": "GetRenderResponseMessage", "payload": b"", "render_uuid": "r"},
+        {"type": "LocalStorageGetItemResponseMessage", "value": None, "error": None, "request_uuid": "r"},
+    ]
+    return {message["type"]: message for message in messages}
+
+
+def test_every_kind_of_message_is_known_and_is_what_viser_expects(room: Room) -> None:
+    messages = valid_messages(room)
+    room.server.gui.add_command("c")
+    (uuid,) = room.server.gui._command_handle_from_uuid
+    messages["CommandTriggerMessage"]["uuid"] = uuid
+    assert set(messages) == set(SHAPES)
+    traffic = Traffic(TrafficLimits())
+    for message in messages.values():
+        raw = msgspec.msgpack.encode(message)
+        room.server.gate.check(0, traffic, raw)
+        viser_messages.Message.deserialize(raw)
+    # viser's fields and ours are the same, so a new version of viser can't slip a field past us.
+    from viser.infra._messages import wire_field_names
+
+    for kind, shape in SHAPES.items():
+        assert set(wire_field_names(getattr(viser_messages, kind))) == set(shape), kind
+
+
+def test_the_browser_sends_no_kind_that_we_do_not_know() -> None:
+    source = os.path.join(os.path.dirname(viser.__file__), "client", "src")
+    sent: set[str] = set()
+    for folder, _, names in os.walk(source):
+        for name in names:
+            if name.endswith((".ts", ".tsx")) and name != "WebsocketMessages.ts":
+                with open(os.path.join(folder, name), encoding="utf-8") as file:
+                    text = file.read()
+                sent |= set(
+                    re.findall(
+                        r"""(?:sendMessage|[sS]end\w*|messageSender)\(\s*\{\s*type:\s*["'](\w+Message|\w+Upload|FileTransfer\w+|\w+Request)""",
+                        text,
+                    )
+                )
+    assert len(sent) >= 8
+    assert sent - set(SHAPES) <= {"ShareUrlRequest", "ShareUrlDisconnect"}, sent - set(SHAPES)
+
+
+def mutations(rng: random.Random, messages: list[dict[str, Any]]) -> bytes | str:
+    """Something broken: raw bytes, cut or flipped messages, wrong types, missing and surplus fields."""
+    message = dict(rng.choice(messages))
+    odd: list[Any] = [
+        None,
+        True,
+        -1,
+        2**63,
+        NAN,
+        INF,
+        "x",
+        "",
+        [],
+        [1],
+        {},
+        {"a": 1},
+        b"\xff",
+        [[1, 2], [3]],
+        "y" * 3000,
+        [NAN] * 3,
+        {"value": NAN},
+    ]
+    which = rng.randrange(9)
+    if which == 0:
+        return rng.randbytes(rng.randrange(200))
+    if which == 1:
+        return "text"
+    if which == 2:
+        raw = bytearray(msgspec.msgpack.encode(message))
+        for _ in range(rng.randrange(1, 4)):
+            raw[rng.randrange(len(raw))] = rng.randrange(256)
+        return bytes(raw)
+    if which == 3:
+        raw = msgspec.msgpack.encode(message)
+        return raw[: rng.randrange(len(raw))]
+    if which == 4:
+        return msgspec.msgpack.encode(rng.choice(odd))
+    if which == 5:
+        message[rng.choice(["surplus", "owner", "excluded_self_client", "type"])] = rng.choice(odd)
+    elif which == 6:
+        del message[rng.choice(list(message))]
+    elif which == 7:
+        return b"\x81" * rng.randrange(1, 3000) + b"\xc0"
+    else:
+        message[rng.choice(list(message))] = rng.choice(odd)
+    return msgspec.msgpack.encode(message)
+
+
+def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:
+    rng, traffic, gate = random.Random(5), Traffic(TrafficLimits()), room.server.gate
+    messages, outcomes = list(valid_messages(room).values()), dict.fromkeys(("through", "refused", "malformed"), 0)
+    for _ in range(6000):
+        raw = mutations(rng, messages)
+        try:
+            gate.check(0, traffic, raw)
+        except Refused:
+            outcomes["refused"] += 1
+        except Malformed:
+            outcomes["malformed"] += 1
+        else:
+            # What passes, viser must be able to read without a complaint.
+            assert isinstance(raw, bytes)
+            viser_messages.Message.deserialize(raw)
+            outcomes["through"] += 1
+    assert min(outcomes.values()) > 100, outcomes
+
+
+def test_garbage_closes_only_its_own_connection(
+    room: Room, join: Callable[..., BlockingClient], caplog: pytest.LogCaptureFixture
+) -> None:
+    witness, rng, messages = join(), random.Random(6), list(valid_messages(room).values())
+    codes: dict[int, int] = {}
+    with caplog.at_level(logging.WARNING, "duet.server"):
+        for number in range(60):
+            with BlockingClient(room.server.url) as attacker:
+                for _ in range(3):
+                    try:
+                        attacker.send_raw(mutations(rng, messages))
+                    except websockets.ConnectionClosed:
+                        break
+                with contextlib.suppress(websockets.ConnectionClosed):
+                    attacker.send_raw(b"\xc1")
+                attacker.wait_for(lambda v: v.closed)
+                assert attacker.closed is not None and attacker.closed.rcvd is not None
+                codes[attacker.closed.rcvd.code] = codes.get(attacker.closed.rcvd.code, 0) + 1
+            if number % 10 == 0:
+                value = 0.1 + 0.001 * (number + 1)
+                room.slider.value = value
+                witness.wait_for(lambda v, value=value: v.mirror.labelled("d_m")["value"] == value)
+    assert set(codes) == {1008}
+    roundtrip(witness, room)
+    assert room.server.count_clients() == 1
+    # One line per kind, and never a traceback.
+    lines = [record.getMessage() for record in caplog.records if record.name == "duet.server"]
+    assert 1 <= len(lines) <= 12 and not any(record.exc_info for record in caplog.records)
+
+
+def bomb(before: dict[str, Any], key: str, filling: bytes, after: dict[str, Any]) -> bytes:
+    """A legal message of 250 kB one of whose fields holds a row that is filled with one-byte elements."""
+    fields = [msgspec.msgpack.encode(part)[1:] for part in (before, after)]
+    head = bytes([0x80 + len(before) + 1 + len(after)])
+    many = b"\xdd" + (249_000).to_bytes(4, "big") + filling * 249_000
+    return head + fields[0] + msgspec.msgpack.encode(key) + many + fields[1]
+
+
+@pytest.mark.parametrize("filling", [b"\x80", b"\x90", b"\xc0", b"\xa0", b"\x01"])
+@pytest.mark.parametrize(
+    ("before", "key", "after"),
+    [
+        ({"type": "GuiUpdateMessage", "uuid": "u"}, "updates", {}),
+        ({"type": "GuiUpdateMessage"}, "surplus", {"uuid": "u", "updates": {"value": 1}}),
+        ({}, "surplus", {"type": "GuiUpdateMessage"}),
+        ({}, "position", {key: value for key, value in CAMERA.items() if key != "position"}),
+        ({"type": "ScenePointerMessage", "event_type": "click"}, "screen_pos", {}),
+        ({"type": "FileTransferPart", "transfer_uuid": "t", "part_index": 0, "source_component_uuid": None}, "content", {}),
+        ({"uuid": "u"}, "type", {}),
+        ({}, "surplus", {"type": "NoSuchMessage"}),
+    ],
+)
+def test_many_small_elements_are_refused_before_they_cost_memory(
+    before: dict[str, Any], key: str, after: dict[str, Any], filling: bytes
+) -> None:
+    raw, nothing = bomb(before, key, filling, after), cast(Any, None)
+    gate, limits = Gate(nothing, TrafficLimits()), TrafficLimits()
+    traffic = Traffic(limits)
+    tracemalloc.start()
+    try:
+        with pytest.raises((Malformed, Refused)):
+            gate.check(0, traffic, raw)
+        assert tracemalloc.get_traced_memory()[1] < 100_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_the_value_of_an_element_is_decoded_as_its_kind_only(room: Room) -> None:
+    empty = msgspec.Raw(b"\xdd" + (200_000).to_bytes(4, "big") + b"\x80" * 200_000)
+    for handle in (room.slider, room.text, room.choice, room.pair):
+        raw = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": handle._impl.uuid, "updates": {"value": empty}})
+        tracemalloc.start()
+        try:
+            with pytest.raises(Malformed):
+                room.server.gate.check(0, Traffic(TrafficLimits()), raw)
+            assert tracemalloc.get_traced_memory()[1] < 100_000
+        finally:
+            tracemalloc.stop()
+
+
+def test_too_large_a_message_closes_only_its_own_connection(room: Room, join: Callable[..., BlockingClient]) -> None:
+    witness = join()
+    update = {"type": "GuiUpdateMessage", "uuid": room.text._impl.uuid, "updates": {"value": "x" * 256_000}}
+    for raw, code, reason in ((msgspec.msgpack.encode(update), 1008, "too large"), (b"x" * 1_000_001, 1009, "exceeds limit")):
+        with BlockingClient(room.server.url) as attacker:
+            attacker.send_raw(raw)
+            attacker.wait_for(lambda v: v.closed)
+            assert attacker.closed is not None and attacker.closed.rcvd is not None
+            assert attacker.closed.rcvd.code == code and reason in attacker.closed.rcvd.reason
+    roundtrip(witness, room)
+
+
+@pytest.mark.parametrize("head", [b"\x89\x80", b"\x00\x80"], ids=["pings", "pieces"])
+def test_too_many_small_frames_close_only_their_own_connection(
+    room: Room, join: Callable[..., BlockingClient], head: bytes
+) -> None:
+    witness, attacker, mask = join(), join(), b"\0\0\0\0"
+    # A message that is begun, and then frames by themselves (RFC 6455, section 5.2).
+    write(attacker, b"\x02\x80" + mask + (head + mask) * 1000)
+    attacker.wait_for(lambda v: v.closed)
+    assert attacker.closed is not None and attacker.closed.rcvd is not None
+    assert (attacker.closed.rcvd.code, attacker.closed.rcvd.reason) == (1008, "too many small frames")
+    roundtrip(witness, room)
+
+
+def test_a_message_may_come_in_pieces(room: Room, join: Callable[..., BlockingClient]) -> None:
+    visitor = join()
+    raw = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": room.slider._impl.uuid, "updates": {"value": 0.25}})
+    opened = visitor.visitor._socket
+    assert opened is not None
+    visitor._run(opened.send([raw[:1], raw[1:20], raw[20:]]))
+    roundtrip(visitor, room)
+    assert room.values("d_m") == [0.25]

@@ -1,0 +1,168 @@
+"""Messages that could hurt others: what a page would not send is dropped, and real use gets through.
+
+Every refusal is paired with something that does get through, so that a server which refuses everything can't pass.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+import viser
+from viser import _messages as viser_messages
+
+from app.bench.blocking_client import BlockingClient
+from app.bench.headless_client import CAMERA
+from app.web.message_gate import Gate, Traffic
+from app.web.refusal import Refused
+from app.web.server import DuetServer
+from app.web.traffic_limits import TrafficLimits
+from tests.app.web.conftest import Room, roundtrip
+
+NAN, INF = math.nan, math.inf
+
+
+def test_real_use_gets_through(room: Room, join: Callable[..., BlockingClient]) -> None:
+    a, b = join(), join()
+    a.set_value("d_m", 0.2)
+    a.set_value("law", "strict")
+    a.set_value("pair", [0.5, -1])
+    a.set_value("inner", 7)
+    a.click("go")
+    a.send({"type": "GuiFormDirtyMessage", "uuid": room.form._impl.uuid})
+    a.move_gizmo("/hand", (0.1, 0, 0.5))
+    roundtrip(a, room)
+    assert room.seen[:5] == [("d_m", 0.2), ("law", "strict"), ("pair", (0.5, -1.0)), ("inner", 7.0), ("go", 0)]
+    assert room.values("hand") == [(0.1, 0.0, 0.5)]
+    b.wait_for(lambda v: v.mirror.labelled("d_m")["value"] == 0.2 and v.mirror.nodes["/hand"]["position"] == (0.1, 0.0, 0.5))
+    b.wait_for(lambda v: v.received.messages["GuiFormDirtyMessage"] == 1)
+
+
+@pytest.mark.parametrize(
+    ("label", "value"),
+    [
+        ("d_m", NAN),
+        ("d_m", INF),
+        ("d_m", 1e9),
+        ("d_m", 0.04),
+        ("law", "rm -rf"),
+        ("note", "x" * 100_001),
+        ("note", "é" * 50_001),
+        ("pair", [0.0, NAN]),
+        ("pair", [0.0, 1.5]),
+        ("locked", 0.7),
+    ],
+)
+def test_values_that_a_page_would_not_send_are_dropped(
+    room: Room, join: Callable[..., BlockingClient], label: str, value: object
+) -> None:
+    visitor = join()
+    visitor.set_value(label, value)
+    roundtrip(visitor, room)
+    assert {what for what, _ in room.seen} == {"note"} and len(room.values("note")) == 1
+
+
+def test_only_the_value_of_an_element_can_be_set(room: Room, join: Callable[..., BlockingClient]) -> None:
+    visitor = join()
+    uuid = visitor.mirror.labelled("d_m")["uuid"]
+    for updates in ({"update_cb": []}, {"sync_cb": None}, {"value": 0.2, "update_cb": []}, {"removed": True}, {"props": {}}, {}):
+        visitor.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates})
+    visitor.set_value("d_m", 0.15)
+    roundtrip(visitor, room)
+    assert room.values("d_m") == [0.15]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"position": (NAN, 0.0, 0.0)},
+        {"position": (INF, 0.0, 0.0)},
+        {"position": (1e300, 0.0, 0.0)},
+        {"wxyz": (NAN, 0.0, 0.0, 0.0)},
+        {"wxyz": (0.0, 0.0, 0.0, 0.0)},
+    ],
+)
+def test_a_gizmo_never_becomes_nan(room: Room, join: Callable[..., BlockingClient], change: dict[str, Any]) -> None:
+    visitor = join()
+    visitor.move_gizmo("/hand", **{"position": (0.0, 0.0, 0.5), **change})
+    visitor.move_gizmo("/hand", (0.0, 0.2, 0.5))
+    roundtrip(visitor, room)
+    assert room.values("hand") == [(0.0, 0.2, 0.5)]
+    assert np.isfinite(room.gizmo.position).all() and np.isfinite(room.gizmo.wxyz).all()
+
+
+def test_a_camera_never_becomes_nan(room: Room, join: Callable[..., BlockingClient]) -> None:
+    visitor = join()
+    visitor.send({**CAMERA, "position": [NAN, 0, 0]})
+    visitor.send({**CAMERA, "position": [1, 2, 3]})
+    roundtrip(visitor, room)
+    (client,) = room.server.get_clients().values()
+    assert tuple(client.camera.position) == (1, 2, 3)
+
+
+def test_unknown_forms_do_not_pile_up(room: Room, join: Callable[..., BlockingClient]) -> None:
+    visitor, witness = join(), join()
+    before = len(room.server._websock_server._broadcast_buffer.message_from_id)
+    for number in range(100):
+        visitor.send({"type": "GuiFormDirtyMessage", "uuid": f"no-{number}"})
+    visitor.send({"type": "GuiFormDirtyMessage", "uuid": room.form._impl.uuid})
+    roundtrip(visitor, room)
+    witness.wait_for(lambda v: v.received.messages["GuiFormDirtyMessage"] > 0)
+    assert len(room.server._websock_server._broadcast_buffer.message_from_id) <= before + 2
+    assert witness.received.messages["GuiFormDirtyMessage"] == 1
+
+
+def test_no_tunnel_can_be_asked_for(room: Room, join: Callable[..., BlockingClient], monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+    monkeypatch.setattr(viser.ViserServer, "request_share_url", lambda *args, **options: asked.append(args))
+    monkeypatch.setattr(viser.ViserServer, "disconnect_share_url", lambda *args, **options: asked.append(args))
+    monkeypatch.setattr(DuetServer, "request_share_url", lambda *args, **options: asked.append(args))
+    visitor = join()
+    for kind in ("ShareUrlRequest", "ShareUrlDisconnect"):
+        visitor.send({"type": kind})
+    # Even past the gate nobody listens.
+    for kind in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
+        assert kind not in room.server._websock_server._incoming_handlers
+    visitor.click("go")
+    roundtrip(visitor, room)
+    assert room.values("go") == [0] and asked == []
+
+
+def test_what_all_see_can_be_handed_to_one(room: Room, join: Callable[..., BlockingClient]) -> None:
+    teacher, pupil = join(), join()
+    room.server.gate.may_share = lambda client_id: client_id == 0
+    own: list[float] = []
+
+    @room.server.on_client_connect
+    async def _(client: viser.ClientHandle) -> None:
+        handle = client.gui.add_slider(f"own {client.client_id}", min=0.0, max=1.0, step=0.1, initial_value=0.0)
+
+        @handle.on_update
+        async def _(event: Any) -> None:
+            own.append(event.target.value)
+
+    for visitor, label in ((teacher, "own 0"), (pupil, "own 1")):
+        visitor.wait_for(lambda v, label=label: any(e.get("label") == label for e in v.mirror.gui.values()))
+    pupil.set_value("d_m", 0.3)
+    pupil.move_gizmo("/hand", (0.3, 0.0, 0.5))
+    pupil.click("go")
+    # Somebody else's private element, whose uuid was guessed.
+    pupil.send({"type": "GuiUpdateMessage", "uuid": teacher.mirror.labelled("own 0")["uuid"], "updates": {"value": 0.9}})
+    pupil.set_value("own 1", 0.5)
+    pupil.wait_for(lambda v: own)
+    teacher.set_value("d_m", 0.2)
+    roundtrip(teacher, room)
+    assert own == [0.5] and room.values("d_m") == [0.2] and room.values("hand") == [] and room.values("go") == []
+
+
+def test_messages_while_nothing_is_on_the_page() -> None:
+    nothing: Any = SimpleNamespace(control=lambda *_: None, form=lambda *_: None, command=lambda *_: None)
+    with pytest.raises(Refused, match="unknown element"):
+        Gate(nothing, TrafficLimits()).check(
+            0, Traffic(TrafficLimits()), msgspec.msgpack.encode({"type": "CommandTriggerMessage", "uuid": "x"})
+        )

@@ -1,0 +1,78 @@
+"""A server that starts says what it can't, and one that stops leaves neither port nor thread nor visitor behind."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from viser import infra
+
+from app.bench.blocking_client import BlockingClient
+from app.web.listening import PortInUse, somebody_answers
+from app.web.server import DuetServer, start_server
+from controllers.errors import BadSetting, DuetError
+
+
+@pytest.mark.parametrize("other_host", ["127.0.0.1", "0.0.0.0"])
+def test_a_busy_port_is_an_error_that_names_the_remedy(other_host: str) -> None:
+    with socket.socket() as other:
+        other.bind((other_host, 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(PortInUse, match=rf"port {port} .*--port {port % 65535 + 1}") as error:
+            start_server(port=port)
+        assert isinstance(error.value, DuetError) and "\n" not in str(error.value)
+    start_server(port=port).stop()
+
+
+def test_who_answers_on_a_port_is_found_by_asking() -> None:
+    # What macOS needs; the rule itself is the same everywhere.
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        assert somebody_answers("127.0.0.1", port)
+    assert not somebody_answers("127.0.0.1", port)
+
+
+@pytest.mark.parametrize(
+    "options", [{"port": 70000}, {"port": -1}, {"host": "203.0.113.9"}, {"host": "no such host"}, {"max_clients": 0}]
+)
+def test_impossible_settings_are_explained(options: dict[str, Any]) -> None:
+    with pytest.raises(BadSetting, match="valid: "):
+        start_server(**{"port": 0, **options})
+
+
+def test_stopping_releases_port_thread_and_page(start: Callable[..., DuetServer], capfd: pytest.CaptureFixture[str]) -> None:
+    before = set(threading.enumerate())
+    server = start()
+    port, visitor = server.get_port(), BlockingClient(server.url)
+    visitor.wait_for(lambda v: v.mirror.replayed)
+    server.stop()
+    server.stop()
+    visitor.wait_for(lambda v: v.closed)
+    visitor.close()
+    again = start(port)
+    assert again.get_port() == port and again.run != server.run
+    again.stop()
+    assert set(threading.enumerate()) <= before
+    assert capfd.readouterr().out == ""
+
+
+def test_a_visitor_at_the_door_during_construction_is_served(
+    start: Callable[..., DuetServer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    early: list[BlockingClient] = []
+    original = infra.WebsockServer.start
+
+    def start_and_be_met(self: infra.WebsockServer) -> None:
+        original(self)
+        # viser listens already, but has yet to build its scene and its GUI.
+        early.append(BlockingClient(f"http://127.0.0.1:{self._port}"))
+
+    monkeypatch.setattr(infra.WebsockServer, "start", start_and_be_met)
+    server = start()
+    early[0].wait_for(lambda v: v.mirror.replayed and server.get_clients())
+    early[0].close()
+    assert early[0].closed is not None and early[0].closed.rcvd is not None and early[0].closed.rcvd.code == 1000
