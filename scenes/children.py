@@ -33,16 +33,24 @@ def inheriting() -> Iterator[None]:
 @contextmanager
 def deaf() -> Iterator[None]:
     """Keep Ctrl+C from processes that this thread starts meanwhile, until they `leave_with_parent`; here it comes at the end."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    # It would be started with the first process, and lift the mask.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    pending: list[int] = []
+    main = threading.current_thread() is threading.main_thread()
+    # A mask is not enough: another thread may take the signal, and a process that is given only half of its start says so.
+    handler = signal.signal(signal.SIGINT, lambda number, frame: pending.append(number)) if main else None
+    mask: set[int] | None = None
     try:
+        if hasattr(signal, "pthread_sigmask"):
+            # It would be started with the first process, and lift the mask.
+            resource_tracker.ensure_running()
+            mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if mask is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if main:
+            signal.signal(signal.SIGINT, handler)
+        if pending:
+            signal.raise_signal(signal.SIGINT)
 
 
 def leave_with_parent() -> None:

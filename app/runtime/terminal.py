@@ -63,6 +63,9 @@ def run_in_terminal(command: Callable[[], int]) -> int:
             code = code or 1
         elif code != INTERRUPTED:
             code = 0
+    if _interrupted is not None:
+        # All is tidied up; at its very end Python would give the signal back to the system, which ends the process with another code.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
     return code
 
 

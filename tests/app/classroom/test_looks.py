@@ -119,7 +119,7 @@ def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(ho
         for theme in ("light", "dark")
         for size in ("desk", "projector")
     ]
-    others = [join(opened, look) for look in looks]
+    others = [join(opened, f"{look}&resume={number:032x}") for number, look in enumerate(looks)]
     assert len(host._apart.audiences) == MOST and len(looks) + 1 > MOST
     more = join(opened, "lang=de&theme=dark&picture=fast")
     says(more, 'data-words="de"')
