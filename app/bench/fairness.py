@@ -4,6 +4,7 @@ the server, throws heavy messages at it, or comes with a whole class."""
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import itertools
 import time
 from collections.abc import Awaitable, Callable
@@ -145,13 +146,16 @@ def _heavy(content: bytes) -> Doing:
         async def throw(number: int) -> None:
             del number
             other = await HeadlessClient(visitor.url, decode=False).connect(PATIENCE)
-            await other.send_raw(message)
             others.append(other)
+            with contextlib.suppress(Exception):
+                # The server closes the connection in the middle of the message.
+                await other.send_raw(message)
 
         others: list[HeadlessClient] = []
         await _paced(BOMBS / seconds, seconds, throw)
         for other in others:
-            await other.close()
+            with contextlib.suppress(Exception):
+                await other.close()
 
     return do
 
@@ -168,8 +172,9 @@ def _enter(query: str = "") -> Doing:
         pages: list[HeadlessClient] = []
 
         async def come(number: int) -> None:
-            del number
-            pages.append(await HeadlessClient(visitor.url, query=query, decode=False).connect(PATIENCE))
+            # Each is a tab of its own, as it is in a class.
+            tab = f"{query}&resume={number:032x}".lstrip("&")
+            pages.append(await HeadlessClient(visitor.url, query=tab, decode=False).connect(PATIENCE))
 
         await _paced(CLASS / ENTRY, ENTRY, come)
         await asyncio.sleep(max(seconds - ENTRY, 0.0))
