@@ -135,8 +135,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:
         {
             "title": panel.title,
             "unit": panel.unit,
-            "span": panel.span,
-            "positive": panel.positive,
+            "span": panel.limits,
             "rows": panel.rows,
             "note": panel.note,
             "times": numbers(panel.times, "f4"),

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from app.custom_law.custom_law import CustomLaw
-from app.plots.chart import Chart, Frame
+from app.plots.chart import Chart, ChartAxes
 from controllers.activation import activation
 from controllers.laws.situation import Law
 from scenes.history import Sample
@@ -21,7 +21,7 @@ DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in r
 ORDERS: Final = (1.0, 2.0, 10.0)
 """Of the paper's Fig. 2."""
 
-FRAME: Final = Frame((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
+FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 
 
 def distances(*kinks: float) -> np.ndarray:

@@ -12,7 +12,7 @@ _SIDE = 1000
 
 
 @dataclass(frozen=True)
-class Frame:
+class ChartAxes:
     """Two axes.
 
     Attributes:
@@ -42,7 +42,7 @@ class Chart:
         frame: its axes.
     """
 
-    frame: Frame
+    frame: ChartAxes
     _lines: list[str] = field(default_factory=list)
     _marks: list[str] = field(default_factory=list)
 

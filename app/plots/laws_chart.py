@@ -10,7 +10,7 @@ import numpy as np
 from app.custom_law.custom_law import CustomLaw
 from app.i18n.speaking import tr
 from app.plots.activation_curve import DISTANCES, FAR, distances
-from app.plots.chart import Chart, Frame
+from app.plots.chart import Chart, ChartAxes
 from app.session.contact import Contact
 from controllers.laws.situation import Law
 from scenes.law_factory import make_law
@@ -53,7 +53,7 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
     span = next((s for s in _SPANS if s >= largest), _SPANS[-1])
     step = span / 2.0
     ticks = tuple((i * step, f"{i * step:+.1f}".replace("-", "−") if i else "0") for i in (-2, -1, 0, 1, 2))
-    chart = Chart(Frame((0.0, FAR), (-span, span), DISTANCES, ticks))
+    chart = Chart(ChartAxes((0.0, FAR), (-span, span), DISTANCES, ticks))
     chart.level(0.0, "zero", 1.2)
     xs = distances(settings.critical_distance, settings.influence_distance)
     lines: dict[LawName, np.ndarray] = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}

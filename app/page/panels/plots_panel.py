@@ -7,10 +7,11 @@ import viser
 from viser import uplot
 
 from app.i18n.speaking import tr
-from app.page.panels.plot_chooser import CHARTS, PLACES, DetailsChooser, cells, layout_html, makes_room
+from app.page.panels.plot_chooser import DetailsChooser
 from app.plots.activation_curve import curve_html
 from app.plots.laws_chart import laws_html
 from app.plots.pair_strips import pairs_html
+from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
 from app.plots.stability_section import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, POINTS, WINDOW, Curve, RollingSeries, drawable
@@ -61,7 +62,7 @@ class Plots:
             self._layout = gui.add_html("", order=0.0)
         self._captions: dict[str, viser.GuiHtmlHandle] = {}
         self._charts: dict[str, viser.GuiHtmlHandle] = {}
-        self._courses: dict[str, tuple[TimePlot, viser.GuiUplotHandle]] = {}
+        self._time_plots: dict[str, tuple[TimePlot, viser.GuiUplotHandle]] = {}
         self._cells: tuple[str, ...] = ()
         self._only: tuple[str, ...] = ()
         self._settings: RunSettings | None = None
@@ -74,7 +75,7 @@ class Plots:
     def dress(self, page: PageSettings) -> None:
         """Take on another theme or profile."""
         self._page, self._dressed = page, True
-        for course, plot in self._courses.values():
+        for course, plot in self._time_plots.values():
             plot.series = self._series(course)
             plot.axes = self._axes()
 
@@ -116,7 +117,7 @@ class Plots:
                 self._next[name] = now + SLOW_PERIOD
                 self._charts[name].content = self._chart_html(name, session)
             else:
-                course, plot = self._courses[name]
+                course, plot = self._time_plots[name]
                 self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
                 plot.data = self._data(course, ghost is not None)
 
@@ -140,7 +141,7 @@ class Plots:
             self._drawn.clear()
         if simulation.settings is not self._settings or simulation.law is not self._law:
             self._settings, self._law = simulation.settings, simulation.law
-            for name in self._courses:
+            for name in self._time_plots:
                 self._redefine(name, simulation)
         for name in wanted:
             caption = self._caption(name, ghost is not None)
@@ -148,7 +149,7 @@ class Plots:
                 self._captions[name].content = caption
 
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
-        return self._charts[name] if name in CHARTS else self._courses[name][1]
+        return self._charts[name] if name in CHARTS else self._time_plots[name][1]
 
     def _make(self, name: str, simulation: Simulation) -> None:
         # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
@@ -178,14 +179,14 @@ class Plots:
                 padding=(6, 12, 0, 0),
                 order=order + 0.5,
             )
-            self._courses[name] = course, handle
+            self._time_plots[name] = course, handle
 
     def _redefine(self, name: str, simulation: Simulation) -> None:
         """Give a plot other names if the experiment asks for them."""
-        old, plot = self._courses[name]
+        old, plot = self._time_plots[name]
         course = time_plot_of(name, simulation)
         if course != old:
-            self._courses[name] = course, plot
+            self._time_plots[name] = course, plot
             self._drawn.pop(name, None)
 
     def _take(self, what_if: WhatIf | None) -> None:
@@ -269,16 +270,13 @@ class Plots:
         spare = " duet-spare" if self._is_spare(name) else ""
         if name in CHARTS:
             return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(CHARTS[name])}</span></div>'
-        course, _ = self._courses[name]
-        legend = course.legend
-        if with_ghost and course.columns("ghost"):
-            dash = next(line.dash for line in course.lines if line.run == "ghost")
-            legend = (*legend, (course.symbol, "dash" if dash[0] > 2.0 else "dot", tr("ghost")))
-        if self._what_if is not None and course.columns("what_if"):
-            legend = (*legend, (course.symbol, "mix", tr("what if")))
-        parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in legend)
-        unit = f" [{course.unit}]" if course.unit else ""
-        return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(course.title)}{unit}</span>{parts}</div>'
+        plot, _ = self._time_plots[name]
+        others = [run for run, there in (("ghost", with_ghost), ("what_if", self._what_if is not None)) if there]
+        parts = "".join(
+            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in plot.legend(others)
+        )
+        unit = f" [{plot.unit}]" if plot.unit else ""
+        return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(plot.title)}{unit}</span>{parts}</div>'
 
     def _is_spare(self, name: str) -> bool:
         """Return whether a plot makes room on a narrow screen for what was chosen."""

@@ -16,8 +16,8 @@ from PIL import Image
 from app.export import csv_table as table_module
 from app.export.csv_table import changes, csv_bytes, csv_suffix, newest
 from app.export.plot_pictures import Kind, caption, embedded, inline_svg, mathtext, picture_bytes
-from app.export.recorded_curves import MOMENTS, NOT_OVER_TIME, OF_OTHER_RUNS, POINTS, Curves, Panel, legend_names, plain, thinned
-from app.page.panels.plot_chooser import possible_details
+from app.export.recorded_curves import MOMENTS, NOT_OVER_TIME, OF_OTHER_RUNS, POINTS, Curves, Panel, plain, thinned
+from app.plots.plot_choice import possible_details
 from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries
 from app.settings import Details
@@ -166,9 +166,7 @@ def test_section_three_is_looked_at_along_the_way_or_says_why_not() -> None:
 
 def test_the_legend_names_lines_as_the_page_does() -> None:
     slave = time_plot_of("follow", Simulation(given_settings(scene="master_slave", following="identical"), 1))
-    names = legend_names(slave)
-    assert [names[i] for i in range(4)] == ["1", "2", "3", "4"]
-    assert "master" in names.values() and slave.lines[next(i for i, n in names.items() if n == "master")].dash
+    assert slave.legend() == (*(((f"j{i}", "", str(i))) for i in range(1, 5)), ("", "dash", "master"))
     assert plain("a <b class='d'>d</b> [m]") == "a d [m]" and mathtext("d<sub>m</sub>") == r"d$_{\mathrm{m}}$"
 
 

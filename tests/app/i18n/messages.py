@@ -22,10 +22,10 @@ from app.i18n.client_texts import ALL
 from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.controls import TABS
 from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
-from app.page.panels.plot_chooser import CHARTS
 from app.page.panels.readout import SHARES
 from app.plots.laws_chart import LAW_NAMES
-from app.plots.time_plots import COURSES
+from app.plots.plot_choice import CHARTS
+from app.plots.time_plots import TIME_PLOTS
 from app.settings import Settings
 from app.text.equations import ALONE, EQUATIONS
 from scenes.settings import specs
@@ -124,8 +124,8 @@ def _of_tables() -> Iterator[str]:
         yield from (spec.label, spec.help, *spec.choice_labels)
     yield from (name for name, _, _ in TABS)
     yield from (hotkey.text for hotkey in (*HOTKEYS, *LESSON_KEYS))
-    for course in COURSES.values():
-        yield from (course.title, *(name for _, _, name in course.legend))
+    for course in TIME_PLOTS.values():
+        yield from (course.title, *(line.name for line in course.lines if line.name))
     for equation in (ALONE, *EQUATIONS.values()):
         yield equation.source
         for line in equation.lines:

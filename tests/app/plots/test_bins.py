@@ -31,7 +31,7 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     newest = np.array([line[-1] for line in series[1:]])
     assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
     assert np.isnan(newest[count:7]).all()
-    assert len(time_plot_of("joints", simulation).legend) == len(time_plot_of("rates", simulation).legend) == count
+    assert len(time_plot_of("joints", simulation).legend()) == len(time_plot_of("rates", simulation).legend()) == count
     desired = [line[-1] for line in buffer.series(tuple(COLUMNS[f"qd{i + 1}"] for i in range(4)))[1:]]
     assert desired == sample.desired[own][:4].tolist()
 
