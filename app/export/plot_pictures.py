@@ -1,6 +1,4 @@
-"""The plots of a recorded run as a picture: PNG, or SVG for a file or for a page. The same run gives the same bytes,
-in the language that is spoken here.
-"""
+"""The plots of a recorded run as PNG, or as SVG for a file or a page: deterministic bytes, in the current language."""
 
 import io
 import re
@@ -70,7 +68,7 @@ def picture_bytes(
         BadSetting: it cannot be made here.
         Stopped: see there.
     """
-    # The style belongs to this picture, not to whoever else draws in this process.
+    # The style belongs to this picture, not to others that are drawn in this process.
     with matplotlib.rc_context(STYLE):
         figure = _figure(recorded, seconds, details, table, stopped, only)
         out = io.BytesIO()
@@ -86,17 +84,16 @@ def inline_svg(
     seconds: float,
     details: Details,
     name: str,
-    table: Array | None = None,
     stopped: Callable[[], bool] = never,
     only: tuple[str, ...] = (),
 ) -> str:
     """Return a picture as an <svg> element for an HTML page.
 
     Args:
-        name: letters and digits; keeps its ids apart from those of other pictures on the page.
-        recorded, seconds, details, table, stopped, only: as in `picture_bytes`.
+        name: letters and digits; a prefix that makes the ids of the picture unique on the page.
+        recorded, seconds, details, stopped, only: as in `picture_bytes`.
     """
-    return embedded(picture_bytes(recorded, seconds, details, "svg", table, stopped, only).decode(), name)
+    return embedded(picture_bytes(recorded, seconds, details, "svg", None, stopped, only).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:

@@ -1,7 +1,4 @@
-"""A recorded run as the lines that the page plots, but over all of its time: for pictures, the report, and the page without a server.
-
-What is written there is in the language that is spoken here.
-"""
+"""The series of a recorded run over its whole time, in the current language: for the pictures, the report and the offline player."""
 
 import math
 import re
@@ -31,7 +28,7 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 POINTS: Final = 1_600
-"""Of a line at most. Of the steps between two points, the smallest d and the largest e² are kept, so that no dip is lost."""
+"""Of a line at most. Each point has the smallest d and the largest e² of the steps before it, so that no dip is lost."""
 
 MOMENTS: Final = 240
 """At which section III is looked at."""
@@ -132,7 +129,7 @@ class Curves:
 
     @property
     def settings(self) -> RunSettings:
-        """Return those at the end."""
+        """The settings at the end."""
         return self._recorded.stretches[-1].settings
 
     def panels(self, details: Details, only: tuple[str, ...] = ()) -> tuple[Panel, ...]:
@@ -160,7 +157,7 @@ class Curves:
         return Panel(plain(tr(plot.title)), plot.unit, self.times, strokes, plot.span, plot.positive)
 
     def column(self, name: str) -> Array:
-        """Return what the page's buffer calls so (k,), see `app.plots.time_series.NAMES`."""
+        """Return the column (k,) of a name of `app.plots.time_series.NAMES`."""
         table, simulation = self.table, self._simulation
         own, other = simulation.avoiding.joints, simulation.guided.joints
         history = simulation.history
@@ -268,5 +265,5 @@ def thinned(table: Array) -> tuple[Array, np.ndarray]:
 
 
 def plain(html: str) -> str:
-    """Return text without its tags."""
+    """Return the text without its HTML tags."""
     return re.sub(r"<[^>]*>", "", html)

@@ -1,7 +1,7 @@
-"""The stage of a recorded run without anybody looking: what stands there, and how it moves from frame to frame.
+"""The 3-D scene of a recorded run: a still scene in viser's format, and tracks of what moves from frame to frame.
 
-The stage is put up on a server of viser's that lets nobody in; its own serializer writes down every message. Messages that put
-something up become the scene, all later ones become tracks: a node's turn, place, visibility or property over the frames.
+The scene is built on a viser server without clients, whose serializer records every message. Messages that add a node become the
+still scene; later ones become tracks of a node's orientation, position, visibility or property.
 """
 
 import json

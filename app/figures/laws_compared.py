@@ -108,7 +108,7 @@ def variants() -> dict[str, dict[str, Any]]:
     for law, label in zip(choice.choices, choice.choice_labels, strict=True):
         found[label.replace("d_m", "$d_m$")] = {"law": law}
         if law == "barrier_qp":
-            # A barrier means to be told how fast the obstacle comes.
+            # A barrier function needs the obstacle's speed.
             found["Barrier QP, told $w$"] = {"law": law, "feed_forward": True}
     return found
 

@@ -1,4 +1,4 @@
-"""What is drawn of a room: the links of both arms where their joints put them, and what they stand on."""
+"""Meshes of a room: the links of the arms at their joint positions, and the furniture."""
 
 import io
 from functools import cache

@@ -1,4 +1,4 @@
-"""A chart that is no course over time, as HTML: lines in an SVG that takes any size, and text that keeps its own."""
+"""A chart over distance as HTML: lines in a scalable SVG, and text of fixed size."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise

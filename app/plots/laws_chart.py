@@ -84,7 +84,7 @@ def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
 
 
 def _anchor(name: LawName, settings: LawSettings, xs: np.ndarray, ys: np.ndarray, span: float) -> tuple[float, float]:
-    """Return where a line gets its number: where it runs apart from most of the others."""
+    """Return where a line gets its number: where few other lines are near."""
     d_m = settings.critical_distance
     at = {
         "smooth_priority": d_m * 0.72 ** (-1.0 / settings.order),

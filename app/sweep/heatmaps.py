@@ -8,7 +8,6 @@ from typing import Any, Final
 import numpy as np
 
 from app.runtime.output_file import written
-from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.experiments import EXPERIMENTS
 from scenes.grids import Axis, Grid, is_number
@@ -28,18 +27,6 @@ _SHOWN: Final = {
 _COLOURS: Final = ("#0072b2", "#d55e00", "#00835e", "#7a3fc4", "#a3195b", "#9a6700", "#2a93c9", "#57606a")
 _DASHES: Final = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 _MARKERS: Final = "osD^vPX*"
-
-
-def needs_matplotlib() -> None:
-    """Do nothing if pictures can be drawn.
-
-    Raises:
-        BadSetting: matplotlib is not installed.
-    """
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError:
-        raise BadSetting("Maps need matplotlib, which is not installed: pip install matplotlib, or add --no-maps.") from None
 
 
 def draw_maps(grid: Grid, rows: Mapping[int, Figures], folder: Path) -> list[Path]:

@@ -13,8 +13,8 @@ class DetailsChooser:
     """The row of buttons that chooses what is shown beside the first two plots.
 
     Args:
-        gui: of whoever operates it.
-        session: whose plots.
+        gui: of the operator's page.
+        session: the visitor's.
         tab: of the panel of plots.
     """
 

@@ -1,4 +1,4 @@
-"""The panel of plots: two over time that are always there, and whatever else is chosen beside them."""
+"""The panel of plots: two over time, and the plot that is chosen beside them."""
 
 from typing import Any, Final
 
@@ -7,14 +7,13 @@ import viser
 from viser import uplot
 
 from app.i18n.speaking import tr
-from app.page.panels.plot_chooser import DetailsChooser
 from app.plots.activation_curve import curve_html
 from app.plots.laws_chart import laws_html
 from app.plots.pair_strips import pairs_html
 from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
 from app.plots.stability_section import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
-from app.plots.time_series import COLUMNS, POINTS, WINDOW, Curve, RollingSeries, drawable
+from app.plots.time_series import COLUMNS, Curve, RollingSeries, drawable
 from app.plots.trade_off_chart import map_html
 from app.recording.past import Shown
 from app.session.contact import contact
@@ -25,8 +24,6 @@ from controllers.laws.situation import Law
 from scenes.rerun import WhatIf
 from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
-
-__all__ = ["POINTS", "WINDOW", "DetailsChooser", "Plots", "RollingSeries"]
 
 PERIOD: Final = 0.1
 """Wall time between two refreshes of a plot over time [s] …"""
@@ -42,10 +39,10 @@ CURTAIN: Final = 0.3
 
 
 class Plots:
-    """The panel of plots. One that is not wanted is hidden, never removed: viser's page complains of late news for what is gone.
+    """The panel of plots. A plot is hidden, never removed: viser's page warns of late updates of removed elements.
 
     Args:
-        gui: of whoever sees them.
+        gui: of the page.
         tab: where they are drawn.
         page: how they look.
         height: of one plot [CSS px].
@@ -93,8 +90,8 @@ class Plots:
         self._take(session.what_if)
         self._arrange(simulation, ghost)
         if self._dressed:
-            # The page makes every plot anew, and new data in the same moment would leave it with a time axis in the wrong proportion
-            # for good. One that was away is begun afresh.
+            # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
+            # for good. A plot that was hidden meanwhile is drawn from the start.
             self._dressed = False
             self._next = dict.fromkeys(self._cells, now + CURTAIN)
             self._away = [name for name in self._cells if name not in CHARTS]
@@ -126,7 +123,7 @@ class Plots:
             self._handle(name).visible = visible and name in self._cells
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
-        """Have exactly those plots on the panel that belong there, with the right lines and names."""
+        """Show exactly the chosen plots, with the right lines and names."""
         wanted = cells(simulation.settings, self._details, self._only)
         if wanted != self._cells:
             for name in self._cells:
@@ -145,8 +142,7 @@ class Plots:
                 self._redefine(name, simulation)
         for name in wanted:
             caption = self._caption(name, ghost is not None)
-            if self._captions[name].content != caption:
-                self._captions[name].content = caption
+            self._captions[name].content = caption
 
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
         return self._charts[name] if name in CHARTS else self._time_plots[name][1]
@@ -235,7 +231,7 @@ class Plots:
                 return laws_html(simulation, ghost, contact(simulation, sample), self._height)
             case "map":
                 if session.trade_off is None:
-                    return '<div class="duet duet-tip">' + tr("A law of your own is not computed apart.") + "</div>"
+                    return '<div class="duet duet-tip">' + tr("The trade-off map is not available for a custom law.") + "</div>"
                 points = session.trade_off.points(session.settings.run)
                 return map_html(points, session.trade_off.size, session.settings.run, self._height)
             case "pairs":

@@ -8,7 +8,6 @@ of buttons; and from the tables below, whose texts are said elsewhere than where
 import ast
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -16,7 +15,6 @@ from typing import Final
 import app
 from app.custom_law.trials import TRIALS, WHY
 from app.export.export_queue import TITLES, WORDS
-from app.export.report_html import ENGLISH as REPORT
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
 from app.page.lessons.lesson_html import NEXT, PHASES
@@ -132,7 +130,6 @@ def _of_tables() -> Iterator[str]:
             yield from re.findall(r"\\text\{\{(.+?)\}\}", line)
     for table in (CHARTS, LAW_NAMES, NEXT, PHASES, SHARES, TITLES, WORDS, WHY):
         yield from map(str, table.values())
-    yield from (value for name, value in asdict(REPORT).items() if name != "language")
     yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
 
 
