@@ -115,7 +115,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
 
 
 def _settings(run: RunSettings) -> str:
-    """Return what is not as it is at first; the picture of the run says the rest."""
+    """Return the settings that differ from the defaults."""
     first = values(RunSettings())
     return settings_text(tuple((key, value) for key, value in values(run).items() if value != first[key]))
 

@@ -51,7 +51,7 @@ class Chart:
 
         Args:
             xs, ys: (points,), ascending xs; where y is nan, there is no point.
-            kind: class of CSS whose `color` it takes.
+            kind: class of CSS that gives the `color`.
             width: [px].
             dash: as in SVG, [px].
         """
@@ -93,7 +93,7 @@ class Chart:
 
 
 def _without_middles(points: list[list[float]]) -> list[list[float]]:
-    """Return the points without those that lie on the way from the last one kept to the next, to a third of a thousandth."""
+    """Return the points without those on the straight line between their neighbours, within a third of a thousandth."""
     kept = points[:1]
     for (x, y), (x2, y2) in pairwise(points[1:]):
         x1, y1 = kept[-1]

@@ -1,4 +1,4 @@
-"""One plot that compares all laws: what each of them would make of the present pull, over the distance."""
+"""A chart of all laws: the rate that each gives at the present pull, over the distance."""
 
 import math
 from dataclasses import replace
@@ -43,8 +43,8 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
     """Return the chart, and beside it which line is which.
 
     Args:
-        simulation: whose law is drawn thick.
-        ghost: whose law is drawn dashed; None if there is none.
+        simulation: its law is drawn thick.
+        ghost: its law is drawn dashed; None for no ghost.
         now: pull, approach and |J_d|² that all laws are asked with, and the present state.
         height: [CSS px].
     """

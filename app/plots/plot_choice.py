@@ -13,16 +13,16 @@ CHARTS: Final[dict[str, str]] = {
     "pairs": "the closest pair",
     "stability": "section III: does the paper’s condition hold?",
 }
-"""What is not over time → its title."""
+"""Charts that are not over time → title."""
 
 PLACES: Final = {"distance": 0, "hand": 0, "error": 1, "elbow": 1}
-"""Where the first two plots stand."""
+"""Columns of the first two plots."""
 
 _TWO_OF_A_KIND: Final = frozenset({"master_slave", "imitation"})
 
 
 def possible_details(run: RunSettings) -> tuple[str, ...]:
-    """Return what can be shown beside the first two plots in an experiment."""
+    """Return the plots that an experiment offers beside the first two."""
     details: tuple[str, ...] = ("none", "joints", "rates")
     if run.scene in OBSTACLE:
         details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "pairs", "stability")

@@ -49,7 +49,7 @@ FARTHEST: Final = 0.8
 
 
 RESTING: Final = ("smooth_priority", "intermediate_value")
-"""Laws whose resting distance is known in closed form."""
+"""Laws with a resting distance in closed form."""
 
 
 def resting(settings: RunSettings, pull: float, approach: float, second_pull: float | None) -> float:

@@ -25,7 +25,7 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
     Args:
         points: computed so far.
         size: how much of the map that is, from 0 to 1.
-        run: whose n and v are marked.
+        run: its n and v are marked.
         height: [CSS px].
     """
     chart = Chart(FRAME)

@@ -73,7 +73,7 @@ class Difference:
     by: float
 
     def words(self, error_unit: str) -> LazyText:
-        """Return what differs, where, and by how much."""
+        """Return the column, the step and the difference as text."""
         unit = unit_of(self.column, error_unit)
         if self.column in KINDS or math.isinf(self.by):
             what = LazyText("{column} ({then:g} then, {now:g} now)", column=self.column, then=self.then, now=self.now)

@@ -45,7 +45,7 @@ Verdict = Literal["exact", "close", "differs"]
 
 @dataclass(frozen=True)
 class SavedRun:
-    """What is in a file.
+    """The content of a run file.
 
     Attributes:
         recorded: inputs and settings.
@@ -60,7 +60,7 @@ class SavedRun:
 
 @dataclass(frozen=True)
 class Verification:
-    """What came out when the run of a file was made again.
+    """The comparison of a run file with a new run of its inputs.
 
     Attributes:
         verdict: the same to the last bit, the same within `CLOSE`, or not.
@@ -112,7 +112,7 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
 
 
 def saved_from(data: bytes, name: str) -> SavedRun:
-    """Return what is in a file.
+    """Return the content of a run file.
 
     Args:
         data: its content.
@@ -153,7 +153,7 @@ def saved_from(data: bytes, name: str) -> SavedRun:
 
 
 def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification:
-    """Make the run again and compare.
+    """Compute the run again and compare.
 
     Raises:
         BadSetting: it cannot be made here, such as for want of a robot's package.

@@ -99,7 +99,7 @@ class _Plan:
         return np.atleast_2d(np.transpose(field[tuple(at)], [free.index(axis.key) for axis in kept]))
 
     def title(self, panel: tuple[int, ...]) -> str:
-        """Return what is special about a panel."""
+        """Return the title of a panel: its values of the settings side by side."""
         return ", ".join(f"{self.symbol(axis)} = {self.shown(axis, i)}" for axis, i in zip(self.beside, panel, strict=True))
 
     def spec(self, axis: Axis) -> Spec:
@@ -136,7 +136,7 @@ class _Plan:
         return np.array(axis.values, float) * self.spec(axis).page_scale
 
     def footnote(self) -> str:
-        """Return what was the same everywhere and is not as usual."""
+        """Return the shared settings that differ from the defaults."""
         usual = values(RunSettings())
         fixed = self.grid.fixed()
         parts = [f"{key} = {value}" for key, value in fixed.items() if value != usual[key] or key == "scene"]

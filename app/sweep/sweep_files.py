@@ -22,7 +22,7 @@ _MOST_BYTES: Final = 1_000_000_000
 
 
 def head_of(grid: Grid) -> tuple[str, ...]:
-    """Return what stands above the rows: every setting that is the same in all of them, and which values the others take."""
+    """Return the head of the table: the settings that all rows share, and the values of the swept ones."""
     fixed = [f"{key} = {value}" for key, value in grid.fixed().items()]
     swept = [f"over {axis.key} = {', '.join(map(_cell, axis.values))}" for axis in grid.axes]
     return (*fixed, f"seconds = {grid.seconds!r}", *swept)
@@ -38,7 +38,7 @@ class SweepFiles:
 
     Args:
         folder: made if it is not there.
-        grid: whose points are the rows.
+        grid: its points are the rows.
         form: of the complete table.
 
     Raises:

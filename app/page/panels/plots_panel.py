@@ -43,8 +43,8 @@ class Plots:
 
     Args:
         gui: of the page.
-        tab: where they are drawn.
-        page: how they look.
+        tab: that holds the plots.
+        page: theme and profile.
         height: of one plot [CSS px].
     """
 
@@ -70,22 +70,22 @@ class Plots:
         self._away: list[str] = []
 
     def dress(self, page: PageSettings) -> None:
-        """Take on another theme or profile."""
+        """Apply another theme or profile."""
         self._page, self._dressed = page, True
         for course, plot in self._time_plots.values():
             plot.series = self._series(course)
             plot.axes = self._axes()
 
     def choose(self, details: Details) -> None:
-        """Show something else beside the first two plots, or nothing."""
+        """Choose the plot beside the first two."""
         self._details = details
 
     def only(self, names: tuple[str, ...]) -> None:
-        """Show these, and what is chosen beside them, instead of the first two plots; none for the first two again."""
+        """Replace the first two plots by these; none for the first two again."""
         self._only = names
 
     def show(self, session: Shown, now: float) -> None:
-        """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
+        """Read the newest steps, and refresh the plots that have changed and are due. `now`: wall time [s]."""
         simulation, ghost = session.simulation, session.ghost
         self._take(session.what_if)
         self._arrange(simulation, ghost)

@@ -7,6 +7,7 @@ import math
 import zipfile
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ def test_a_file_is_made_again_to_the_last_bit(scene: str) -> None:
     recorded, table = piece(scene, 3.0, 1.2, lively=True)
     assert recorded.begin >= 1.0 and len(recorded.stretches) >= 2
     data = saved_bytes(recorded, table[-1].tobytes())
-    assert data == saved_bytes(recorded) and len(data) < 0.6 * table.nbytes
+    assert data == saved_bytes(recorded) and len(data) < 0.7 * table.nbytes
     # It is a file of inputs, too.
     again = recorded_from(data, "a.npz")
     assert again.steps == recorded.steps and again.settings == recorded.settings
@@ -50,6 +51,13 @@ def test_a_file_is_made_again_to_the_last_bit(scene: str) -> None:
     # The outcome is that of the run itself, not of what was made again.
     kept = saved_from(data, "a.npz").outcome
     assert kept.rows.tobytes() == outcome_of(table, kept.columns).rows.tobytes()
+
+
+def test_a_file_of_an_earlier_version_is_read() -> None:
+    """Saved before the rooms of `app` had their names."""
+    loaded = load_run(Path(__file__).with_name("earlier.duet.npz").read_bytes(), "earlier.duet.npz")
+    assert loaded.recorded.steps == 60 and loaded.recorded.settings.scene == "hold"
+    assert loaded.verification.verdict in ("exact", "close") and loaded.verification.comparison.steps_then == 60
 
 
 def test_what_was_seen_must_be_what_is_saved() -> None:

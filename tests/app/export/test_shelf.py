@@ -33,7 +33,7 @@ class Desk:
 
     def frame(self, elapsed: float = 0.03) -> bool:
         """One frame."""
-        self.session.advance(elapsed)
+        self.session.advance(elapsed, float("inf"))
         return self.shelf.advance(elapsed)
 
     def work(self) -> list[str]:
@@ -46,7 +46,6 @@ class Desk:
 @pytest.fixture
 def desk(monkeypatch: pytest.MonkeyPatch) -> Desk:
     """Two seconds of the hold experiment; no frame is cut short on a busy machine."""
-    monkeypatch.setattr("app.session.session.BUDGET", float("inf"))
     monkeypatch.setattr("app.recording.replay.BUDGET", float("inf"))
     made = Desk()
     made.run(2.0)
