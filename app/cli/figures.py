@@ -33,7 +33,7 @@ def figures(command: Figures) -> int:
         for entry in entries:
             bar.set_description(entry.name)
             steps.reset()
-            # The style belongs to these figures, not to whoever else draws in this process.
+            # The style belongs to these figures, not to others that are drawn in this process.
             with matplotlib.rc_context(STYLE):
                 drawn = entry.draw(plan)
                 save(drawn, command.out, entry.stem)

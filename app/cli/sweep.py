@@ -10,8 +10,8 @@ import tyro
 from tqdm import tqdm
 
 from app.cli.options import Flat, RunOptions, chosen
-from app.runtime.terminal import INTERRUPTED, ending_at_once
-from app.sweep.heatmaps import draw_maps, needs_matplotlib
+from app.runtime.terminal import INTERRUPTED
+from app.sweep.heatmaps import draw_maps
 from app.sweep.sweep_files import Format, SweepFiles
 from controllers.errors import BadSetting
 from scenes.grids import Grid, read_grid
@@ -34,7 +34,7 @@ class Sweep:
     workers: int = 0
     """Processes; 0 takes one a core. The figures do not depend on it."""
     maps: bool = True
-    """Draw d_min, e2_max and ddq_max (needs matplotlib)."""
+    """Draw d_min, e2_max and ddq_max."""
     settings: Flat[RunOptions] = field(default_factory=RunOptions)  # type: ignore[valid-type]
     """All that is not swept."""
 
@@ -48,9 +48,6 @@ def sweep(command: Sweep) -> int:
     settings: RunSettings = chosen(command.settings, RunSettings())
     if command.workers < 0:
         raise BadSetting(f"workers = {command.workers} cannot be; give a number from 1, or 0 for one a core.")
-    if command.maps:
-        with ending_at_once():
-            needs_matplotlib()
     grid = read_grid(settings, command.over, command.seconds)
     files = SweepFiles(command.out, grid, command.format)
     try:

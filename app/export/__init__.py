@@ -1,5 +1,5 @@
-"""What is kept of a run: a file, a table, pictures, a film with a scrubber, a page that plays without a server, a snippet, a report.
+"""Exports of a run: run file, CSV, PNG and SVG, offline player, Python snippet, lab report.
 
-Everything that takes longer than a frame is a function of plain data at a module's top level, whose last argument is `stopped`, so
-that `app.runtime.job_pool` can have it done elsewhere.
+Every job is a function of plain data at a module's top level with `stopped` as its last argument, so that `app.runtime.job_pool` can
+run it in another process.
 """

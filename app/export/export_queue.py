@@ -1,7 +1,7 @@
-"""What one visitor keeps of a session: files to take home, a file that was brought along, and the replay. Knows nothing of a page.
+"""The exports, the loaded files and the replay of one visitor's session, independent of the page.
 
-The page calls what the visitor does, `advance` once a frame, and then takes what there is: files, news, a snippet. All that takes
-longer than a frame is done in the background.
+A request submits a job to the pool. `advance`, called once a frame, collects finished jobs; the page then takes files, messages and
+the snippet.
 """
 
 import copy
@@ -27,14 +27,18 @@ from scenes.settings import RunSettings
 Kind = Literal["run", "csv", "png", "svg", "html", "python"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 
-WORDS: Final[dict[Kind, str]] = {
+WORDS: Final[dict[str, str]] = {
     "run": N_("the file of the run"),
     "csv": N_("the table"),
     "png": N_("the picture"),
     "svg": N_("the picture"),
     "html": N_("the page that plays it"),
     "python": N_("the lines of Python"),
+    "film": N_("the replay"),
+    "load": N_("the run of the file"),
+    "report": N_("the lab report"),
 }
+"""Kind of a job → its name on the page."""
 
 DRAFT: Final = 20.0
 """The newest part of a long replay, which is there first [s]."""
@@ -47,14 +51,14 @@ TITLES: Final[dict[Verdict, str]] = {
 
 
 class File(NamedTuple):
-    """Something to take home."""
+    """A finished export."""
 
     name: str
     content: bytes
 
 
 class News(NamedTuple):
-    """A message to the visitor, in plain English text, to be said."""
+    """A message to the visitor, in English, for `tr`."""
 
     title: str
     text: str
@@ -64,19 +68,19 @@ class ExportQueue:
     """All methods belong to the thread that advances the session.
 
     Args:
-        session: what is kept.
-        background: where everything is computed.
+        session: the live session.
+        background: runs the jobs.
 
     Attributes:
-        replay: where the visitor looks at the past; None while live.
-        loaded: name of the file that is replayed, "" if it is the session's own run.
+        replay: the player; None while live.
+        loaded: name of the file that is replayed, "" for the session's own run.
     """
 
     def __init__(self, session: Session, background: JobPool) -> None:
         self._session, self._background = session, background
         self.replay: Replay | None = None
         self.loaded = ""
-        self._jobs: dict[Job, tuple[str, Callable[[Any], None]]] = {}
+        self._jobs: dict[Job, Callable[[Any], None]] = {}
         self._whole: Recorded | None = None
         self._run: RunSettings | None = None
         self._was_running = False
@@ -88,52 +92,52 @@ class ExportQueue:
     # --- files -----------------------------------------------------------------------------------------------------------------
 
     def ask(self, kind: Kind, seconds: float) -> None:
-        """Have something made of the last `seconds` of what is shown: of the live run, or of the one that is replayed."""
+        """Submit an export of the last `seconds` [s] of the run that is shown, live or replayed."""
         recorded = self._shown(seconds)
         if recorded is None:
-            self._news.append(News(N_("There is nothing to keep yet"), N_("Let it run for a moment.")))
+            self._news.append(News(N_("There is nothing to export yet"), N_("Let it run for a moment.")))
             return
         language = spoken().language
         page, name = self._session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
         table: Array | None = None
         if self._custom_law is not None:
             if kind in ("run", "html", "python"):
-                self._news.append(News(N_("This cannot be made of this run"), not_again(self._custom_law)))
+                self._news.append(News(N_("This export is not available for this run"), not_again(self._custom_law)))
                 return
             table = self._session.simulation.history.table(recorded.steps)
         match kind:
             case "run":
                 live = self._session.simulation.history
                 last = live.table(1).tobytes() if self.replay is None else None
-                self._submit(kind, lambda data: self._keep(name + SUFFIX, data), saved_bytes, recorded, last)
+                self._submit(kind, self._file(name + SUFFIX), saved_bytes, recorded, last)
             case "csv":
-                self._submit(kind, lambda data: self._keep(name + csv_suffix(data), data), csv_bytes, recorded, seconds, table)
+                self._submit(kind, lambda data: self._file(name + csv_suffix(data))(data), csv_bytes, recorded, seconds, table)
             case "html":
-                self._submit(kind, lambda data: self._keep(name + ".html", data), player, language, recorded, seconds, page)
+                self._submit(kind, self._file(name + ".html"), player, language, recorded, seconds, page)
             case "python":
                 whole = self._shown(KEEP) or recorded
-                self._submit(kind, lambda made: self._tell(made, name), as_python, whole, recorded, seconds, name)
+                self._submit(kind, lambda snippet: self._take_python(snippet, name), as_python, whole, recorded, seconds, name)
             case _:
                 arguments = language, recorded, seconds, page.details, kind, table
-                self._submit(kind, lambda data: self._keep(f"{name}.{kind}", data), picture, *arguments)
+                self._submit(kind, self._file(f"{name}.{kind}"), picture, *arguments)
 
     @property
     def _custom_law(self) -> str | None:
         return self._session.custom_law if self.replay is None else None
 
     def ask_report(self, done: Sequence[Done]) -> None:
-        """Have a lab report made of steps of lessons."""
+        """Submit a lab report on steps of lessons."""
         if not done:
             self._news.append(News(N_("There is nothing to report yet"), N_("Answer a question of a lesson first.")))
             return
         lessons = sorted({one.lesson.number for one in done})
         name = "duet-lab-report" + (f"-lesson-{lessons[0]}" if len(lessons) == 1 else "")
-        # It is packed a moment later, when the student may have gone on.
+        # The job is pickled later, when the student may have gone on.
         given = [replace(one, progress=copy.deepcopy(one.progress)) for one in done]
-        self._submit("report", lambda data: self._keep(name + ".html", data), lab_bytes, given, spoken().language)
+        self._submit("report", self._file(name + ".html"), lab_bytes, given, spoken().language)
 
     def load(self, data: bytes, name: str) -> None:
-        """Read a file, make its run again, say how it compares, and replay it."""
+        """Submit a file: its run is computed again, compared with the stored outcome and replayed."""
         self._submit("load", lambda loaded: self._take(loaded, name), load_run, data, name)
 
     def _shown(self, seconds: float) -> Recorded | None:
@@ -142,13 +146,13 @@ class ExportQueue:
         # After a reset the log still has the run before, until the first step.
         return self._session.recorded(seconds) if self._session.simulation.history.count else None
 
-    def _keep(self, name: str, data: bytes) -> None:
-        self._files.append(File(name, data))
+    def _file(self, name: str) -> Callable[[bytes], None]:
+        return lambda data: self._files.append(File(name, data))
 
-    def _tell(self, snippet: Snippet, name: str) -> None:
+    def _take_python(self, snippet: Snippet, name: str) -> None:
         self._snippet = snippet.text
         if snippet.inputs is not None:
-            self._keep(name + SUFFIX, snippet.inputs)
+            self._files.append(File(name + SUFFIX, snippet.inputs))
 
     def _take(self, loaded: Loaded, name: str) -> None:
         self._news.append(
@@ -156,10 +160,10 @@ class ExportQueue:
         )
         self._watch(loaded.recorded, None, name)
 
-    # --- the past --------------------------------------------------------------------------------------------------------------
+    # --- replay ----------------------------------------------------------------------------------------------------------------
 
     def watch(self, seconds: float) -> None:
-        """Look at the last `seconds` of the live run; it waits meanwhile."""
+        """Replay the last `seconds` [s] of the live run, which pauses meanwhile."""
         if self._custom_law is not None:
             self._news.append(News(N_("This run cannot be replayed"), not_again(self._custom_law)))
             return
@@ -177,7 +181,7 @@ class ExportQueue:
             if self._was_running:
                 self._session.toggle_pause()
         self._run = self._session.settings.run
-        # Others wait for what is urgent.
+        # Urgent jobs go first.
         self._submit("film", self._show, film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
 
     def _show(self, kept: RecordedFilm) -> None:
@@ -203,11 +207,11 @@ class ExportQueue:
         self._was_running = False
 
     def seek(self, time: float) -> None:
-        """Stand at a time [s] from the next frame on, at rest."""
+        """Pause the replay at a time [s] from the next frame on."""
         self._seek = time
 
     def take(self, action: str) -> bool:
-        """Do what a hotkey stands for, if it is about the replay; return whether it was."""
+        """Apply a hotkey's action to the replay; return whether it was one of the replay's."""
         replay = self.replay
         if replay is None:
             return False
@@ -225,19 +229,19 @@ class ExportQueue:
 
     @property
     def watching(self) -> bool:
-        """Whether the visitor looks at the past, or is about to: the live run waits."""
+        """Whether a replay is shown or being prepared, so that the live run pauses."""
         return self._run is not None
 
     @property
     def past(self) -> Past | None:
-        """What is to be drawn in the place of the session; None while live."""
+        """What the page draws in place of the session; None while live."""
         return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off)
 
     # --- every frame -----------------------------------------------------------------------------------------------------------
 
     def advance(self, elapsed: float) -> bool:
-        """Take in what has been computed, and play; return whether the replay stands elsewhere than before."""
-        for job, (_, done) in list(self._jobs.items()):
+        """Collect finished jobs and play `elapsed` seconds [s] on; return whether the replay has moved."""
+        for job, done in list(self._jobs.items()):
             if job.state in ("waiting", "running"):
                 continue
             self._jobs.pop(job, None)
@@ -246,7 +250,7 @@ class ExportQueue:
             elif job.state == "failed":
                 self._fail(job)
         if self._run is not None and (not self._session.paused or self._session.settings.run is not self._run):
-            # Whoever goes on, or changes the experiment, wants to see what comes of it.
+            # After a change of the experiment the visitor wants to see the live run.
             self.leave()
         if self.replay is None:
             return False
@@ -262,32 +266,31 @@ class ExportQueue:
     def _fail(self, job: Job) -> None:
         if job.kind == "film":
             self.leave()
-        title = N_("This file was not loaded") if job.kind == "load" else N_("This could not be made")
+        title = N_("This file was not loaded") if job.kind == "load" else N_("The export failed")
         self._news.append(News(title, job.message))
 
     @property
     def busy(self) -> str:
-        """What is being computed, "" if nothing is."""
-        words = [words for words, _ in self._jobs.values()]
-        return words[0] if words else ""
+        """Name of the oldest job under way, "" for none."""
+        return next((WORDS[job.kind] for job in self._jobs), "")
 
     def take_files(self) -> list[File]:
-        """Return the files that are ready, once."""
+        """Return the finished files, each once."""
         files, self._files = self._files, []
         return files
 
     def take_news(self) -> list[News]:
-        """Return what there is to say, once."""
+        """Return the messages to the visitor, each once."""
         news, self._news = self._news, []
         return news
 
     def take_snippet(self) -> str | None:
-        """Return the snippet that is ready, once."""
+        """Return the finished Python snippet, once."""
         snippet, self._snippet = self._snippet, None
         return snippet
 
     def close(self) -> None:
-        """Drop everything that is being computed."""
+        """Cancel all jobs."""
         self._background.cancel(self)
         self._jobs.clear()
 
@@ -295,16 +298,11 @@ class ExportQueue:
         self, kind: str, done: Callable[[Any], None], function: Callable[..., Any], *arguments: Any, urgent: bool = False
     ) -> None:
         self._drop(kind)
-        wake: Callable[[], None] = lambda: self._session.post(_nothing, "news")  # noqa: E731
-        words = {"film": N_("the replay"), "load": N_("the run of the file"), "report": N_("the lab report")}
-        job = self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=wake)
-        self._jobs[job] = words.get(kind) or next(w for k, w in WORDS.items() if k == kind), done
+        # An empty post wakes the session.
+        wake: Callable[[], None] = lambda: self._session.post(lambda: None, "news")  # noqa: E731
+        self._jobs[self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=wake)] = done
 
     def _drop(self, kind: str) -> None:
         self._background.cancel(self, kind)
         for job in [job for job in self._jobs if job.kind == kind]:
             del self._jobs[job]
-
-
-def _nothing() -> None:
-    """A post that only wakes the session."""

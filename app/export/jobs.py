@@ -1,4 +1,4 @@
-"""What is made for a visitor to take home, apart from the page: in which language, under which name, and why not."""
+"""Jobs of the exports: their language, the names of the files, and why an export is not available."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from scenes.inputs import Recorded
 
 
 def picture(language: Language, *arguments: Any) -> bytes:
-    """Return `app.export.plot_pictures.picture_bytes` of the arguments; what draws takes longer to import than a page may wait."""
+    """Return `app.export.plot_pictures.picture_bytes` of the arguments. Imports matplotlib in the worker only."""
     from app.export.plot_pictures import picture_bytes
 
     set_language(language)
@@ -31,5 +31,7 @@ def file_name(recorded: Recorded, seconds: float) -> str:
 
 
 def not_again(law: str) -> LazyText:
-    """Return why a run with a law of one's own cannot be had. `law`: name of its file."""
-    return LazyText("{law} runs in a process of its own and is not made again; the table and the pictures can be had.", law=law)
+    """Return why a run with a custom law cannot be computed again. `law`: name of its file."""
+    return LazyText(
+        "{law} runs in its own process, so this run cannot be computed again. The table and the pictures are available.", law=law
+    )

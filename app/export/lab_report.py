@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.export.report_html import Labels, Plot, ReportEntry, lowered, report_html
-from app.i18n.speaking import set_language, spoken, tr
+from app.export.report_html import Plot, ReportEntry, lowered, report_html
+from app.i18n.speaking import set_language, tr
 from app.lessons.lesson import Lesson, Step
 from app.lessons.phases import phases_of
 from app.lessons.progress import StepProgress
@@ -32,7 +32,7 @@ class Done:
         lesson: to which it belongs.
         index: of the step.
         progress: what was done.
-        seen: the run that answered the student's question; None if it is not kept.
+        seen: the run that answered the student's question; None if it was not stored.
     """
 
     lesson: Lesson
@@ -44,13 +44,6 @@ class Done:
     def step(self) -> Step:
         """The step."""
         return self.lesson.steps[self.index]
-
-
-def labels_here() -> Labels:
-    """Return what the report says, in the language that is spoken here."""
-    english = Labels()
-    said = {name: tr(getattr(english, name)) for name in Labels.__dataclass_fields__ if name != "language"}
-    return Labels(language=spoken().language, **said)
 
 
 def report_title(done: Sequence[Done]) -> str:
@@ -85,8 +78,7 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
         last = run or last
     about = f"{tr('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
     settings = None if last is None else Settings(run=last)
-    title, labels = report_title(done), labels_here()
-    return report_html(title, entries, settings, (), None, about=about, labels=labels, rich=rich_html).encode()
+    return report_html(report_title(done), entries, settings, (), None, about=about, rich=rich_html).encode()
 
 
 def rich_html(text: str) -> str:
@@ -123,7 +115,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
 
 
 def _settings(run: RunSettings) -> str:
-    """Return what is not as it is at first; the picture of the run says the rest."""
+    """Return the settings that differ from the defaults."""
     first = values(RunSettings())
     return settings_text(tuple((key, value) for key, value in values(run).items() if value != first[key]))
 
@@ -136,7 +128,7 @@ def _svg(recorded: Recorded, step: Step, name: str, stopped: Callable[[], bool])
 
 
 def _made_again(one: Done) -> Recorded | None:
-    """Return the run of a step whose own one is not kept, if it would be the same: nobody's hand was in it."""
+    """Return a new run of a step without a stored one; None if a visitor's hand was in it."""
     outcome = one.progress.outcome
     if outcome is None or outcome.unlike or one.step.yours:
         return None
@@ -144,7 +136,7 @@ def _made_again(one: Done) -> Recorded | None:
 
 
 def recorded_of(setup: Setup) -> Recorded | None:
-    """Return a run of a lesson that nobody need look at."""
+    """Return the recorded run of a lesson's setup, computed without a page."""
     simulation, log = Simulation(setup.run, 1), InputsLog()
     begin(simulation, setup)
     person = person_of(simulation, setup)

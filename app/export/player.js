@@ -97,16 +97,6 @@
     return plot;
   });
 
-  function span(plot) {
-    if (plot.panel.span) return plot.panel.span;
-    let low = Infinity, high = -Infinity;
-    for (const stroke of plot.strokes) for (const v of stroke.values) if (Number.isFinite(v)) { low = Math.min(low, v); high = Math.max(high, v); }
-    if (low > high) return [0, 1];
-    if (plot.panel.positive) return [0, Math.max(1.08 * high, 0.01)];
-    const edge = Math.max(0.1 * (high - low), 0.005);
-    return [low - edge, high + edge];
-  }
-
   function ticks(low, high, most) {
     const raw = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(raw));
     const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
@@ -119,7 +109,7 @@
   function frame_of(plot) {
     const width = plot.box.clientWidth, height = plot.box.clientHeight;
     const left = strips ? Math.min(130, 0.4 * width) : 44, bottom = plot.lowest ? 20 : 6;
-    const t0 = timeOf(0), t1 = Math.max(timeOf(last), t0 + 1e-6), [low, high] = span(plot);
+    const t0 = timeOf(0), t1 = Math.max(timeOf(last), t0 + 1e-6), [low, high] = plot.panel.span;
     return {
       width, height, left, right: width - 6, top: 8, bottom: height - bottom, t0, t1, low, high,
       x: (t) => left + (t - t0) / (t1 - t0) * (width - 6 - left),

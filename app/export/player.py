@@ -1,4 +1,4 @@
-"""One HTML file that plays the scene and the plots of a recorded run, without a server and without a network.
+"""The offline player: one HTML file that plays the scene and the plots of a recorded run, without a server or a network.
 
 viser's own page (Apache 2.0) is in it and draws the scene; a script of ours moves the nodes, draws the curves, and has the scrubber.
 The file forbids itself to load anything. It is in the language that is spoken where it is made.
@@ -135,8 +135,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:
         {
             "title": panel.title,
             "unit": panel.unit,
-            "span": panel.span,
-            "positive": panel.positive,
+            "span": panel.limits,
             "rows": panel.rows,
             "note": panel.note,
             "times": numbers(panel.times, "f4"),

@@ -1,6 +1,4 @@
-"""The plots of a recorded run as a picture: PNG, or SVG for a file or for a page. The same run gives the same bytes,
-in the language that is spoken here.
-"""
+"""The plots of a recorded run as PNG, or as SVG for a file or a page: deterministic bytes, in the current language."""
 
 import io
 import re
@@ -70,7 +68,7 @@ def picture_bytes(
         BadSetting: it cannot be made here.
         Stopped: see there.
     """
-    # The style belongs to this picture, not to whoever else draws in this process.
+    # The style belongs to this picture, not to others that are drawn in this process.
     with matplotlib.rc_context(STYLE):
         figure = _figure(recorded, seconds, details, table, stopped, only)
         out = io.BytesIO()
@@ -86,17 +84,16 @@ def inline_svg(
     seconds: float,
     details: Details,
     name: str,
-    table: Array | None = None,
     stopped: Callable[[], bool] = never,
     only: tuple[str, ...] = (),
 ) -> str:
     """Return a picture as an <svg> element for an HTML page.
 
     Args:
-        name: letters and digits; keeps its ids apart from those of other pictures on the page.
-        recorded, seconds, details, table, stopped, only: as in `picture_bytes`.
+        name: letters and digits; a prefix that makes the ids of the picture unique on the page.
+        recorded, seconds, details, stopped, only: as in `picture_bytes`.
     """
-    return embedded(picture_bytes(recorded, seconds, details, "svg", table, stopped, only).decode(), name)
+    return embedded(picture_bytes(recorded, seconds, details, "svg", None, stopped, only).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:
@@ -172,12 +169,7 @@ def _course(axes: Axes, panel: Panel, marks: list[float]) -> None:
         )
     if panel.rows:
         axes.set_yticks(range(len(panel.rows)), panel.rows, fontsize=8.5)
-    if panel.span is not None:
-        axes.set_ylim(panel.span[0], _top(panel, panel.span[1]))
-    elif panel.positive:
-        axes.set_ylim(0.0, max(1.08 * _largest(panel), 0.01))
-    else:
-        axes.margins(y=0.1)
+    axes.set_ylim(*panel.limits)
     named = sum(bool(stroke.name) for stroke in panel.strokes)
     if named:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=named, borderaxespad=0.0, handlelength=1.9)
@@ -194,18 +186,6 @@ def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
             axes.plot(
                 times[[begin, end]], stroke.values[[begin, begin]], color=stroke.colour, linewidth=5.0, solid_capstyle="butt"
             )
-
-
-def _top(panel: Panel, top: float) -> float:
-    """Return the end of a fixed axis; where its first line lies wholly above it, one that shows the line all the same."""
-    values = panel.strokes[0].values
-    finite = values[np.isfinite(values)]
-    return 1.08 * float(finite.max()) if len(finite) and float(finite.min()) > top else top
-
-
-def _largest(panel: Panel) -> float:
-    values = [stroke.values[np.isfinite(stroke.values)] for stroke in panel.strokes]
-    return max((float(v.max()) for v in values if len(v)), default=0.0)
 
 
 def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:

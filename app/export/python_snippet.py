@@ -35,11 +35,11 @@ def as_python(
 ) -> Snippet:
     """Return a short program that makes the last seconds of a run again, prints their summary and plots them.
 
-    It runs where Duet is installed. Where the autopilot did everything from a fresh start, the settings say it all. Otherwise it goes on
-    from the state at the beginning, with the inputs, which stand in the text, or, if they are too many, in a file beside it.
+    It runs where Duet is installed. A run of the autopilot from its start needs the settings alone. Any other starts from a stored state
+    with the recorded inputs, in the text or, if they are too many, in a file beside it.
 
     Args:
-        whole: all that is kept of the run.
+        whole: the whole recorded run.
         recorded: its newest piece, at least as long as what is wanted, or all that there is.
         seconds: what is wanted of it.
         name: of the files that belong to the program, without an ending.

@@ -1,7 +1,4 @@
-"""A recorded run as the lines that the page plots, but over all of its time: for pictures, the report, and the page without a server.
-
-What is written there is in the language that is spoken here.
-"""
+"""The series of a recorded run over its whole time, in the current language: for the pictures, the report and the offline player."""
 
 import math
 import re
@@ -12,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from app.i18n.speaking import tr
-from app.page.panels.plot_chooser import cells
 from app.plots.pair_strips import ROWS, pair_name
+from app.plots.plot_choice import cells
 from app.plots.stability_section import task_error
-from app.plots.time_plots import TimePlot, colour_of, time_plot_of
+from app.plots.time_plots import colour_of, time_plot_of
 from app.plots.time_series import DRIVEN, FARTHEST, JOINTS, RESTING, resting
 from app.recording.replay import Replay
 from app.session.contact import contact
@@ -31,7 +28,7 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 POINTS: Final = 1_600
-"""Of a line at most. Of the steps between two points, the smallest d and the largest e² are kept, so that no dip is lost."""
+"""Of a line at most. Each point has the smallest d and the largest e² of the steps before it, so that no dip is lost."""
 
 MOMENTS: Final = 240
 """At which section III is looked at."""
@@ -73,7 +70,7 @@ class Panel:
         unit: of the axis, "" for none.
         times: (k,) [s].
         strokes: in the order drawn.
-        span: of the axis; None: as the data ask, from 0 up if `positive`.
+        span: of the axis; None to follow the data, from 0 up if `positive`.
         positive: see there.
         rows: names of the whole numbers of the axis, from 0; none for an axis of numbers.
         note: a sentence in place of the lines.
@@ -87,6 +84,23 @@ class Panel:
     positive: bool = True
     rows: tuple[str, ...] = ()
     note: str = ""
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Return both ends of the axis; a fixed one ends higher where its first line lies wholly above it."""
+        finite = [stroke.values[np.isfinite(stroke.values)] for stroke in self.strokes]
+        if self.span is not None:
+            low, high = self.span
+            first = finite[0] if finite else np.empty(0)
+            return low, 1.08 * float(first.max()) if len(first) and first.min() > high else high
+        known = np.concatenate([*finite, np.empty(0)])
+        if not len(known):
+            return 0.0, 1.0
+        low, high = float(known.min()), float(known.max())
+        if self.positive:
+            return 0.0, max(1.08 * high, 0.01)
+        edge = max(0.1 * (high - low), 0.005)
+        return low - edge, high + edge
 
 
 class Curves:
@@ -115,7 +129,7 @@ class Curves:
 
     @property
     def settings(self) -> RunSettings:
-        """Return those at the end."""
+        """The settings at the end."""
         return self._recorded.stretches[-1].settings
 
     def panels(self, details: Details, only: tuple[str, ...] = ()) -> tuple[Panel, ...]:
@@ -128,24 +142,22 @@ class Curves:
             return self._pairs()
         if name == "stability":
             return self._section()
-        simulation = self._simulation
-        course = time_plot_of(name, simulation)
-        names = legend_names(course)
+        plot = time_plot_of(name, self._simulation)
         strokes = tuple(
             Stroke(
-                tr(names[i]) if i in names else "",
+                tr(line.name) if line.name else "",
                 colour_of(line, self._palette),
                 line.width,
                 line.dash,
-                self.column(line.column) * course.scale,
+                self.column(line.column) * plot.scale,
             )
-            for i, line in enumerate(course.lines)
+            for line in plot.lines
             if line.run == "own"
         )
-        return Panel(plain(tr(course.title)), course.unit, self.times, strokes, course.span, course.positive)
+        return Panel(plain(tr(plot.title)), plot.unit, self.times, strokes, plot.span, plot.positive)
 
     def column(self, name: str) -> Array:
-        """Return what the page's buffer calls so (k,), see `app.plots.time_series.NAMES`."""
+        """Return the column (k,) of a name of `app.plots.time_series.NAMES`."""
         table, simulation = self.table, self._simulation
         own, other = simulation.avoiding.joints, simulation.guided.joints
         history = simulation.history
@@ -252,42 +264,6 @@ def thinned(table: Array) -> tuple[Array, np.ndarray]:
     return rows, ends
 
 
-def legend_names(course: TimePlot) -> dict[int, str]:
-    """Return index of a line → its name, for those lines of the run itself that the page's legend names."""
-    own = [(i, line) for i, line in enumerate(course.lines) if line.run == "own"]
-    found: dict[int, str] = {}
-    for symbol, kind, label in course.legend:
-        for i, line in own:
-            fits = symbol_colour(symbol) == line.colour and (kind == "") == (not line.dash)
-            if fits and i not in found:
-                found[i] = label
-                break
-        else:
-            # A kind of line, not a line: "master" of all dashed ones.
-            dashed = next((i for i, line in own if line.dash and i not in found and not symbol), None)
-            if dashed is not None:
-                found[dashed] = label
-    return found
-
-
-_SYMBOLS: Final = {
-    "d": "distance",
-    "dm": "critical",
-    "rest": "resting",
-    "lam": "activation",
-    "e": "error",
-    "v": "velocity",
-    "u": "pull",
-    "w": "approach",
-    **{f"j{i + 1}": f"joint {i + 1}" for i in range(JOINTS)},
-}
-
-
-def symbol_colour(symbol: str) -> str:
-    """Return the name of a symbol's colour, "" if it has none."""
-    return _SYMBOLS.get(symbol, "")
-
-
 def plain(html: str) -> str:
-    """Return text without its tags."""
+    """Return the text without its HTML tags."""
     return re.sub(r"<[^>]*>", "", html)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import spoken, tr
 from app.recording.provenance import made_here
 from app.session.relevant_settings import matters
 from app.settings import Settings
@@ -67,38 +67,6 @@ class Plot:
     caption: str = ""
 
 
-@dataclass(frozen=True)
-class Labels:
-    """What the report itself says, for other languages."""
-
-    language: str = "en"
-    results: str = N_("Predictions and outcomes")
-    question: str = N_("Question")
-    prediction: str = N_("Prediction")
-    outcome: str = N_("Measured")
-    verdict: str = N_("Verdict")
-    challenge: str = N_("Challenge")
-    words: str = N_("In my own words")
-    plots: str = N_("Plots")
-    settings: str = N_("Settings")
-    last_settings: str = N_("Settings of the last run")
-    setting: str = N_("setting")
-    value: str = N_("value")
-    meaning: str = N_("meaning")
-    right: str = N_("right")
-    wrong: str = N_("not so")
-    passed: str = N_("passed")
-    not_passed: str = N_("not passed")
-    attempts: str = N_("attempts")
-    nothing: str = N_("Nothing was answered yet.")
-    on: str = N_("on")
-    off: str = N_("off")
-    made_by: str = N_("Made by Duet")
-
-
-ENGLISH: Final = Labels()
-
-
 def report_html(
     title: str,
     entries: Sequence[ReportEntry],
@@ -107,7 +75,6 @@ def report_html(
     own_words: str | None = "",
     *,
     about: str = "",
-    labels: Labels = ENGLISH,
     rich: Callable[[str], str] = html.escape,
 ) -> str:
     """Return the page. Nothing in it loads anything or runs, and everything that a person wrote is escaped.
@@ -119,7 +86,6 @@ def report_html(
         plots: pictures.
         own_words: what the student wrote about all of it; "" leaves lines to write on by hand, None leaves it out.
         about: one line under the title, such as a name and a date.
-        labels: what the report itself says.
         rich: makes HTML of a text of the lesson's author (question, prediction, verdict, outcome, judgement), for formulas; the
             title, `about` and all words of the student are escaped whatever it is.
 
@@ -127,27 +93,27 @@ def report_html(
         ValueError: a plot is no plain <svg> element.
     """
     parts = [f"<h1>{html.escape(title)}</h1>"]
-    made = f"{labels.made_by} {made_here()['duet']}"
+    made = f"{tr('Made by Duet')} {made_here()['duet']}"
     parts.append(f'<p class="about">{html.escape(f"{about} · {made}" if about else made)}</p>')
     if not any(entry.chapter for entry in entries):
-        parts.append(f"<h2>{html.escape(labels.results)}</h2>")
+        parts.append(f"<h2>{html.escape(tr('Predictions and outcomes'))}</h2>")
     for before, entry in zip((None, *entries), entries, strict=False):
         if entry.chapter and (before is None or entry.chapter != before.chapter):
             parts.append(f'<h2 class="chapter">{html.escape(entry.chapter)}</h2>')
-        parts.append(_entry(entry, labels, rich))
+        parts.append(_entry(entry, rich))
     if not entries:
-        parts.append(f"<p>{html.escape(labels.nothing)}</p>")
+        parts.append(f"<p>{html.escape(tr('Nothing was answered yet.'))}</p>")
     if plots:
-        parts.append(f"<h2>{html.escape(labels.plots)}</h2>")
+        parts.append(f"<h2>{html.escape(tr('Plots'))}</h2>")
         parts += [_figure(plot) for plot in plots]
     if settings is not None:
-        parts.append(f"<h2>{html.escape(labels.last_settings)}</h2>{_table(settings, labels)}")
+        parts.append(f"<h2>{html.escape(tr('Settings of the last run'))}</h2>{_table(settings)}")
     if own_words is not None:
-        parts.append(f"<h2>{html.escape(labels.words)}</h2>")
+        parts.append(f"<h2>{html.escape(tr('In my own words'))}</h2>")
         parts.append(f'<p class="words">{html.escape(own_words)}</p>' if own_words.strip() else '<p class="lines"></p>')
     style = Path(__file__).with_name("report.css").read_text(encoding="utf-8")
     return (
-        f'<!doctype html>\n<html lang="{html.escape(labels.language)}"><head><meta charset="utf-8">'
+        f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{html.escape(title)}</title><style>{style}{_colours()}</style></head><body>\n"
@@ -166,27 +132,25 @@ class _Rows:
         self.parts.append(f"<dt>{html.escape(name)}</dt><dd>{content}</dd>")
 
 
-def _entry(entry: ReportEntry, labels: Labels, rich: Callable[[str], str]) -> str:
+def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     rows = _Rows()
     if entry.question:
-        rows.add(labels.question, rich(entry.question))
+        rows.add(tr("Question"), rich(entry.question))
     if entry.prediction:
-        mark = "" if entry.right is None else _mark(entry.right, labels.right, labels.wrong)
-        rows.add(labels.prediction, mark + rich(entry.prediction))
+        mark = "" if entry.right is None else _mark(entry.right, tr("right"), tr("not so"))
+        rows.add(tr("Prediction"), mark + rich(entry.prediction))
     if entry.outcome:
-        rows.add(labels.outcome, _list([rich(line) for line in entry.outcome]))
+        rows.add(tr("Measured"), _list([rich(line) for line in entry.outcome]))
     if entry.verdict:
-        rows.add(labels.verdict, rich(entry.verdict))
+        rows.add(tr("Verdict"), rich(entry.verdict))
     if entry.passed is not None:
-        tries = f"{html.escape(labels.attempts)}: {entry.attempts}" if entry.attempts else ""
+        tries = f"{html.escape(tr('attempts'))}: {entry.attempts}" if entry.attempts else ""
         lines = [("✓ " if met else "✗ ") + rich(line) for line, met in entry.judgements]
-        rows.add(
-            labels.challenge, _mark(entry.passed, labels.passed, labels.not_passed) + tries + (_list(lines) if lines else "")
-        )
+        rows.add(tr("Challenge"), _mark(entry.passed, tr("passed"), tr("not passed")) + tries + (_list(lines) if lines else ""))
     if entry.settings:
-        rows.add(labels.settings, lowered(html.escape(entry.settings)))
+        rows.add(tr("Settings"), lowered(html.escape(entry.settings)))
     if entry.words.strip():
-        rows.add(labels.words, f'<span class="words">{html.escape(entry.words)}</span>')
+        rows.add(tr("In my own words"), f'<span class="words">{html.escape(entry.words)}</span>')
     plots = "".join(_figure(plot) for plot in entry.plots)
     return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(rows.parts)}</dl>{plots}</article>"
 
@@ -226,11 +190,11 @@ def _check_svg(svg: str) -> None:
         raise ValueError("a plot is no plain <svg> element: only shapes and text belong there")
 
 
-def _table(settings: Settings, labels: Labels) -> str:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in (labels.setting, labels.value, labels.meaning))
+def _table(settings: Settings) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in (tr("setting"), tr("value"), tr("meaning")))
     present = values(settings.run)
     rows = "".join(
-        f"<tr><td>{lowered(html.escape(tr(spec.label)))}</td><td>{html.escape(_shown(spec, present[key], labels))}</td>"
+        f"<tr><td>{lowered(html.escape(tr(spec.label)))}</td><td>{html.escape(_shown(spec, present[key]))}</td>"
         f"<td>{html.escape(tr(spec.help))}</td></tr>"
         for key, spec in specs(RunSettings).items()
         if matters(key, settings)
@@ -243,10 +207,10 @@ def lowered(escaped: str) -> str:
     return re.sub(r"(?<!\w)([^\W\d_])_([A-Za-z0-9]{1,5})(?!\w)", r"\1<sub>\2</sub>", escaped)
 
 
-def _shown(spec: Spec, value: Any, labels: Labels) -> str:
+def _shown(spec: Spec, value: Any) -> str:
     if spec.choices:
         return tr(spec.choice_labels[spec.choices.index(value)]) if spec.choice_labels else str(value)
     if isinstance(value, bool):
-        return labels.on if value else labels.off
+        return tr("on") if value else tr("off")
     number = f"{value * spec.page_scale:.6g}" if isinstance(value, float) else str(value)
     return f"{number} {spec.page_unit}".strip()

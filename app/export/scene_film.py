@@ -1,7 +1,7 @@
-"""The stage of a recorded run without anybody looking: what stands there, and how it moves from frame to frame.
+"""The 3-D scene of a recorded run: a still scene in viser's format, and tracks of what moves from frame to frame.
 
-The stage is put up on a server of viser's that lets nobody in; its own serializer writes down every message. Messages that put
-something up become the scene, all later ones become tracks: a node's turn, place, visibility or property over the frames.
+The scene is built on a viser server without clients, whose serializer records every message. Messages that add a node become the
+still scene; later ones become tracks of a node's orientation, position, visibility or property.
 """
 
 import json
@@ -164,7 +164,7 @@ def packed(content: dict[str, Any], arrays: list[bytes]) -> bytes:
 
 
 def _split(data: bytes, times: tuple[float, ...]) -> Filmed:
-    """Return what is put up as a still recording, and what moves as tracks."""
+    """Return the still scene and the tracks of a recording."""
     content, arrays = unpacked(data)
     still: list[list[Any]] = []
     tracks: dict[tuple[str, str], Track] = {}
@@ -197,10 +197,10 @@ def _split(data: bytes, times: tuple[float, ...]) -> Filmed:
 
 
 def _changes(message: dict[str, Any], again: bool, arrays: list[bytes]) -> Iterator[tuple[str, Any]]:
-    """Yield what a message changes of a node, and to what; nothing if it is no such message.
+    """Yield the properties that a message changes and their values.
 
     Args:
-        again: whether it puts up a node that there was before; what stood there then will do.
+        again: whether it adds a node that was there before, which is shown again.
     """
     match message["type"]:
         case "SetOrientationMessage":
@@ -219,14 +219,14 @@ def _changes(message: dict[str, Any], again: bool, arrays: list[bytes]) -> Itera
 
 
 def _hide_before(track: Track, frame: int) -> None:
-    """Have a node that was put up later not be seen before."""
+    """Hide a node that was added later until then."""
     later = [(f, v) for f, v in zip(track.frames, track.values, strict=True) if f > frame]
     there = next((v for f, v in reversed(list(zip(track.frames, track.values, strict=True))) if f <= frame), True)
     track.frames, track.values = [0, frame, *(f for f, _ in later)], [False, there, *(v for _, v in later)]
 
 
 def _before(message: dict[str, Any], what: str, arrays: list[bytes]) -> Any:
-    """Return what a node had before its first change."""
+    """Return the value of a node's property before its first change."""
     if what == SEEN:
         return bool(message.get("visible", True))
     if what == TURN:

@@ -12,10 +12,10 @@ from scenes.targets import HandTarget
 
 
 class Still:
-    """Somebody who moves nothing."""
+    """A source without a target."""
 
     def target(self, time: float) -> HandTarget | None:
-        """Return None: leave it alone."""
+        """Return None."""
         del time
 
 
@@ -62,13 +62,13 @@ def draw(plan: Plan) -> Drawn:
     axes.legend(loc="upper right")
     worst = float(np.abs(table[:, 3] / table[:, 4] - 1.0).max())
     found = [
-        f"Nobody moves, and the arms stand {1000 * table[-1, 1]:.0f} mm apart (d_m = {1000 * base.law.critical_distance:.0f} mm), yet "
+        f"No arm is guided, and the arms stand {1000 * table[-1, 1]:.0f} mm apart (d_m = {1000 * base.law.critical_distance:.0f} mm), yet "
         "the hand is not where it belongs: "
         + ", ".join(f"{1000 * e:.2g} mm (n = {n:g})" for n, e in table[:, (0, 3)])
         + f" after {length:g} s.",
         "At rest λ v = (1 − λ) u, so that |e| = λ v |J J_dᵀ| / ((1 − λ) K |J_d|²); the whole loop agrees with it within "
         f"{100 * worst:.2g} %.",
-        "So the joints are never quite unconstrained, since λ is never 0; with a large n nobody sees it.",
+        "So the joints are never quite unconstrained, since λ is never 0; with a large n it is too small to see.",
     ]
     columns = ["n", "d", "lambda", "e", "e_closed_form"]
     settings = {key: value for key, value in shown(base, seconds=length).items() if key != "n"}

@@ -36,7 +36,7 @@ def draw(plan: Plan) -> Drawn:
     length = REST + TRAVEL + REST
     run = plan.shared(settings, length)
     finer = plan.run(replace(settings, dt=settings.dt / 2.0), length)
-    # The rest at A tells nothing.
+    # The rest at A shows nothing.
     table = run.table[round(REST / settings.dt) :]
     hand, wanted, centre = _ways(run, table)
     d, nearest = table[:, COLUMN["d"]], int(table[:, COLUMN["d"]].argmin())

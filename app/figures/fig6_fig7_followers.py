@@ -109,7 +109,7 @@ def _smooth(run: Run) -> str:
 
 
 def _slow(plan: Plan, settings: RunSettings, length: float) -> str:
-    """Return what happens with hardly any retreat, if both give way and if one does."""
+    """Return the smallest distances with a slow retreat, of both arms and of one."""
     slow = replace(settings, law=replace(settings.law, nominal_velocity=SLOW))
     both = plan.run(slow, length).summary.d_min
     alone = plan.run(replace(slow, avoid="free"), length).summary.d_min

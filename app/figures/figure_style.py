@@ -32,17 +32,7 @@ DASHES: Final[tuple[Any, ...]] = (
 
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*")
 
-SERIES: Final = (
-    COLOURS.joints[0],
-    COLOURS.joints[1],
-    COLOURS.joints[2],
-    COLOURS.joints[3],
-    COLOURS.joints[4],
-    COLOURS.joints[5],
-    COLOURS.joints[6],
-    "#2a93c9",
-    "#c1271b",
-)
+SERIES: Final = (*COLOURS.joints, "#2a93c9", "#c1271b")
 """Colours of things that have no symbol of their own."""
 
 STYLE: Final[dict[Any, Any]] = {

@@ -79,7 +79,7 @@ def largest_jump(run: Run) -> Jump:
 
 
 def cause(label: str, jump: Jump, hand_first: bool) -> str:
-    """Return what jumps in the largest step of a law whose q̈ grows as dt shrinks. `hand_first`: whether it moves in the null space."""
+    """Return the cause of the largest step of a law with q̈ that grows as dt shrinks. `hand_first`: whether it moves in the null space."""
     here = f"{label}: the largest q̈ is at t = {jump.time:.2f} s, d = {jump.distance:.3f} m."
     if jump.activation > 0.5:
         return f"{here} There λ jumps by {jump.activation:.0f}: it is the law that jumps."
@@ -102,13 +102,13 @@ def cause(label: str, jump: Jump, hand_first: bool) -> str:
 
 
 def variants() -> dict[str, dict[str, Any]]:
-    """Return what a person reads → what is changed of the law's settings, for every law there is."""
+    """Return label → changed settings, for every law."""
     choice = specs(RunSettings)["law"]
     found: dict[str, dict[str, Any]] = {}
     for law, label in zip(choice.choices, choice.choice_labels, strict=True):
         found[label.replace("d_m", "$d_m$")] = {"law": law}
         if law == "barrier_qp":
-            # A barrier means to be told how fast the obstacle comes.
+            # A barrier function needs the obstacle's speed.
             found["Barrier QP, told $w$"] = {"law": law, "feed_forward": True}
     return found
 
@@ -160,7 +160,7 @@ def draw(plan: Plan) -> Drawn:
 
 
 def _panels(summaries: list[Summary]) -> tuple[list[float], list[float], list[float]]:
-    """Return what the three panels show of one law."""
+    """Return one law's values for the three panels."""
     nan = float("nan")
     # A law that never moves the arm has no place on a logarithmic axis.
     return [s.d_min for s in summaries], [s.e2_max for s in summaries], [s.ddq_max or nan for s in summaries]

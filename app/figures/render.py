@@ -1,6 +1,7 @@
-"""A picture of a scene: perspective, smooth shading by two lights with the shadow of the first, a floor, and 2 × 2 supersampling.
+"""A picture of a scene by ray casting: smooth shading by two lights with the shadow of the first, a floor, 2 × 2 supersampling.
 
-Everything is computed in linear light and turned into sRGB at the end (IEC 61966-2-1). World frame: z up, the floor at z = 0, metres.
+trimesh casts the rays, with embreex where it is installed. Colours are computed in linear light and turned into sRGB at the end
+(IEC 61966-2-1). World frame: z up, the floor at z = 0, metres.
 """
 
 from collections.abc import Sequence
@@ -8,21 +9,19 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.ndimage import gaussian_filter
 
-from app.figures.raster import Integers, rasterise, weights
 from app.theme import PALETTES
 from controllers.kinematics import Array
 from scenes.rigs import Camera
 
 Picture = NDArray[np.uint8]
+Integers = NDArray[np.int64]
 
 SAMPLES: Final = 2
 """Samples per pixel along each side."""
-
-NEAR: Final = 0.05
-"""Triangles with a corner nearer to the eye than this are not drawn [m]."""
 
 KEY: Final = np.array([2.4, -2.0, 4.0]) / np.linalg.norm([2.4, -2.0, 4.0])
 FILL: Final = np.array([-2.5, 2.0, 2.0]) / np.linalg.norm([-2.5, 2.0, 2.0])
@@ -41,14 +40,11 @@ FLOOR_CELL: Final = 0.5
 FLOOR_END: Final = 3.4
 """Distance between the floor's lines, and where they have faded [m]."""
 
-SHADOW_SIZE: Final = 900
-"""Side of the shadow map [pixels]."""
+SHADOW_LIFT: Final = 0.003
+"""A shadow ray starts so far above its surface, so that it does not hit it [m]."""
 
-MARGIN: Final = 0.1
-"""Around everything in the shadow map [m]."""
-
-SHADOW_BIAS: Final = 0.006
-"""What is less than this behind the surface that the light sees is lit [m]."""
+LIGHT_RADIUS: Final = 0.025
+"""Of the first light as seen from the scene, which makes the edges of shadows soft [rad]."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +94,12 @@ class Viewpoint:
         self.focal = height / (2.0 * slope)
         """Focal length [pixels]."""
 
+    def directions(self) -> Array:
+        """Return unit vectors (height × width, 3) from the eye through the middles of the pixels, row by row, in the world."""
+        x, y = np.meshgrid(np.arange(self.width) + 0.5 - self.width / 2.0, np.arange(self.height) + 0.5 - self.height / 2.0)
+        local = np.stack([x, y, np.full_like(x, self.focal)], -1).reshape(-1, 3)
+        return local @ self.axes / np.linalg.norm(local, axis=1, keepdims=True)
+
     def project(self, points: Array) -> tuple[Array, Array]:
         """Return places in the picture (n, 2) [pixels] and depths (n,) [m] of points (n, 3) in the world."""
         local = (points - self.eye) @ self.axes.T
@@ -105,42 +107,6 @@ class Viewpoint:
         with np.errstate(divide="ignore", invalid="ignore"):
             flat = local[:, :2] / depth[:, None] * self.focal + np.array([self.width / 2.0, self.height / 2.0])
         return flat, depth
-
-
-class _Shadow:
-    """What the first light sees, looking straight along its direction."""
-
-    def __init__(self, vertices: Array, faces: Integers) -> None:
-        side = np.cross([0.0, 0.0, 1.0], KEY)
-        side /= np.linalg.norm(side)
-        self._axes = np.stack([side, np.cross(KEY, side), KEY])
-        local = vertices @ self._axes.T
-        low, high = local.min(0), local.max(0)
-        self._low = low[:2] - MARGIN
-        self._scale = (SHADOW_SIZE - 2) / (float((high - low)[:2].max()) + 2.0 * MARGIN)
-        # Nearness must be positive, and is in metres here.
-        self._lift = 1.0 - low[2]
-        place = (local[:, :2] - self._low) * self._scale
-        self._map = rasterise(place, local[:, 2] + self._lift, faces, SHADOW_SIZE, SHADOW_SIZE)
-
-    def on_floor(self, points: Array, blur: float) -> Array:
-        """Return how dark (k,) the shadow of everything is at points (k, 3) behind it, blurred by about `blur` [m]."""
-        place = (points @ self._axes.T)[:, :2]
-        place = (place - self._low) * self._scale - 0.5
-        dark = gaussian_filter((self._map.nearness > 0.0).astype(float), blur * self._scale)
-        return map_coordinates(dark, place.T[::-1], order=1, mode="constant")
-
-    def light(self, points: Array, blur: float) -> Array:
-        """Return the share of the light (k,) that reaches points (k, 3) of the meshes, averaged over a disc of radius `blur` [m]."""
-        local = points @ self._axes.T
-        place, height = (local[:, :2] - self._low) * self._scale, local[:, 2] + self._lift + SHADOW_BIAS
-        lit = np.zeros(len(points))
-        angles = np.arange(12) * 2.39996  # The golden angle spreads the samples evenly.
-        radii = np.sqrt((np.arange(12) + 0.5) / 12.0) * blur * self._scale
-        for angle, radius in zip(angles, radii, strict=True):
-            at = (place + radius * np.array([np.cos(angle), np.sin(angle)])).astype(np.int64)
-            lit += self._map.nearness[at[:, 1], at[:, 0]] <= height
-        return lit / 12.0
 
 
 def render(meshes: Sequence[Mesh], camera: Camera, width: int = 640, height: int = 420) -> Picture:
@@ -151,55 +117,67 @@ def render(meshes: Sequence[Mesh], camera: Camera, width: int = 640, height: int
         camera: see `Viewpoint`.
         width, height: [pixels].
     """
-    view = Viewpoint(camera, width * SAMPLES, height * SAMPLES)
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    vertices = np.concatenate([mesh.vertices for mesh in meshes])
     faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)])
-    shadow = _Shadow(vertices, faces)
-    points, depth = view.project(vertices)
-    shown = (depth > NEAR)[faces].all(1)
-    nearness = 1.0 / np.maximum(depth, NEAR)
-    # A copy with fewer faces keeps the number of the mesh that each one came from.
-    mesh_of = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])[shown]
-    faces = faces[shown]
-    seen = rasterise(points, nearness, faces, view.width, view.height)
-    light = np.zeros((view.height, view.width, 3))
-    rows, columns = np.nonzero(seen.face >= 0)
-    if len(rows):
-        share = weights(points, nearness, faces, seen, rows, columns)[..., None]
-        corner = faces[seen.face[rows, columns]]
-        normals = np.concatenate([mesh.normals for mesh in meshes])
-        normal = (normals[corner] * share).sum(1)
-        place = (vertices[corner] * share).sum(1)
-        light[rows, columns] = _surface(meshes, mesh_of[seen.face[rows, columns]], normal, place, view.eye, shadow)
-    # What is behind the meshes has no edges: one sample a pixel will do.
-    room = _room(Viewpoint(camera, width, height), shadow).repeat(SAMPLES, 0).repeat(SAMPLES, 1)
-    light = np.where((seen.face >= 0)[..., None], light, room)
+    scene = trimesh.Trimesh(np.concatenate([mesh.vertices for mesh in meshes]), faces, process=False)
+    view = Viewpoint(camera, width * SAMPLES, height * SAMPLES)
+    sight = view.directions()
+    hit = scene.ray.intersects_first(np.broadcast_to(view.eye, sight.shape), sight)
+    shown = np.flatnonzero(hit >= 0)
+    # The floor has no edges: one sample a pixel will do.
+    light = _room(Viewpoint(camera, width, height), scene).repeat(SAMPLES, 0).repeat(SAMPLES, 1).reshape(-1, 3)
+    if len(shown):
+        face, sight = hit[shown], sight[shown]
+        corners, plane = scene.triangles[face], scene.face_normals[face]
+        away = ((corners[:, 0] - view.eye) * plane).sum(1) / (sight * plane).sum(1)
+        place = view.eye + away[:, None] * sight
+        share = trimesh.triangles.points_to_barycentric(corners, place)[..., None]
+        normal = (np.concatenate([mesh.normals for mesh in meshes])[faces[face]] * share).sum(1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+        owner = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])[face]
+        lit = np.zeros(len(place))
+        facing = normal @ KEY > 0.0
+        lit[facing] = _lit(scene, place[facing] + SHADOW_LIFT * normal[facing], 3)
+        light[shown] = _surface(meshes, owner, normal, -sight, lit)
     light = light.reshape(height, SAMPLES, width, SAMPLES, 3).mean((1, 3))
     return (_srgb(light) * 255.0 + 0.5).astype(np.uint8)
 
 
-def _surface(meshes: Sequence[Mesh], owner: Integers, normal: Array, place: Array, eye: Array, shadow: _Shadow) -> Array:
-    """Return the light (k, 3) from surfaces towards the eye: Lambert and Blinn–Phong, and a soft reflection of the room."""
+def _lit(scene: trimesh.Trimesh, points: Array, rays: int) -> Array:
+    """Return the share (k,) of the first light that reaches points (k, 3), by so many rays to each."""
+    side = np.cross([0.0, 0.0, 1.0], KEY) / np.linalg.norm(KEY[:2])
+    angles = np.arange(rays) * 2.39996  # The golden angle spreads the samples evenly.
+    radii = LIGHT_RADIUS * np.sqrt((np.arange(rays) + 0.5) / rays)
+    lit = np.zeros(len(points))
+    for angle, radius in zip(angles, radii, strict=True):
+        towards = KEY + radius * (np.cos(angle) * side + np.sin(angle) * np.cross(KEY, side))
+        lit += ~scene.ray.intersects_any(points, np.broadcast_to(towards, points.shape))
+    return lit / rays
+
+
+def _surface(meshes: Sequence[Mesh], owner: Integers, normal: Array, sight: Array, lit: Array) -> Array:
+    """Return the light (k, 3) from surfaces towards the eye: Lambert and Blinn–Phong, and a soft reflection of the room.
+
+    Args:
+        owner: (k,), index of the mesh.
+        normal, sight: (k, 3), unit; `sight` points to the eye.
+        lit: (k,), share of the first light.
+    """
     colour = np.array([mesh.colour for mesh in meshes])[owner]
     rough = np.array([mesh.roughness for mesh in meshes])[owner][:, None]
     metal = np.array([mesh.metallic for mesh in meshes])[owner][:, None]
-    sight = eye - place
-    sight /= np.linalg.norm(sight, axis=1, keepdims=True)
-    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
     # A smooth normal may lean away from the eye at an outline.
     facing = (normal * sight).sum(1, keepdims=True)
     shine = 0.04 * (1.0 - metal) + colour * metal
     diffuse = colour * (1.0 - metal)
     power = 2.0 / np.maximum(rough, 0.1) ** 4 + 2.0
     total = diffuse * (GROUND + (SKY - GROUND) * (0.5 + 0.5 * normal[:, 2:]))
-    for towards, light, lit in ((KEY, KEY_LIGHT, shadow.light(place + 0.004 * normal, 0.006)), (FILL, FILL_LIGHT, None)):
+    for towards, light in ((KEY, KEY_LIGHT * lit[:, None]), (FILL, FILL_LIGHT)):
         lambert = np.maximum(normal @ towards, 0.0)[:, None]
         half = sight + towards
         half /= np.linalg.norm(half, axis=1, keepdims=True)
         gloss = np.maximum((normal * half).sum(1, keepdims=True), 0.0) ** power * (power + 8.0) / 25.0
-        arriving = lambert * light if lit is None else lambert * light * lit[:, None]
-        total += arriving * (diffuse + shine * gloss)
+        total += lambert * light * (diffuse + shine * gloss)
     mirrored = 2.0 * facing * normal - sight
     fresnel = shine + (1.0 - shine) * (1.0 - np.minimum(np.maximum(facing, 0.0), 1.0)) ** 5 * (1.0 - rough) ** 2
     return total / 1.3 + fresnel * _studio(mirrored[:, 2:])
@@ -212,28 +190,27 @@ def _studio(up: Array) -> Array:
     return GROUND * 0.5 + (1.25 * SKY - GROUND * 0.5) * ramp
 
 
-def _room(view: Viewpoint, shadow: _Shadow) -> Array:
+def _room(view: Viewpoint, scene: trimesh.Trimesh) -> Array:
     """Return the light (height, width, 3) of the floor with its lines and the shadow on it, and of the wall far away."""
     share = ((np.arange(view.height) + 0.5) / view.height)[:, None, None] ** 1.5
     light = np.tile(BACKGROUND[0] + (BACKGROUND[1] - BACKGROUND[0]) * share, (1, view.width, 1))
-    right, low, ahead = view.axes
-    x = (np.arange(view.width) + 0.5 - view.width / 2.0) / view.focal
-    y = (np.arange(view.height) + 0.5 - view.height / 2.0) / view.focal
-    sink = -(ahead[2] + x * right[2] + (y * low[2])[:, None])
-    down = sink > 1e-6
-    depth = view.eye[2] / sink[down]
-    rows, columns = np.nonzero(down)
-    sight = [ahead[i] + x[columns] * right[i] + y[rows] * low[i] for i in range(2)]
-    place = np.stack([view.eye[0] + sight[0] * depth, view.eye[1] + sight[1] * depth, np.zeros(len(depth))], -1)
-    fade = np.minimum(np.maximum(1.0 - np.hypot(place[:, 0], place[:, 1]) / FLOOR_END, 0.0), 1.0)
+    sight = view.directions()
+    down = sight[:, 2] < -1e-6
+    sight = sight[down]
+    depth = -view.eye[2] / sight[:, 2]
+    place = view.eye + depth[:, None] * sight
+    fade = np.clip(1.0 - np.hypot(place[:, 0], place[:, 1]) / FLOOR_END, 0.0, 1.0)
     # A line is as wide as it is there, but never thinner than a pixel, which would flicker.
-    line = np.zeros(len(place))
-    wide = np.maximum(0.0022, 0.9 * depth / view.focal / np.maximum(sink[down], 0.15))
-    for axis in (0, 1):
-        off = np.abs(place[:, axis] / FLOOR_CELL - np.round(place[:, axis] / FLOOR_CELL)) * FLOOR_CELL
-        line = np.maximum(line, np.maximum(1.0 - off / wide, 0.0) * np.minimum(0.0035 / wide, 1.0))
-    dark = shadow.on_floor(place, 0.022) * fade
-    light[down] *= ((1.0 - 0.42 * line * np.sqrt(fade)) * (1.0 - 0.33 * dark))[:, None]
+    wide = np.maximum(0.0022, 0.9 * depth / view.focal / np.maximum(-sight[:, 2], 0.15))[:, None]
+    off = np.abs(place[:, :2] / FLOOR_CELL - np.round(place[:, :2] / FLOOR_CELL)) * FLOOR_CELL
+    line = (np.maximum(1.0 - off / wide, 0.0) * np.minimum(0.0035 / wide, 1.0)).max(1)
+    # No shadow falls outside the rectangle of all shadows of vertices.
+    cast = scene.vertices[:, :2] - scene.vertices[:, 2:] / KEY[2] * KEY[:2]
+    near = (fade > 0.0) & ((cast.min(0) - 0.1 <= place[:, :2]) & (place[:, :2] <= cast.max(0) + 0.1)).all(1)
+    shadow = np.zeros(view.height * view.width)
+    shadow[np.flatnonzero(down)[near]] = 1.0 - _lit(scene, place[near], 4)
+    dark = gaussian_filter(shadow.reshape(view.height, view.width), view.width / 200.0).ravel()[down] * fade
+    light.reshape(-1, 3)[down] *= ((1.0 - 0.42 * line * np.sqrt(fade)) * (1.0 - 0.33 * dark))[:, None]
     return light
 
 

@@ -1,4 +1,4 @@
-"""What is drawn of a room: the links of both arms where their joints put them, and what they stand on."""
+"""Meshes of a room: the links of the arms at their joint positions, and the furniture."""
 
 import io
 from functools import cache
@@ -40,8 +40,8 @@ def links(palette: str) -> tuple[tuple[Mesh, ...], ...]:
 
 
 def furniture(room: Room) -> tuple[Mesh, ...]:
-    """Return what the arms stand on."""
-    # A bench is as long as its arms stand apart; a single arm stands where the left one of two would.
+    """Return the bench or the torso."""
+    # The length of a bench is the distance between its arms; a single arm has the place of the left one.
     separation = 0.0 if room.rig.name == "torso" else 2.0 * abs(float(room.bases()[0].translation[0]))
     return _furniture(separation)
 

@@ -76,12 +76,12 @@ def _sentence(task: str, found: list[Analysis]) -> str:
     if not busy:
         return f"Task “{task}”: nothing to avoid in this run."
     share = 100.0 * float(np.mean([a.smallest_eigenvalue > 0.0 for a in busy]))
-    apart = 100.0 * float(np.mean([a.independent for a in busy]))
+    independent = 100.0 * float(np.mean([a.independent for a in busy]))
     orthogonal = 100.0 * float(np.mean([a.orthogonal for a in busy]))
     rho = float(np.median([a.rho for a in busy]))
     return (
         f"Task “{task}”, while λ > {hold.FELT:g} (K_a = K): sym(M) > 0, the paper's condition, {share:.0f} % of the time; tasks "
-        f"independent {apart:.0f} %, orthogonal {orthogonal:.0f} %; median ρ = {rho:.4f}."
+        f"independent {independent:.0f} %, orthogonal {orthogonal:.0f} %; median ρ = {rho:.4f}."
     )
 
 

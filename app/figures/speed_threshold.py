@@ -19,11 +19,11 @@ SCRIPT: Final = 46.0
 
 
 class Hurried:
-    """The same person, some times faster.
+    """The autopilot at another pace.
 
     Args:
-        settings: whose person.
-        pace: how many times.
+        settings: of the run.
+        pace: factor of its speed.
     """
 
     def __init__(self, settings: RunSettings, pace: float) -> None:

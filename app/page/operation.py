@@ -14,7 +14,7 @@ from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import HOTKEYS, control_of
 from app.page.panels.link_box import LinkBox
-from app.page.panels.plots_panel import DetailsChooser
+from app.page.panels.plot_chooser import DetailsChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.view import View
 from app.session.session import Session

@@ -1,4 +1,4 @@
-"""Fig. 2, live: how far avoidance has taken over, over the distance, with the present state as a dot on it."""
+"""Fig. 2, live: the activation λ over the distance d, with the present state as a dot."""
 
 import math
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from app.custom_law.custom_law import CustomLaw
-from app.plots.chart import Chart, Frame
+from app.plots.chart import Chart, ChartAxes
 from controllers.activation import activation
 from controllers.laws.situation import Law
 from scenes.history import Sample
@@ -21,7 +21,7 @@ DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in r
 ORDERS: Final = (1.0, 2.0, 10.0)
 """Of the paper's Fig. 2."""
 
-FRAME: Final = Frame((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
+FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 
 
 def distances(*kinks: float) -> np.ndarray:
@@ -38,8 +38,8 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
     """Return the chart of λ(d).
 
     Args:
-        simulation: whose law it is.
-        ghost: whose law is drawn beside it, dashed; None if there is none.
+        simulation: with the law that is drawn.
+        ghost: its law is drawn dashed; None for no ghost.
         sample: of the newest step.
         height: [CSS px].
     """
@@ -49,7 +49,7 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
     for order in ORDERS:
         ys = np.array([activation(d, law.critical_distance, order) for d in xs.tolist()])
         chart.line(xs, ys, "faint", 1.2)
-    # Each name where its curve is two thirds of the way down, or, for a steep one, at its foot: there they are far apart.
+    # Each name where its curve is two thirds of the way down, or, for a steep one, at its foot: there they are far from each other.
     for order in ORDERS:
         level = 0.34 if order < 5.0 else 0.1
         chart.mark(law.critical_distance * level ** (-1.0 / order), level, "name faint", f"n = {order:g}")

@@ -1,4 +1,4 @@
-"""A chart that is no course over time, as HTML: lines in an SVG that takes any size, and text that keeps its own."""
+"""A chart over distance as HTML: lines in a scalable SVG, and text of fixed size."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -12,7 +12,7 @@ _SIDE = 1000
 
 
 @dataclass(frozen=True)
-class Frame:
+class ChartAxes:
     """Two axes.
 
     Attributes:
@@ -42,7 +42,7 @@ class Chart:
         frame: its axes.
     """
 
-    frame: Frame
+    frame: ChartAxes
     _lines: list[str] = field(default_factory=list)
     _marks: list[str] = field(default_factory=list)
 
@@ -51,7 +51,7 @@ class Chart:
 
         Args:
             xs, ys: (points,), ascending xs; where y is nan, there is no point.
-            kind: class of CSS whose `color` it takes.
+            kind: class of CSS that gives the `color`.
             width: [px].
             dash: as in SVG, [px].
         """
@@ -93,7 +93,7 @@ class Chart:
 
 
 def _without_middles(points: list[list[float]]) -> list[list[float]]:
-    """Return the points without those that lie on the way from the last one kept to the next, to a third of a thousandth."""
+    """Return the points without those on the straight line between their neighbours, within a third of a thousandth."""
     kept = points[:1]
     for (x, y), (x2, y2) in pairwise(points[1:]):
         x1, y1 = kept[-1]

@@ -1,4 +1,4 @@
-"""One plot that compares all laws: what each of them would make of the present pull, over the distance."""
+"""A chart of all laws: the rate that each gives at the present pull, over the distance."""
 
 import math
 from dataclasses import replace
@@ -10,7 +10,7 @@ import numpy as np
 from app.custom_law.custom_law import CustomLaw
 from app.i18n.speaking import tr
 from app.plots.activation_curve import DISTANCES, FAR, distances
-from app.plots.chart import Chart, Frame
+from app.plots.chart import Chart, ChartAxes
 from app.session.contact import Contact
 from controllers.laws.situation import Law
 from scenes.law_factory import make_law
@@ -43,8 +43,8 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
     """Return the chart, and beside it which line is which.
 
     Args:
-        simulation: whose law is drawn thick.
-        ghost: whose law is drawn dashed; None if there is none.
+        simulation: its law is drawn thick.
+        ghost: its law is drawn dashed; None for no ghost.
         now: pull, approach and |J_d|² that all laws are asked with, and the present state.
         height: [CSS px].
     """
@@ -53,7 +53,7 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
     span = next((s for s in _SPANS if s >= largest), _SPANS[-1])
     step = span / 2.0
     ticks = tuple((i * step, f"{i * step:+.1f}".replace("-", "−") if i else "0") for i in (-2, -1, 0, 1, 2))
-    chart = Chart(Frame((0.0, FAR), (-span, span), DISTANCES, ticks))
+    chart = Chart(ChartAxes((0.0, FAR), (-span, span), DISTANCES, ticks))
     chart.level(0.0, "zero", 1.2)
     xs = distances(settings.critical_distance, settings.influence_distance)
     lines: dict[LawName, np.ndarray] = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}
@@ -84,7 +84,7 @@ def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
 
 
 def _anchor(name: LawName, settings: LawSettings, xs: np.ndarray, ys: np.ndarray, span: float) -> tuple[float, float]:
-    """Return where a line gets its number: where it runs apart from most of the others."""
+    """Return where a line gets its number: where few other lines are near."""
     d_m = settings.critical_distance
     at = {
         "smooth_priority": d_m * 0.72 ** (-1.0 / settings.order),

@@ -1,4 +1,4 @@
-"""A strip a pair: which two bodies were the closest ones over the last 20 s."""
+"""The closest pair of bodies over the last 20 s, a strip for each pair."""
 
 from collections import Counter
 from typing import Final
@@ -35,7 +35,7 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> str:
 
 
 def pair_name(simulation: Simulation, pair: int) -> str:
-    """Return what a person calls a pair of bodies: "L forearm · R hand"."""
+    """Return the name of a pair of bodies: "L forearm · R hand"."""
     return " · ".join(
         body_name(name.replace("left ", "L ").replace("right ", "R ").removeprefix("arm ").removeprefix("control point at the "))
         for name in simulation.detector.pair_names[pair]
@@ -43,7 +43,7 @@ def pair_name(simulation: Simulation, pair: int) -> str:
 
 
 def body_name(name: str) -> str:
-    """Return what a person calls a body, in their language: "L forearm", "link 3", "ball"."""
+    """Return the name of a body in the current language: "L forearm", "link 3", "ball"."""
     side, mark, rest = name.partition(" ")
     if mark and side in ("L", "R"):
         return f"{tr(side)} {body_name(rest)}"

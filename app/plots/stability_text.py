@@ -3,14 +3,9 @@
 import math
 from typing import Final
 
-import viser
-
 from app.i18n.speaking import tr
 from controllers.laws.situation import row_damping
 from controllers.stability import Analysis
-
-PERIOD: Final = 0.3
-"""Wall time between two refreshes [s]: whole sentences take longer to read than numbers."""
 
 NO_ERROR: Final = 5e-4
 """An error below this counts as none [m or rad]: half a millimetre, or 0.03 degrees."""
@@ -20,43 +15,6 @@ DIED_OUT: Final = 5e-3
 
 AT_REST: Final = 1e-3
 """An error that changes more slowly than this stays where it is [m/s or rad/s]."""
-
-
-class StabilityPanel:
-    """The block on stability, written anew only when its text changes.
-
-    Args:
-        gui: of whoever sees it; the caller has opened the container.
-    """
-
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self._block = gui.add_html("")
-        self._text = ""
-        self._next = 0.0
-
-    def due(self, now: float) -> bool:
-        """Return whether `show` would refresh at wall time `now` [s]: nothing need be analysed before."""
-        return now >= self._next
-
-    def show(
-        self,
-        analysis: Analysis,
-        error_norm: float,
-        error_rate: float,
-        V: float,
-        V_rate: float,
-        W: float | None,
-        now: float,
-        force: bool = False,
-    ) -> None:
-        """Refresh if it is time. `now`: wall time [s]; the others as in `stability_html`."""
-        if not (force or self.due(now)):
-            return
-        self._next = now + PERIOD
-        text = stability_html(analysis, error_norm, error_rate, V, V_rate, W)
-        if text != self._text:
-            self._text = text
-            self._block.content = text
 
 
 def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None) -> str:

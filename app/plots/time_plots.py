@@ -1,12 +1,13 @@
-"""The plots over time: which columns, lines, colours and names each of them has.
+"""The table of time plots: columns, colours, dashes, names, units and ranges, for the page, the exports and the offline player.
 
-A plot has the same lines in every experiment, and those that mean nothing there stay empty. With other lines the page would make it
-anew, and when its data change in the same moment viser keeps the old time axis in the wrong proportion for good.
+A plot has the same lines in every experiment; those that mean nothing there stay empty. With other lines the page would replace it,
+and when its data change in the same moment viser keeps the old time axis in the wrong proportion.
 """
 
 import math
-from dataclasses import dataclass, replace
-from typing import Final
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 from app.custom_law.custom_law import CustomLaw
 from app.i18n.sides import side
@@ -28,16 +29,35 @@ _GHOST: Final = (5.0, 4.0)
 _WHAT_IF: Final = (9.0, 3.0, 2.0, 3.0)
 
 
+_CLASSES: Final = {
+    "distance": "d",
+    "critical": "dm",
+    "resting": "rest",
+    "activation": "lam",
+    "error": "e",
+    "velocity": "v",
+    "pull": "u",
+    "approach": "w",
+    **{f"joint {i + 1}": f"j{i + 1}" for i in range(JOINTS)},
+}
+"""Colour of a line → class of CSS."""
+
+_RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
+"""Run beside the visitor's own → its name in a legend."""
+
+
 @dataclass(frozen=True)
 class PlotLine:
     """One line of a plot.
 
     Attributes:
-        column: of the buffer.
+        column: of `RollingSeries`.
         colour: field of `Palette`, or "joint 1" …
         width: [px at a desk].
         dash: [px]; none for a solid line.
-        run: whose: the run itself ("own"), the ghost's, or what would have been ("what_if").
+        run: "own", "ghost" or "what_if".
+        name: in the legend, in English with subscripts as <sub>; "" for none.
+        for_all: whether the name stands for all lines with this dash, of whatever colour.
     """
 
     column: str
@@ -45,6 +65,22 @@ class PlotLine:
     width: float
     dash: tuple[float, ...] = ()
     run: str = "own"
+    name: str = ""
+    for_all: bool = False
+
+
+class LegendEntry(NamedTuple):
+    """One entry of a legend.
+
+    Attributes:
+        css_class: of the colour, "" for none.
+        dash: "", "dash", "dot" or "mix".
+        name: in English.
+    """
+
+    css_class: str
+    dash: str
+    name: str
 
 
 @dataclass(frozen=True)
@@ -55,115 +91,116 @@ class TimePlot:
         title: as HTML.
         unit: of the axis.
         lines: in the order drawn.
-        legend: class of CSS, kind of line ("", "dash", "dot", "mix") and name, for every line that needs one.
-        span: of the axis; None: as the data ask, from 0 up if `positive`.
-        scale: values of the buffer times this are shown.
+        span: of the axis; None to follow the data, from 0 up if `positive`.
+        scale: values of the columns times this are shown.
         positive: whether the axis begins at 0.
-        symbol: class of CSS of what the ghost does, too.
     """
 
     title: str
     unit: str
     lines: tuple[PlotLine, ...]
-    legend: tuple[tuple[str, str, str], ...] = ()
     span: tuple[float, float] | None = None
     scale: float = 1.0
     positive: bool = True
-    symbol: str = ""
 
     def columns(self, run: str) -> tuple[int, ...]:
-        """Return the columns of the buffer of one run, in the order of the lines."""
+        """Return the columns of one run, in the order of the lines."""
         return tuple(COLUMNS[line.column] for line in self.lines if line.run == run)
+
+    def legend(self, others: Collection[str] = ()) -> tuple[LegendEntry, ...]:
+        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if")."""
+        entries = [_entry(line, line.name, line.for_all) for line in self.lines if line.name]
+        for run in others:
+            line = next((line for line in self.lines if line.run == run), None)
+            if line is not None:
+                entries.append(_entry(line, _RUNS[run], line.colour.startswith("joint ")))
+        return tuple(entries)
+
+
+def _entry(line: PlotLine, name: str, for_all: bool) -> LegendEntry:
+    dash = "mix" if len(line.dash) > 2 else "dash" if max(line.dash, default=0.0) > 4.0 else "dot" if line.dash else ""
+    return LegendEntry("" if for_all else _CLASSES[line.colour], dash, name)
 
 
 def _shadows(column: str, colour: str) -> tuple[PlotLine, ...]:
-    """Return what the ghost did and what would have been, in the same colour."""
+    """Return the lines of the ghost and of the what-if run, in the same colour."""
     return PlotLine(column, colour, 1.8, _GHOST, "ghost"), PlotLine(column, colour, 2.0, _WHAT_IF, "what_if")
 
 
-def _joints(stem: str, run: str = "own") -> tuple[PlotLine, ...]:
-    thin, dash = (1.6, None) if run == "own" else (1.0, (1.5, 3.0))
-    return tuple(
-        PlotLine(f"{stem}{i + 1}", f"joint {i + 1}", thin, _STYLES[i // 3] if dash is None else dash, run) for i in range(JOINTS)
-    )
+def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None) -> TimePlot:
+    numbers = range(1, JOINTS + 1)
+    own = (PlotLine(f"{stem}{i}", f"joint {i}", 1.6, _STYLES[(i - 1) // 3], name=str(i) if i <= count else "") for i in numbers)
+    ghost = (PlotLine(f"{stem}{i}", f"joint {i}", 1.0, (1.5, 3.0), "ghost") for i in numbers)
+    return TimePlot(title, unit, (*own, *ghost), span, DEGREES, False)
 
 
-def _of_joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None) -> TimePlot:
-    legend = tuple((f"j{i + 1}", ("", "dash", "dot")[i // 3], str(i + 1)) for i in range(count))
-    return TimePlot(title, unit, (*_joints(stem), *_joints(stem, "ghost")), legend, span, DEGREES, False)
-
-
-_DISTANCE: Final = TimePlot(
-    N_('distance <b class="d">d</b>'),
-    "m",
-    (
+def _distance(rests: bool) -> TimePlot:
+    lines = (
         PlotLine("d", "distance", 2.2),
-        PlotLine("d_m", "critical", 1.6, (7.0, 5.0)),
-        PlotLine("d*", "resting", 1.6, (2.0, 4.0)),
+        PlotLine("d_m", "critical", 1.6, (7.0, 5.0), name="d<sub>m</sub>"),
+        PlotLine("d*", "resting", 1.6, (2.0, 4.0), name="d*" if rests else ""),
         *_shadows("d", "distance"),
-    ),
-    (("dm", "dash", "d<sub>m</sub>"), ("rest", "dot", "d*")),
-    (0.0, CEILING),
-    symbol="d",
-)
+    )
+    return TimePlot(N_('distance <b class="d">d</b>'), "m", lines, (0.0, CEILING))
 
 
-def _squared_error(unit: str, arms: tuple[str, ...]) -> TimePlot:
-    lines = (PlotLine("e2", "error", 2.2), PlotLine("e2_b", "pull", 1.8, (2.0, 3.0)), *_shadows("e2", "error"))
-    legend = tuple(zip(("e", "u"), ("", "dot"), arms, strict=True)) if len(arms) > 1 else ()
-    return TimePlot(N_('error <b class="e">e²</b>'), unit, lines, legend, symbol="e")
+def _squared_error(unit: str, arms: tuple[str, str]) -> TimePlot:
+    lines = (
+        PlotLine("e2", "error", 2.2, name=arms[0]),
+        PlotLine("e2_b", "pull", 1.8, (2.0, 3.0), name=arms[1]),
+        *_shadows("e2", "error"),
+    )
+    return TimePlot(N_('error <b class="e">e²</b>'), unit, lines)
 
 
 def _followed(prefix: str, title: str, model: str) -> TimePlot:
-    own = tuple(PlotLine(f"{prefix}q{i + 1}", f"joint {i + 1}", 2.0) for i in range(DRIVEN))
-    desired = tuple(PlotLine(f"{prefix}qd{i + 1}", f"joint {i + 1}", 1.4, (5.0, 4.0)) for i in range(DRIVEN))
-    names = tuple((f"j{i + 1}", "", str(i + 1)) for i in range(DRIVEN))
-    return TimePlot(title, "°", (*own, *desired), (*names, ("", "dash", model)), None, DEGREES, positive=False)
+    numbers = range(1, DRIVEN + 1)
+    own = (PlotLine(f"{prefix}q{i}", f"joint {i}", 2.0, name=str(i)) for i in numbers)
+    desired = (
+        PlotLine(f"{prefix}qd{i}", f"joint {i}", 1.4, (5.0, 4.0), name=model if i == 1 else "", for_all=True) for i in numbers
+    )
+    return TimePlot(title, "°", (*own, *desired), None, DEGREES, positive=False)
 
 
-COURSES: Final[dict[str, TimePlot]] = {
+TIME_PLOTS: Final[dict[str, TimePlot]] = {
     "hand": TimePlot('hand error <b class="e">|e|</b>', "mm", (PlotLine("e", "error", 2.2),), scale=1000.0),
-    "elbow": TimePlot("elbow angle", "°", (PlotLine("elbow", "distance", 2.2),), (), None, DEGREES, False),
+    "elbow": TimePlot("elbow angle", "°", (PlotLine("elbow", "distance", 2.2),), None, DEGREES, False),
     "lambda": TimePlot(
         'activation <b class="lam">λ</b>',
         "",
         (PlotLine("lambda", "activation", 2.2), PlotLine("lambda", "activation", 1.8, _GHOST, "ghost")),
-        (),
         (0.0, 1.05),
-        symbol="lam",
     ),
     "speeds": TimePlot(
         "speeds along the line",
         "m/s",
         (
-            PlotLine("u", "pull", 2.0),
-            PlotLine("v", "velocity", 1.8, (7.0, 5.0)),
-            PlotLine("w", "approach", 2.0, (2.0, 4.0)),
+            PlotLine("u", "pull", 2.0, name="u"),
+            PlotLine("v", "velocity", 1.8, (7.0, 5.0), name="v"),
+            PlotLine("w", "approach", 2.0, (2.0, 4.0), name="w"),
             PlotLine("u", "pull", 1.4, _GHOST, "ghost"),
         ),
-        (("u", "", "u"), ("v", "dash", "v"), ("w", "dot", "w")),
         positive=False,
-        symbol="u",
     ),
 }
+"""Those that are the same in every run; see `time_plot_of`."""
 
 
 def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
-    """Return a plot, named "distance", "error", …, as it is in a run."""
+    """Return the plot of a name ("distance", "error", …) for a run."""
     run, joints = simulation.settings, simulation.avoiding.joints
     avoiding, other = simulation.avoiding.name, simulation.guided.name
     count = min(joints.stop - joints.start, JOINTS)
     match name:
         case "error":
             two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
-            return _squared_error(simulation.error_unit, (side(avoiding), side(other)) if two else (side(avoiding),))
+            return _squared_error(simulation.error_unit, (side(avoiding), side(other)) if two else ("", ""))
         case "distance":
-            rests = run.law.law in RESTING and not isinstance(simulation.law, CustomLaw)
-            return _DISTANCE if rests else replace(_DISTANCE, legend=_DISTANCE.legend[:1])
+            return _distance(run.law.law in RESTING and not isinstance(simulation.law, CustomLaw))
         case "joints":
-            return _of_joints(N_("joints q"), "°", "q", count, (-180.0, 180.0))
+            return _joints(N_("joints q"), "°", "q", count, (-180.0, 180.0))
         case "rates":
-            return _of_joints(N_("joint speeds q̇"), "°/s", "dq", count, None)
+            return _joints(N_("joint speeds q̇"), "°/s", "dq", count, None)
         case "follow" if run.scene == "imitation":
             return _followed("", tr("q, {arm} arm", arm=side(avoiding)), N_("person"))
         case "follow":
@@ -171,7 +208,7 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
         case "follow_other":
             return _followed("other_", tr("q, {arm} arm", arm=side(other)), N_("person"))
         case _:
-            return COURSES[name]
+            return TIME_PLOTS[name]
 
 
 def colour_of(line: PlotLine, palette: Palette) -> str:

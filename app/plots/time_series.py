@@ -1,4 +1,4 @@
-"""The last 20 s of a run in bins, which is all that the plots need of it."""
+"""The rolling time series of the live plots: the last 20 s of a run in bins."""
 
 import math
 from typing import Final
@@ -49,7 +49,7 @@ FARTHEST: Final = 0.8
 
 
 RESTING: Final = ("smooth_priority", "intermediate_value")
-"""Laws whose resting distance is known in closed form."""
+"""Laws with a resting distance in closed form."""
 
 
 def resting(settings: RunSettings, pull: float, approach: float, second_pull: float | None) -> float:
@@ -86,14 +86,14 @@ class RollingSeries:
         self._last_pair = -1.0
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove all bins."""
         self._bins[:] = np.nan
         self._seen, self._last_row, self._last_bin, self._last_pair = 0, None, -1, -1.0
 
     def feed(self, simulation: Simulation) -> None:
         """Take in every step made since the last call."""
         history = simulation.history
-        if history is not self._history or self._began_anew(history):
+        if history is not self._history or self._restarted(history):
             self.clear()
             self._history = history
             self._swivel = Swivel(simulation.room, simulation.avoiding) if simulation.settings.scene == "solo" else None
@@ -112,13 +112,13 @@ class RollingSeries:
                 self._last_bin = number
             self._fill(self._bins[number % POINTS], simulation, table[rows[0] : rows[-1] + 1])
 
-    def _began_anew(self, history: History) -> bool:
+    def _restarted(self, history: History) -> bool:
         """Return whether the history was cleared since the last call, even if it has as many steps again by now."""
         new = history.count - self._seen
         if new < 0 or self._last_row is None:
             return new < 0
         table = history.table(new + 1)
-        # Of more steps than are kept nothing can be told, and none of the old bins is left either.
+        # With more new steps than the history stores, none of the old bins is left.
         return len(table) == new + 1 and not np.array_equal(table[0], self._last_row, equal_nan=True)
 
     def _fill(self, b: Array, simulation: Simulation, table: Array) -> None:

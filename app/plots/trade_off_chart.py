@@ -6,11 +6,11 @@ from typing import Final
 import numpy as np
 
 from app.i18n.speaking import tr
-from app.plots.chart import Chart, Frame
+from app.plots.chart import Chart, ChartAxes
 from scenes.settings import RunSettings
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
 
-FRAME: Final = Frame(
+FRAME: Final = ChartAxes(
     (0.0, 0.4),
     (0.0, 0.4),
     tuple((d, f"{d:g}") for d in (0.0, 0.1, 0.2, 0.3, 0.4)),
@@ -25,7 +25,7 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
     Args:
         points: computed so far.
         size: how much of the map that is, from 0 to 1.
-        run: whose n and v are marked.
+        run: its n and v are marked.
         height: [CSS px].
     """
     chart = Chart(FRAME)

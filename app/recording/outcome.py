@@ -1,4 +1,4 @@
-"""What a run came to, kept so that the same run made again can be compared with it: a hash of every step, and whole steps besides."""
+"""The outcome of a run, for comparison with a later run of the same inputs: a hash of every step, and some whole steps."""
 
 import hashlib
 import json
@@ -15,7 +15,7 @@ from scenes.history import SCALARS
 from scenes.simulation import Simulation
 
 MOST_ROWS: Final = 6_000
-"""Whole steps kept at most; of a longer run, evenly spread ones: 30 s at the usual time step are kept completely."""
+"""Whole steps stored at most, evenly spread in a longer run; 30 s at the usual time step are stored completely."""
 
 MOST_COLUMNS: Final = 400
 
@@ -37,7 +37,7 @@ class RunOutcome:
         columns: names, see `columns_of`.
         digest: SHA-256 of all steps.
         hashes: (steps,) of each step.
-        places: (k,) which steps are kept as they are, ascending; the first and the last are among them.
+        places: (k,) steps stored whole, ascending; the first and the last are among them.
         rows: (k, columns).
     """
 
@@ -73,7 +73,7 @@ class Difference:
     by: float
 
     def words(self, error_unit: str) -> LazyText:
-        """Return what differs, where, and by how much."""
+        """Return the column, the step and the difference as text."""
         unit = unit_of(self.column, error_unit)
         if self.column in KINDS or math.isinf(self.by):
             what = LazyText("{column} ({then:g} then, {now:g} now)", column=self.column, then=self.then, now=self.now)
@@ -88,9 +88,9 @@ class Comparison:
 
     Attributes:
         exact: whether every step is the same, to the last bit.
-        first_step: the first one that is not, from 0; None if that cannot be told, or if none is.
-        first: the number that differs most in the first kept step that is not the same; None if no kept one differs.
-        largest: the number that differs most in all kept steps.
+        first_step: the first one that is not, from 0; None if unknown, or if none is.
+        first: the number that differs most in the first stored step that differs; None if none does.
+        largest: the number that differs most in all stored steps.
         steps_then, steps_now: how many there are.
     """
 
@@ -103,7 +103,7 @@ class Comparison:
 
     @property
     def close(self) -> bool:
-        """Whether no kept number differs by more than `CLOSE`."""
+        """Whether no stored number differs by more than `CLOSE`."""
         return self.steps_then == self.steps_now and (self.largest is None or self.largest.by <= CLOSE)
 
 
@@ -162,7 +162,7 @@ def compare(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> Comp
     by[then.view(np.uint64) == now.view(np.uint64)] = 0.0
     times = now[:, shared.index("t")] if "t" in shared else np.zeros(len(places))
 
-    def told(row: int, column: int) -> Difference:
+    def difference(row: int, column: int) -> Difference:
         a, b = float(then[row, column]), float(now[row, column])
         return Difference(int(places[row]), float(times[row]), shared[column], a, b, float(by[row, column]))
 
@@ -171,7 +171,9 @@ def compare(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> Comp
         return Comparison(False, first_step, None, None, outcome.steps, steps)
     first = int(rows[0])
     row, column = (int(i) for i in np.unravel_index(int(by.argmax()), by.shape))
-    return Comparison(False, first_step, told(first, int(by[first].argmax())), told(row, column), outcome.steps, steps)
+    return Comparison(
+        False, first_step, difference(first, int(by[first].argmax())), difference(row, column), outcome.steps, steps
+    )
 
 
 def _plain(table: Array) -> Array:
@@ -207,8 +209,8 @@ def outcome_from(arrays: dict[str, np.ndarray], steps: int) -> RunOutcome:
     """
     about, hashes, places, packed = (arrays[name] for name in ARRAYS)
     try:
-        told: dict[str, Any] = json.loads(about.tobytes().decode())
-        columns, digest = tuple(told["columns"]), told["digest"]
+        parts: dict[str, Any] = json.loads(about.tobytes().decode())
+        columns, digest = tuple(parts["columns"]), parts["digest"]
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise BadInputFile("says nothing of its outcome that can be read") from None
     fine = (

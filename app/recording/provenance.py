@@ -1,4 +1,4 @@
-"""What computed a run: program, libraries, machine. The last bits of a run may depend on all of them."""
+"""Provenance of a run: program, libraries and machine, on which its last bits may depend."""
 
 import importlib.metadata
 import platform
@@ -10,7 +10,7 @@ import pinocchio as pin
 from controllers.errors import LazyText
 
 LONGEST: Final = 40
-"""Characters of one entry that are believed of a file."""
+"""Characters of one entry at most."""
 
 NAMES: Final[dict[str, str]] = {
     "duet": "Duet",
@@ -42,7 +42,7 @@ def made_here() -> dict[str, str]:
 
 
 def made_from(data: object) -> dict[str, str]:
-    """Return what a file says of its making, unknown parts left out; whatever it says, nothing is raised."""
+    """Return the provenance that a file states, unknown entries left out; never raises."""
     if not isinstance(data, dict):
         return {}
     return {key: str(data[key])[:LONGEST] for key in NAMES if isinstance(data.get(key), str)}

@@ -1,7 +1,7 @@
-"""A recorded piece of a run that can be looked at again, at any moment: the very states of the run, made again from snapshots.
+"""A player of a recorded run: any moment of it, to the last bit, computed from snapshots.
 
-`film` makes the piece again once and keeps a state every so many steps, which takes as long as simulating it; do it in the background.
-`Replay` then stands at any moment within a few milliseconds.
+`film` simulates the run once and stores a snapshot every `SPACING` steps; call it in the background. `Replay` then seeks to any
+moment within a few milliseconds.
 """
 
 import itertools
@@ -23,14 +23,14 @@ from scenes.rerun import LOOK, Stopped, never
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import Target
 
-APART: Final = 25
-"""Steps from one kept state to the next …"""
+SPACING: Final = 25
+"""Steps from one snapshot to the next …"""
 
 MOST_STATES: Final = 4_000
 """… unless that would make more states than this."""
 
 PERIOD: Final = WINDOW / POINTS / 4.0
-"""Simulated time of which one row is kept for the curves [s]: the one with the smallest distance, so that no dip is lost. Four of them
+"""Simulated time of which one row is stored for the curves [s], the one with the smallest distance, so that no dip is lost. Four of them
 are one bin of the page's plots."""
 
 PAST: Final = 22.0
@@ -52,7 +52,7 @@ class RecordedFilm:
 
     Attributes:
         recorded: the piece.
-        marks: (m,) number of steps made before each kept state, ascending from 0.
+        marks: (m,) number of steps before each snapshot, ascending from 0.
         states: each of them, packed.
         rows: (k, columns of `scenes.history`) one every `PERIOD`.
         row_steps: (k,) which step of the piece each row is, from 0.
@@ -77,7 +77,7 @@ def film(recorded: Recorded, stopped: Callable[[], bool] = never) -> RecordedFil
         Stopped: see there.
     """
     steps = recorded.steps
-    apart = max(APART, -(-steps // MOST_STATES))
+    spacing = max(SPACING, -(-steps // MOST_STATES))
     # A row is only needed until the best one of its period is known.
     simulation = Simulation(recorded.settings, 1)
     simulation.resume(recorded.snapshot)
@@ -90,7 +90,7 @@ def film(recorded: Recorded, stopped: Callable[[], bool] = never) -> RecordedFil
         for target in itertools.chain.from_iterable(itertools.repeat(t, n) for t, n in stretch.targets.runs()):
             if made % LOOK == 0 and stopped():
                 raise Stopped
-            if made % apart == 0:
+            if made % spacing == 0:
                 states.append(_packed(simulation))
             number = int(simulation.time / PERIOD)
             simulation.step(target)
@@ -102,7 +102,7 @@ def film(recorded: Recorded, stopped: Callable[[], bool] = never) -> RecordedFil
             elif row[COLUMN["d"]] < rows[-1][COLUMN["d"]]:
                 rows[-1], row_steps[-1] = row, made
             made += 1
-    marks = np.arange(len(states)) * apart
+    marks = np.arange(len(states)) * spacing
     return RecordedFilm(recorded, marks, tuple(states), np.array(rows), np.array(row_steps))
 
 
@@ -112,15 +112,15 @@ def _packed(simulation: Simulation) -> bytes:
 
 
 class Replay:
-    """Stands somewhere in a recorded piece of a run, and may play.
+    """A player of a recorded run.
 
     Args:
         recorded: the piece; at least one step.
-        kept: its film; None to make it now, which takes as long as simulating the piece.
+        kept: its film; None to compute it now, which takes as long as simulating the run.
 
     Attributes:
         recorded: the piece.
-        simulation: as it was at this moment, with the history before it; only to be looked at.
+        simulation: as it was at this moment, with the history before it; read only.
         playing: whether `advance` goes on.
         speed: simulated over wall time.
     """
@@ -171,7 +171,7 @@ class Replay:
 
     @property
     def target(self) -> Target | None:
-        """What the person wanted in the newest step."""
+        """The target of the newest step."""
         return self._target(self._made - 1)
 
     def moment(self, step: int) -> float:
@@ -188,24 +188,24 @@ class Replay:
         return max(1, min(self._starts[i] + round(min(time - self._times[i], 1e9) / dt), self.steps))
 
     def seek(self, time: float) -> None:
-        """Stand at a time [s], or as near to it as there is anything."""
+        """Go to a time [s], or to the nearest moment there is."""
         self._debt = 0.0
         self._go(self.nearest(time))
 
     def seek_step(self, step: int) -> None:
-        """Stand after so many steps, or at the nearest end."""
+        """Go to the moment after so many steps, or to the nearest end."""
         self._debt = 0.0
         self._go(max(1, min(step, self.steps)))
 
     def toggle(self) -> None:
-        """Play or rest; at the end, play from the beginning."""
+        """Play or pause; at the end, play from the beginning."""
         self.playing = not self.playing
         self._debt = 0.0
         if self.playing and self._made >= self.steps:
             self._go(1)
 
     def advance(self, elapsed: float) -> int:
-        """Play `elapsed` seconds of wall time; return the number of steps made. At the end it rests."""
+        """Play `elapsed` seconds of wall time; return the number of steps made. Pauses at the end."""
         if not self.playing:
             return 0
         self._debt += elapsed * self.speed
@@ -250,13 +250,13 @@ class Replay:
         self._made += 1
 
     def _jump(self, mark: int) -> None:
-        """Stand where a state was kept, with the history before it."""
+        """Go to a snapshot, with the history before it."""
         simulation, kept, step = self.simulation, self._film, int(self._film.marks[mark])
         self._stretch = self._stretch_of(step)
         settings = self.recorded.stretches[self._stretch].settings
         simulation.apply(settings)
         simulation.resume(Snapshot(settings, *pickle.loads(kept.states[mark])))
-        # Another history, not the same one anew: whoever follows it must notice.
+        # A new object, so that readers of the history notice the jump.
         simulation.history = history = History(CAPACITY, len(simulation.positions))
         last = int(np.searchsorted(kept.row_steps, step))
         first = int(np.searchsorted(kept.rows[:last, COLUMN["t"]], simulation.time - PAST))

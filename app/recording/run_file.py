@@ -1,6 +1,6 @@
-"""A run as one compressed file: inputs, settings, versions and what came out; read again, it is made again and compared.
+"""Run files: inputs, settings, versions and outcome in one compressed file; loading one computes the run again and compares.
 
-The file is one of recorded inputs (`scenes.inputs_file`) with further parts, so that whatever reads those reads it, too.
+It is a file of recorded inputs (`scenes.inputs_file`) with further parts, so that readers of those can read it.
 """
 
 import io
@@ -45,7 +45,7 @@ Verdict = Literal["exact", "close", "differs"]
 
 @dataclass(frozen=True)
 class SavedRun:
-    """What is in a file.
+    """The content of a run file.
 
     Attributes:
         recorded: inputs and settings.
@@ -60,7 +60,7 @@ class SavedRun:
 
 @dataclass(frozen=True)
 class Verification:
-    """What came out when the run of a file was made again.
+    """The comparison of a run file with a new run of its inputs.
 
     Attributes:
         verdict: the same to the last bit, the same within `CLOSE`, or not.
@@ -97,7 +97,7 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
     """
     table = rerun(recorded, stopped=stopped).table
     if last is not None and table[-1].tobytes() != last:
-        raise BadSetting("The run does not come out the same when it is made again, so that it was not saved; begin anew with R.")
+        raise BadSetting("Computed again, this run comes out differently, so it was not saved. Restart it with R.")
     outcome = outcome_of(table, columns_of(Simulation(recorded.settings, 1)))
     made = np.frombuffer(json.dumps(made_here()).encode(), np.uint8)
     out = io.BytesIO(recorded_bytes(recorded))
@@ -112,7 +112,7 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
 
 
 def saved_from(data: bytes, name: str) -> SavedRun:
-    """Return what is in a file.
+    """Return the content of a run file.
 
     Args:
         data: its content.
@@ -146,14 +146,14 @@ def saved_from(data: bytes, name: str) -> SavedRun:
     except BadInputFile as error:
         raise BadInputFile("{name}: {reason}.", name=name, reason=str(error)) from None
     try:
-        told = json.loads(parts[MADE].tobytes().decode())
+        about = json.loads(parts[MADE].tobytes().decode())
     except (ValueError, RecursionError):
-        told = None
-    return SavedRun(recorded, outcome, made_from(told))
+        about = None
+    return SavedRun(recorded, outcome, made_from(about))
 
 
 def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification:
-    """Make the run again and compare.
+    """Compute the run again and compare.
 
     Raises:
         BadSetting: it cannot be made here, such as for want of a robot's package.
@@ -200,7 +200,7 @@ def _words(verdict: Verdict, comparison: Comparison, changes: tuple[str, ...], e
         number = comparison.first_step + 1
         parts.append(LazyText("The first step that is not the same is number {number} of {steps}.", number=number, steps=steps))
     if comparison.first is not None and comparison.largest is not None:
-        parts.append(LazyText("First difference that was kept: {what}.", what=comparison.first.words(error_unit)))
+        parts.append(LazyText("First stored difference: {what}.", what=comparison.first.words(error_unit)))
         if comparison.largest != comparison.first:
             parts.append(LazyText("Largest: {what}.", what=comparison.largest.words(error_unit)))
     if changes:

@@ -8,7 +8,6 @@ from typing import Any, Final
 import numpy as np
 
 from app.runtime.output_file import written
-from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.experiments import EXPERIMENTS
 from scenes.grids import Axis, Grid, is_number
@@ -28,18 +27,6 @@ _SHOWN: Final = {
 _COLOURS: Final = ("#0072b2", "#d55e00", "#00835e", "#7a3fc4", "#a3195b", "#9a6700", "#2a93c9", "#57606a")
 _DASHES: Final = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 _MARKERS: Final = "osD^vPX*"
-
-
-def needs_matplotlib() -> None:
-    """Do nothing if pictures can be drawn.
-
-    Raises:
-        BadSetting: matplotlib is not installed.
-    """
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError:
-        raise BadSetting("Maps need matplotlib, which is not installed: pip install matplotlib, or add --no-maps.") from None
 
 
 def draw_maps(grid: Grid, rows: Mapping[int, Figures], folder: Path) -> list[Path]:
@@ -112,7 +99,7 @@ class _Plan:
         return np.atleast_2d(np.transpose(field[tuple(at)], [free.index(axis.key) for axis in kept]))
 
     def title(self, panel: tuple[int, ...]) -> str:
-        """Return what is special about a panel."""
+        """Return the title of a panel: its values of the settings side by side."""
         return ", ".join(f"{self.symbol(axis)} = {self.shown(axis, i)}" for axis, i in zip(self.beside, panel, strict=True))
 
     def spec(self, axis: Axis) -> Spec:
@@ -149,7 +136,7 @@ class _Plan:
         return np.array(axis.values, float) * self.spec(axis).page_scale
 
     def footnote(self) -> str:
-        """Return what was the same everywhere and is not as usual."""
+        """Return the shared settings that differ from the defaults."""
         usual = values(RunSettings())
         fixed = self.grid.fixed()
         parts = [f"{key} = {value}" for key, value in fixed.items() if value != usual[key] or key == "scene"]

@@ -22,7 +22,7 @@ _MOST_BYTES: Final = 1_000_000_000
 
 
 def head_of(grid: Grid) -> tuple[str, ...]:
-    """Return what stands above the rows: every setting that is the same in all of them, and which values the others take."""
+    """Return the head of the table: the settings that all rows share, and the values of the swept ones."""
     fixed = [f"{key} = {value}" for key, value in grid.fixed().items()]
     swept = [f"over {axis.key} = {', '.join(map(_cell, axis.values))}" for axis in grid.axes]
     return (*fixed, f"seconds = {grid.seconds!r}", *swept)
@@ -38,7 +38,7 @@ class SweepFiles:
 
     Args:
         folder: made if it is not there.
-        grid: whose points are the rows.
+        grid: its points are the rows.
         form: of the complete table.
 
     Raises:
@@ -58,7 +58,7 @@ class SweepFiles:
         self.rows: dict[int, Figures] = {}
         for path in (self.table, self.part):
             if path.exists():
-                self.rows |= self._kept(path)
+                self.rows |= self._read(path)
 
     def missing(self) -> list[int]:
         """Return the points without a row, in order."""
@@ -66,8 +66,8 @@ class SweepFiles:
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[int, Figures], None]]:
-        """Give a function that keeps a point's row at once, whatever happens afterwards."""
-        # Written anew: of a row that was being written when the machine went down, only the beginning may be there.
+        """Yield a function that writes a point's row to disk at once."""
+        # Rewritten: after a power failure the last row may be incomplete.
         self._write_csv(self.part, self.rows)
         with _written(self.part):
             out = self.part.open("a", encoding="utf-8", newline="\n")
@@ -83,7 +83,7 @@ class SweepFiles:
                 yield add
         except KeyboardInterrupt:
             # It may come between a row's line and its place among the rows: what the file holds counts.
-            self.rows |= self._kept(self.part)
+            self.rows |= self._read(self.part)
             raise
 
     def finish(self) -> None:
@@ -108,7 +108,7 @@ class SweepFiles:
         with written(path, "out") as new:
             pq.write_table(pa.table(columns).replace_schema_metadata({_HEAD: "\n".join(head_of(self.grid)).encode()}), new)
 
-    def _kept(self, path: Path) -> dict[int, Figures]:
+    def _read(self, path: Path) -> dict[int, Figures]:
         head, cells = _read_parquet(path) if path.suffix == ".parquet" else _read_csv(path)
         self._check_head(path, head)
         indices = {tuple(map(_cell, point)): index for index, point in enumerate(self._points)}
@@ -121,7 +121,7 @@ class SweepFiles:
                 )
                 kept[indices[tuple(row[:width])]] = numbers
             except (ValueError, KeyError):
-                raise BadInputFile(f"{path}: the row {','.join(row)[:80]!r} is none of this sweep; remove the file.") from None
+                raise BadInputFile(f"{path}: the row {','.join(row)[:80]!r} is not of this sweep; remove the file.") from None
         return kept
 
     def _check_head(self, path: Path, head: tuple[str, ...]) -> None:

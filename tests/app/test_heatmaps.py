@@ -42,7 +42,6 @@ def contours(ax) -> list:
 
 
 def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     from PIL import Image
 
     over = ["n=1:3", "law=smooth_priority,unprotected", "v=0.1:0.3:2"]
@@ -70,7 +69,6 @@ def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatc
 
 
 def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     grid, rows = made_up(
         ["v=0.1:0.5:5", "n=2:6"], lambda point: 0.10 + 0.1 * point[0] + 0.005 * point[1], changed(USUAL, "k", 3.0)
     )
@@ -93,7 +91,6 @@ def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
 
 @pytest.mark.parametrize(("level", "sign"), [(0.2, "≥"), (0.1, "<")])
 def test_where_the_line_is_not_it_is_said(level: float, sign: str) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     grid, rows = made_up(["v=0.1:0.5:5", "n=2:6"], lambda point: level + 0.001 * point[1])
     figure = _drawn(_Plan(grid, rows), "d_min")
     assert contours(figure.axes[0]) == []
@@ -101,7 +98,6 @@ def test_where_the_line_is_not_it_is_said(level: float, sign: str) -> None:
 
 
 def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     inf = float("inf")
 
     def d_min(point: Point) -> float:
@@ -115,7 +111,6 @@ def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> No
 
 
 def test_choices_stand_side_by_side_or_are_lines() -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     grid, rows = made_up(
         ["law=smooth_priority,unprotected", "v=0.1:0.5:5", "ff=0,1", "n=2:6"], lambda point: 0.1 + 0.01 * point[3]
     )
@@ -142,7 +137,6 @@ def test_choices_stand_side_by_side_or_are_lines() -> None:
 
 def test_where_nothing_can_be_met_there_is_no_distance_to_draw() -> None:
     """One arm alone: d = ∞; its error has a unit of its own in scenes that follow joints."""
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     for over in (["k=1:3", "g=5:7"], ["k=1:3"]):
         grid, rows = made_up(over, lambda point: float("inf"), changed(USUAL, "scene", "solo"))
         for name in ("d_min", "e2_max"):
@@ -153,7 +147,6 @@ def test_where_nothing_can_be_met_there_is_no_distance_to_draw() -> None:
 
 
 def test_a_choice_alone_has_dots_without_a_line() -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     grid, rows = made_up(["rig=torso,table"], lambda point: 0.1)
     (ax,) = _drawn(_Plan(grid, rows), "ddq_max").axes
     (dots,) = ax.get_lines()
@@ -162,7 +155,6 @@ def test_a_choice_alone_has_dots_without_a_line() -> None:
 
 
 def test_too_many_panels_are_not_drawn_but_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     over = ("n=2,8", "v=0.1,0.2", f"seed=1:{MOST_PANELS + 1}")
     assert sweep(Sweep(over=over, seconds=0.005, workers=1, out=tmp_path)) == 0
     assert [path.name for path in tmp_path.iterdir()] == ["sweep.csv"]

@@ -1,20 +1,17 @@
-"""The panel on stability: what it says in every case, and that it is written anew only when there is something new."""
+"""The section on stability: what it says in every case."""
 
 from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
 from html.parser import HTMLParser
-from typing import Any, cast
 
 import numpy as np
 import pytest
-import viser
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.plots.stability_text import PERIOD, StabilityPanel, condition_text, error_text, ranks_text, stability_html
+from app.plots.stability_text import condition_text, error_text, ranks_text, stability_html
 from controllers.kinematics import Array
 from controllers.stability import Analysis, analyse, barrier
 
@@ -175,71 +172,3 @@ def test_a_rounded_zero_has_no_sign() -> None:
 
 
 # --- the panel -----------------------------------------------------------------------------------------------------------------
-
-
-@dataclass
-class Block:
-    """An HTML element that counts how often it is written."""
-
-    texts: list[str] = field(default_factory=list)
-
-    @property
-    def content(self) -> str:
-        """The newest text."""
-        return self.texts[-1]
-
-    @content.setter
-    def content(self, text: str) -> None:
-        self.texts.append(text)
-
-
-@dataclass
-class Gui:
-    """As much of viser's GUI as the panel uses."""
-
-    block: Block = field(default_factory=Block)
-
-    def add_html(self, content: str) -> Block:
-        """Return the one element."""
-        assert content == ""
-        return self.block
-
-
-def panel() -> tuple[StabilityPanel, Block]:
-    """A panel and what it writes to."""
-    gui: Any = Gui()
-    return StabilityPanel(cast(viser.GuiApi, gui)), gui.block
-
-
-def test_written_at_most_every_period_and_only_when_it_changes() -> None:
-    shown, block = panel()
-    a, b = at(BETWEEN), at(ALONG)
-    assert shown.due(10.0)
-    shown.show(a, 0.1, -0.02, 0.01, 0.0, None, 10.0)
-    assert block.content == stability_html(a, 0.1, -0.02, 0.01, 0.0, None)
-    assert not shown.due(10.0 + 0.9 * PERIOD)
-    shown.show(b, 0.1, -0.02, 0.01, 0.0, None, 10.0 + 0.9 * PERIOD)
-    assert len(block.texts) == 1
-    assert shown.due(10.0 + 1.1 * PERIOD)
-    shown.show(a, 0.1, -0.02, 0.01, 0.0, None, 10.0 + 1.1 * PERIOD)
-    assert len(block.texts) == 1
-    shown.show(b, 0.1, -0.02, 0.01, 0.0, None, 10.0 + 2.2 * PERIOD)
-    assert len(block.texts) == 2 and "dependent" in block.content
-
-
-def test_force_does_not_wait() -> None:
-    shown, block = panel()
-    shown.show(at(BETWEEN), 0.1, 0.0, 0.01, 0.0, None, 0.0)
-    shown.show(at(ALONG), 0.1, 0.0, 0.01, 0.0, None, 0.0, force=True)
-    assert len(block.texts) == 2
-
-
-def test_a_real_page_takes_it() -> None:
-    """viser's own element keeps what the panel writes."""
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    try:
-        shown = StabilityPanel(server.gui)
-        shown.show(at(BETWEEN), 0.1, -0.02, 0.01, 0.0, 0.3, 0.0)
-        assert "all the same" in shown._block.content
-    finally:
-        server.stop()

@@ -8,8 +8,7 @@ import pytest
 
 from app.plots.trade_off_chart import map_html, place_of
 from app.runtime.job_pool import JobPool
-from app.session.trade_off import TradeOffMap, row
-from scenes.rerun import Stopped
+from app.session.trade_off import TradeOffMap
 from scenes.settings import LawSettings, RunSettings
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
 
@@ -48,12 +47,6 @@ def test_the_map_grows_and_is_computed_once(background: JobPool) -> None:
     assert at[16.0, 0.3].d_min < at[2.0, 0.3].d_min and at[16.0, 0.3].e2_max < at[2.0, 0.3].e2_max
     assert made.points(replace(RUN, law=replace(RUN.law, critical_distance=0.1))) == ()
     made.forget()
-
-
-def test_nobody_waits_for_a_map_that_is_not_wanted() -> None:
-    """A row ends after the run at work."""
-    with pytest.raises(Stopped):
-        row(RUN, 6.0, lambda: True)
 
 
 @pytest.mark.parametrize(("n", "v"), [(1.0, 0.1), (4.0, 0.3), (16.0, 0.7)])

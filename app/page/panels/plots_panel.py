@@ -1,4 +1,4 @@
-"""The panel of plots: two over time that are always there, and whatever else is chosen beside them."""
+"""The panel of plots: two over time, and the plot that is chosen beside them."""
 
 from typing import Any, Final
 
@@ -7,13 +7,13 @@ import viser
 from viser import uplot
 
 from app.i18n.speaking import tr
-from app.page.panels.plot_chooser import CHARTS, PLACES, DetailsChooser, cells, layout_html, makes_room
 from app.plots.activation_curve import curve_html
 from app.plots.laws_chart import laws_html
 from app.plots.pair_strips import pairs_html
+from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
 from app.plots.stability_section import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
-from app.plots.time_series import COLUMNS, POINTS, WINDOW, Curve, RollingSeries, drawable
+from app.plots.time_series import COLUMNS, Curve, RollingSeries, drawable
 from app.plots.trade_off_chart import map_html
 from app.recording.past import Shown
 from app.session.contact import contact
@@ -24,8 +24,6 @@ from controllers.laws.situation import Law
 from scenes.rerun import WhatIf
 from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
-
-__all__ = ["POINTS", "WINDOW", "DetailsChooser", "Plots", "RollingSeries"]
 
 PERIOD: Final = 0.1
 """Wall time between two refreshes of a plot over time [s] …"""
@@ -41,12 +39,12 @@ CURTAIN: Final = 0.3
 
 
 class Plots:
-    """The panel of plots. One that is not wanted is hidden, never removed: viser's page complains of late news for what is gone.
+    """The panel of plots. A plot is hidden, never removed: viser's page warns of late updates of removed elements.
 
     Args:
-        gui: of whoever sees them.
-        tab: where they are drawn.
-        page: how they look.
+        gui: of the page.
+        tab: that holds the plots.
+        page: theme and profile.
         height: of one plot [CSS px].
     """
 
@@ -61,7 +59,7 @@ class Plots:
             self._layout = gui.add_html("", order=0.0)
         self._captions: dict[str, viser.GuiHtmlHandle] = {}
         self._charts: dict[str, viser.GuiHtmlHandle] = {}
-        self._courses: dict[str, tuple[TimePlot, viser.GuiUplotHandle]] = {}
+        self._time_plots: dict[str, tuple[TimePlot, viser.GuiUplotHandle]] = {}
         self._cells: tuple[str, ...] = ()
         self._only: tuple[str, ...] = ()
         self._settings: RunSettings | None = None
@@ -72,28 +70,28 @@ class Plots:
         self._away: list[str] = []
 
     def dress(self, page: PageSettings) -> None:
-        """Take on another theme or profile."""
+        """Apply another theme or profile."""
         self._page, self._dressed = page, True
-        for course, plot in self._courses.values():
+        for course, plot in self._time_plots.values():
             plot.series = self._series(course)
             plot.axes = self._axes()
 
     def choose(self, details: Details) -> None:
-        """Show something else beside the first two plots, or nothing."""
+        """Choose the plot beside the first two."""
         self._details = details
 
     def only(self, names: tuple[str, ...]) -> None:
-        """Show these, and what is chosen beside them, instead of the first two plots; none for the first two again."""
+        """Replace the first two plots by these; none for the first two again."""
         self._only = names
 
     def show(self, session: Shown, now: float) -> None:
-        """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
+        """Read the newest steps, and refresh the plots that have changed and are due. `now`: wall time [s]."""
         simulation, ghost = session.simulation, session.ghost
         self._take(session.what_if)
         self._arrange(simulation, ghost)
         if self._dressed:
-            # The page makes every plot anew, and new data in the same moment would leave it with a time axis in the wrong proportion
-            # for good. One that was away is begun afresh.
+            # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
+            # for good. A plot that was hidden meanwhile is drawn from the start.
             self._dressed = False
             self._next = dict.fromkeys(self._cells, now + CURTAIN)
             self._away = [name for name in self._cells if name not in CHARTS]
@@ -116,7 +114,7 @@ class Plots:
                 self._next[name] = now + SLOW_PERIOD
                 self._charts[name].content = self._chart_html(name, session)
             else:
-                course, plot = self._courses[name]
+                course, plot = self._time_plots[name]
                 self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
                 plot.data = self._data(course, ghost is not None)
 
@@ -125,7 +123,7 @@ class Plots:
             self._handle(name).visible = visible and name in self._cells
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
-        """Have exactly those plots on the panel that belong there, with the right lines and names."""
+        """Show exactly the chosen plots, with the right lines and names."""
         wanted = cells(simulation.settings, self._details, self._only)
         if wanted != self._cells:
             for name in self._cells:
@@ -140,15 +138,14 @@ class Plots:
             self._drawn.clear()
         if simulation.settings is not self._settings or simulation.law is not self._law:
             self._settings, self._law = simulation.settings, simulation.law
-            for name in self._courses:
+            for name in self._time_plots:
                 self._redefine(name, simulation)
         for name in wanted:
             caption = self._caption(name, ghost is not None)
-            if self._captions[name].content != caption:
-                self._captions[name].content = caption
+            self._captions[name].content = caption
 
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
-        return self._charts[name] if name in CHARTS else self._courses[name][1]
+        return self._charts[name] if name in CHARTS else self._time_plots[name][1]
 
     def _make(self, name: str, simulation: Simulation) -> None:
         # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
@@ -178,14 +175,14 @@ class Plots:
                 padding=(6, 12, 0, 0),
                 order=order + 0.5,
             )
-            self._courses[name] = course, handle
+            self._time_plots[name] = course, handle
 
     def _redefine(self, name: str, simulation: Simulation) -> None:
         """Give a plot other names if the experiment asks for them."""
-        old, plot = self._courses[name]
+        old, plot = self._time_plots[name]
         course = time_plot_of(name, simulation)
         if course != old:
-            self._courses[name] = course, plot
+            self._time_plots[name] = course, plot
             self._drawn.pop(name, None)
 
     def _take(self, what_if: WhatIf | None) -> None:
@@ -234,7 +231,7 @@ class Plots:
                 return laws_html(simulation, ghost, contact(simulation, sample), self._height)
             case "map":
                 if session.trade_off is None:
-                    return '<div class="duet duet-tip">' + tr("A law of your own is not computed apart.") + "</div>"
+                    return '<div class="duet duet-tip">' + tr("The trade-off map is not available for a custom law.") + "</div>"
                 points = session.trade_off.points(session.settings.run)
                 return map_html(points, session.trade_off.size, session.settings.run, self._height)
             case "pairs":
@@ -269,16 +266,13 @@ class Plots:
         spare = " duet-spare" if self._is_spare(name) else ""
         if name in CHARTS:
             return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(CHARTS[name])}</span></div>'
-        course, _ = self._courses[name]
-        legend = course.legend
-        if with_ghost and course.columns("ghost"):
-            dash = next(line.dash for line in course.lines if line.run == "ghost")
-            legend = (*legend, (course.symbol, "dash" if dash[0] > 2.0 else "dot", tr("ghost")))
-        if self._what_if is not None and course.columns("what_if"):
-            legend = (*legend, (course.symbol, "mix", tr("what if")))
-        parts = "".join(f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in legend)
-        unit = f" [{course.unit}]" if course.unit else ""
-        return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(course.title)}{unit}</span>{parts}</div>'
+        plot, _ = self._time_plots[name]
+        others = [run for run, there in (("ghost", with_ghost), ("what_if", self._what_if is not None)) if there]
+        parts = "".join(
+            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in plot.legend(others)
+        )
+        unit = f" [{plot.unit}]" if plot.unit else ""
+        return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(plot.title)}{unit}</span>{parts}</div>'
 
     def _is_spare(self, name: str) -> bool:
         """Return whether a plot makes room on a narrow screen for what was chosen."""

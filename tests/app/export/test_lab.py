@@ -19,7 +19,7 @@ from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
-from scenes.rerun import Stopped, rerun
+from scenes.rerun import rerun
 from tests.app.inline import Inline
 
 BOOK = load_lessons()
@@ -97,11 +97,6 @@ def test_formulas_are_drawn_and_paragraphs_kept() -> None:
     assert "<svg" in rich_html(r"speed $\lambda v$") and "<p>" not in rich_html("one line")
     assert rich_html("2 d_m < J_d") == "2 d<sub>m</sub> &lt; J<sub>d</sub>" and rich_html("my_law.py") == "my_law.py"
     assert rich_html("a\n\nb") == "<p>a</p><p>b</p>" and "<svg" in rich_html("$$x$$")
-
-
-def test_it_ends_when_it_is_not_wanted(run: LessonSession) -> None:
-    with pytest.raises(Stopped):
-        lab_bytes(steps_of(run), "en", lambda: True)
 
 
 def test_the_shelf_makes_it_as_a_file(run: LessonSession) -> None:

@@ -16,13 +16,12 @@ from PIL import Image
 from app.export import csv_table as table_module
 from app.export.csv_table import changes, csv_bytes, csv_suffix, newest
 from app.export.plot_pictures import Kind, caption, embedded, inline_svg, mathtext, picture_bytes
-from app.export.recorded_curves import MOMENTS, NOT_OVER_TIME, OF_OTHER_RUNS, POINTS, Curves, Panel, legend_names, plain, thinned
-from app.page.panels.plot_chooser import possible_details
+from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, POINTS, Curves, Panel, plain, thinned
+from app.plots.plot_choice import possible_details
 from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries
 from app.settings import Details
 from scenes.history import COLUMN
-from scenes.rerun import Stopped
 from scenes.settings import values
 from scenes.simulation import Simulation
 from tests.app.export.runs import piece
@@ -76,12 +75,6 @@ def test_a_large_table_is_compressed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (csv_suffix(plain_table), csv_suffix(small)) == (".csv", ".csv.gz")
 
 
-def test_the_newest_rows_are_at_least_one_and_at_most_all() -> None:
-    recorded, table = piece("hold")
-    assert len(newest(recorded, table, math.inf)) == len(newest(recorded, table, 99.0)) == len(table)
-    assert len(newest(recorded, table, 0.0)) == 1 and len(newest(recorded, table, 1.0)) == 200
-
-
 # --- curves --------------------------------------------------------------------------------------------------------------------
 
 
@@ -115,6 +108,8 @@ def test_d_m_follows_its_changes() -> None:
     curves = Curves(recorded, table)
     critical = curves.column("d_m")
     np.testing.assert_array_equal(critical, np.where(curves.times < 1.355 - 1e-9, 0.15, 0.11))
+    assert len(newest(recorded, table, math.inf)) == len(newest(recorded, table, 99.0)) == len(table)
+    assert len(newest(recorded, table, 0.0)) == 1
     # The same for the newest part alone.
     part = Curves(recorded, newest(recorded, table, 1.0))
     np.testing.assert_array_equal(part.column("v"), curves.column("v")[-len(part.times) :])
@@ -166,9 +161,7 @@ def test_section_three_is_looked_at_along_the_way_or_says_why_not() -> None:
 
 def test_the_legend_names_lines_as_the_page_does() -> None:
     slave = time_plot_of("follow", Simulation(given_settings(scene="master_slave", following="identical"), 1))
-    names = legend_names(slave)
-    assert [names[i] for i in range(4)] == ["1", "2", "3", "4"]
-    assert "master" in names.values() and slave.lines[next(i for i, n in names.items() if n == "master")].dash
+    assert slave.legend() == (*(((f"j{i}", "", str(i))) for i in range(1, 5)), ("", "dash", "master"))
     assert plain("a <b class='d'>d</b> [m]") == "a d [m]" and mathtext("d<sub>m</sub>") == r"d$_{\mathrm{m}}$"
 
 
@@ -229,17 +222,3 @@ def test_a_law_of_ones_own_is_not_asked_again() -> None:
     assert drawn != picture_bytes(recorded, 1.0, "lambda", "svg")
     # What asks the laws of the settings is left out.
     assert picture_bytes(recorded, 2.0, "laws", "svg", other) == picture_bytes(recorded, 2.0, "none", "svg", other)
-
-
-def test_nobody_waits_for_what_nobody_wants() -> None:
-    recorded, _ = piece("hold", 1.0)
-    for make in (
-        lambda: csv_bytes(recorded, 1.0, stopped=lambda: True),
-        lambda: picture_bytes(recorded, 1.0, "none", "png", stopped=lambda: True),
-    ):
-        with pytest.raises(Stopped):
-            make()
-
-
-def test_what_is_no_course_over_time_is_a_choice() -> None:
-    assert {*NOT_OVER_TIME, *OF_OTHER_RUNS} <= set(get_args(Details))

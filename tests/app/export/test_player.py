@@ -15,17 +15,15 @@ import pinocchio as pin
 import pytest
 from playwright.sync_api import Page
 
-from app.export.player import LOCKED, assembled, packed_film, player_html
+from app.export.player import LOCKED, packed_film, player_html
 from app.export.scene_film import PLACE, RATE, SEEN, TURN, Filmed, Track, film_scene, packed, unpacked
 from app.recording.replay import Replay
 from app.settings import PageSettings
 from controllers.kinematics import Array
 from scenes.inputs import Recorded
-from scenes.rerun import Stopped
 from scenes.simulation import Simulation
 from tests.app.export.runs import piece
 from tests.browser import PageAt, screenshot, wait_frames, world_position
-from tests.scenes.helpers import given_settings
 
 FAST = PageSettings(picture="fast")
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
@@ -142,20 +140,11 @@ def test_the_page_loads_nothing_and_is_small() -> None:
     assert page == player_html(recorded, 1.0, PageSettings(details="speeds")).decode()
     assert len(page) < 2_500_000 and LOCKED in page and "<title>Duet: Hold (Fig. 5)</title>" in page
     assert page.index("Content-Security-Policy") < page.index("<script")
+    assert 'src="http' not in page and "@import" not in page
     film = page.split('id="duet-film">')[1].split("<")[0]
     about, _ = read_film(base64.b64decode(film))
     assert [panel["title"] for panel in about["panels"]] == ["distance d", "error e²", "speeds along the line"]
     assert about["panels"][0]["strokes"][1]["name"] == [["d", False], ["m", True]]
-
-
-def test_what_a_person_named_is_text() -> None:
-    page = assembled(filmed("hold"), (), given_settings(), dark=True)
-    assert "classList.toggle('dark',true)" in page and 'src="http' not in page and "@import" not in page
-
-
-def test_nobody_waits_for_what_nobody_wants() -> None:
-    with pytest.raises(Stopped):
-        film_scene(piece("hold", 2.0)[0], 1.0, FAST, lambda: True)
 
 
 # --- in a browser --------------------------------------------------------------------------------------------------------------

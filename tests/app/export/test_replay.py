@@ -16,8 +16,6 @@ from app.recording.replay import PERIOD, Replay, film
 from app.settings import Settings
 from scenes.history import COLUMN
 from scenes.inputs import encoded
-from scenes.rerun import Stopped
-from scenes.simulation import Simulation
 from tests.app.export.runs import piece
 
 SCENES = ("solo", "ball", "hold", "master_slave", "imitation")
@@ -35,22 +33,8 @@ def test_any_moment_is_as_it_was(scene: str) -> None:
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
         assert replay.step == step and encoded(replay.target) == targets[step - 1]
         assert replay.time == pytest.approx(replay.simulation.time, abs=1e-9)
-
-
-def test_positions_and_settings_are_those_after_the_step() -> None:
-    recorded, _ = piece("hold", 3.0, 99.0, lively=True)
-    simulation, replay = Simulation(recorded.settings), Replay(recorded)
-    step = 0
-    for stretch in recorded.stretches:
-        simulation.apply(stretch.settings)
-        for target, count in stretch.targets.runs():
-            for _ in range(count):
-                simulation.step(target)
-                step += 1
-                if step % 97 == 0:
-                    replay.seek_step(step)
-                    assert replay.simulation.positions.tobytes() == simulation.positions.tobytes()
-                    assert replay.simulation.settings == simulation.settings
+        ends = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
+        assert replay.simulation.settings == recorded.stretches[int(np.searchsorted(ends, step))].settings
 
 
 @settings(max_examples=40)
@@ -133,30 +117,23 @@ def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
         np.testing.assert_array_equal(distances, np.minimum.reduceat(live[:, COLUMN["d"]], bins))
 
 
-def test_a_film_is_small_and_keeps_the_nearest_row_of_each_period() -> None:
-    recorded, table = piece("hold", 6.0)
+@pytest.mark.parametrize(("seconds", "states"), [(6.0, 4000), (1.0, 7)])
+def test_a_film_has_few_states_and_the_nearest_row_of_each_period(
+    monkeypatch: pytest.MonkeyPatch, seconds: float, states: int
+) -> None:
+    """In a very long run the states lie farther from each other; the replay is the same."""
+    monkeypatch.setattr(replay_module, "MOST_STATES", states)
+    recorded, table = piece("hold", seconds)
     kept = film(recorded)
-    assert kept.marks[0] == 0 and len(kept.marks) == len(kept.states) == -(-recorded.steps // replay_module.APART)
-    assert len(kept.rows) == pytest.approx(6.0 / PERIOD, abs=1)
+    assert kept.marks[0] == 0 and len(kept.marks) == len(kept.states) == min(-(-recorded.steps // replay_module.SPACING), states)
+    assert len(kept.rows) == pytest.approx(seconds / PERIOD, abs=1)
     for row, step in zip(kept.rows, kept.row_steps.tolist(), strict=True):
         assert row.tobytes() == table[step].tobytes()
     assert kept.rows[:, COLUMN["d"]].min() == table[:, COLUMN["d"]].min()
-
-
-def test_the_states_of_a_very_long_run_lie_farther_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(replay_module, "MOST_STATES", 7)
-    recorded, table = piece("hold", 1.0)
-    kept = film(recorded)
-    assert len(kept.states) <= 7
     replay = Replay(recorded, kept)
     for step in (150, 20, 199):
         replay.seek_step(step)
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
-
-
-def test_nobody_waits_for_a_film_that_nobody_wants() -> None:
-    with pytest.raises(Stopped):
-        film(piece("hold")[0], lambda: True)
 
 
 def test_the_past_stands_in_for_a_session() -> None:

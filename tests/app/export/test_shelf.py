@@ -33,7 +33,7 @@ class Desk:
 
     def frame(self, elapsed: float = 0.03) -> bool:
         """One frame."""
-        self.session.advance(elapsed)
+        self.session.advance(elapsed, float("inf"))
         return self.shelf.advance(elapsed)
 
     def work(self) -> list[str]:
@@ -46,7 +46,6 @@ class Desk:
 @pytest.fixture
 def desk(monkeypatch: pytest.MonkeyPatch) -> Desk:
     """Two seconds of the hold experiment; no frame is cut short on a busy machine."""
-    monkeypatch.setattr("app.session.session.BUDGET", float("inf"))
     monkeypatch.setattr("app.recording.replay.BUDGET", float("inf"))
     made = Desk()
     made.run(2.0)
@@ -94,7 +93,7 @@ def test_a_run_that_would_come_out_differently_is_not_saved(desk: Desk) -> None:
     desk.shelf.ask("run", KEEP)
     desk.work()
     (news,) = desk.shelf.take_news()
-    assert "does not come out the same" in news.text and not desk.shelf.take_files()
+    assert "comes out differently" in news.text and not desk.shelf.take_files()
 
 
 def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -132,12 +131,12 @@ def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
 
 
 def test_a_law_of_ones_own_gives_numbers_but_no_second_run(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Session, "own_law", property(lambda _: "my_law.py"))
+    monkeypatch.setattr(Session, "custom_law", property(lambda _: "my_law.py"))
     for kind in ("run", "html", "python"):
         desk.shelf.ask(kind, 1.0)
     desk.shelf.watch(1.0)
     news = desk.shelf.take_news()
-    assert len(news) == 4 and all("my_law.py runs in a process of its own" in entry.text for entry in news)
+    assert len(news) == 4 and all("my_law.py runs in its own process" in entry.text for entry in news)
     assert not desk.background.waiting() and not desk.session.paused
     desk.shelf.ask("csv", 1.0)
     (job,) = desk.background.waiting()

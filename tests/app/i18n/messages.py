@@ -8,7 +8,6 @@ of buttons; and from the tables below, whose texts are said elsewhere than where
 import ast
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -16,16 +15,15 @@ from typing import Final
 import app
 from app.custom_law.trials import TRIALS, WHY
 from app.export.export_queue import TITLES, WORDS
-from app.export.report_html import ENGLISH as REPORT
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
 from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.controls import TABS
 from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
-from app.page.panels.plot_chooser import CHARTS
 from app.page.panels.readout import SHARES
 from app.plots.laws_chart import LAW_NAMES
-from app.plots.time_plots import COURSES
+from app.plots.plot_choice import CHARTS
+from app.plots.time_plots import TIME_PLOTS
 from app.settings import Settings
 from app.text.equations import ALONE, EQUATIONS
 from scenes.settings import specs
@@ -124,15 +122,14 @@ def _of_tables() -> Iterator[str]:
         yield from (spec.label, spec.help, *spec.choice_labels)
     yield from (name for name, _, _ in TABS)
     yield from (hotkey.text for hotkey in (*HOTKEYS, *LESSON_KEYS))
-    for course in COURSES.values():
-        yield from (course.title, *(name for _, _, name in course.legend))
+    for course in TIME_PLOTS.values():
+        yield from (course.title, *(line.name for line in course.lines if line.name))
     for equation in (ALONE, *EQUATIONS.values()):
         yield equation.source
         for line in equation.lines:
             yield from re.findall(r"\\text\{\{(.+?)\}\}", line)
     for table in (CHARTS, LAW_NAMES, NEXT, PHASES, SHARES, TITLES, WORDS, WHY):
         yield from map(str, table.values())
-    yield from (value for name, value in asdict(REPORT).items() if name != "language")
     yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
 
 

@@ -14,7 +14,7 @@ from matplotlib.text import Text
 
 from app.export import jobs as take_home
 from app.export import plot_pictures as pictures
-from app.export.lab_report import _settings, labels_here
+from app.export.lab_report import _settings
 from app.export.player import assembled, packed_film
 from app.export.recorded_curves import Curves
 from app.export.report_html import ReportEntry, report_html
@@ -107,7 +107,7 @@ def test_the_report() -> None:
         words="6",
         settings=_settings(run),
     )
-    page = report_html("7", [entry], Settings(run=run), (), "", about=tr("Name"), labels=labels_here())
+    page = report_html("7", [entry], Settings(run=run), (), "", about=tr("Name"))
     body = re.sub(r"<style>.*?</style>", "", page[page.index("<body>") :], flags=re.DOTALL)
     assert untranslated(html.unescape(body)) == []
 

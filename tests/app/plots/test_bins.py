@@ -14,7 +14,7 @@ from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, POINTS, WINDOW, Curve, RollingSeries, drawable
 from scenes.autopilot import Autopilot
 from scenes.history import COLUMN
-from scenes.settings import RobotName, RunSettings
+from scenes.settings import RobotName, RunSettings, SceneName
 from scenes.simulation import Simulation
 from tests.app.plots.helpers import played
 
@@ -31,7 +31,7 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     newest = np.array([line[-1] for line in series[1:]])
     assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
     assert np.isnan(newest[count:7]).all()
-    assert len(time_plot_of("joints", simulation).legend) == len(time_plot_of("rates", simulation).legend) == count
+    assert len(time_plot_of("joints", simulation).legend()) == len(time_plot_of("rates", simulation).legend()) == count
     desired = [line[-1] for line in buffer.series(tuple(COLUMNS[f"qd{i + 1}"] for i in range(4)))[1:]]
     assert desired == sample.desired[own][:4].tolist()
 
@@ -54,43 +54,6 @@ def test_changes_of_the_closest_pair_are_counted_once() -> None:
     buffer.feed(simulation)
     pairs = simulation.history.table()[:, COLUMN["pair"]]
     assert int(np.nansum(buffer.series((COLUMNS["changes"],))[1])) == np.count_nonzero(np.diff(pairs)) > 2
-
-
-def test_another_room_begins_with_empty_bins() -> None:
-    """Even if as many steps were made there meanwhile as were seen here."""
-    simulation, buffer = Simulation(RunSettings()), RollingSeries()
-    for _ in range(50):
-        simulation.step(None)
-    buffer.feed(simulation)
-    simulation.apply(RunSettings(scene="ball"))
-    for _ in range(80):
-        simulation.step(None)
-    buffer.feed(simulation)
-    times, distance = buffer.series((COLUMNS["d"],))
-    table = simulation.history.table()
-    assert times[0] == pytest.approx(0.12) and distance.max() <= table[:, COLUMN["d"]].max()
-
-
-@pytest.mark.parametrize("steps", [30, 80, 400])
-def test_a_run_that_begins_anew_begins_with_empty_bins(steps: int) -> None:
-    """Also if it was not looked at until it had as many steps as before, or more: no time of the old run stays on the axis."""
-    simulation, buffer = Simulation(RunSettings()), RollingSeries()
-    person = simulation.person()
-    for _ in range(80):
-        simulation.step(person.target(simulation.time))
-    buffer.feed(simulation)
-    assert buffer.series((COLUMNS["d"],))[0][-1] == pytest.approx(0.395)
-    start = simulation.room.start.copy()
-    start[simulation.guided.joints.start] += 0.1
-    simulation.reset(start)
-    for _ in range(steps):
-        simulation.step(None)
-    buffer.feed(simulation)
-    fresh = RollingSeries()
-    fresh.feed(simulation)
-    columns = (COLUMNS["d"], COLUMNS["q1"], COLUMNS["changes"])
-    for here, there in zip(buffer.series(columns), fresh.series(columns), strict=True):
-        assert np.array_equal(here, there)
 
 
 @given(st.lists(st.sampled_from([0.3, 1.0, math.nan, math.inf]), min_size=2, max_size=12), st.booleans())
@@ -194,16 +157,28 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
     assert (critical == settings.law.critical_distance).all() and np.nanmin(resting) > 0.0
 
 
-def test_a_reset_empties_the_bins() -> None:
+@pytest.mark.parametrize("steps", [30, 80, 400])
+@pytest.mark.parametrize("scene", ["hold", "ball"])
+def test_a_restarted_run_begins_with_empty_bins(scene: SceneName, steps: int) -> None:
+    """In the same room or in another, also if it has as many steps as before, or more, when it is looked at next."""
     simulation, buffer = Simulation(RunSettings()), RollingSeries()
-    assert np.isnan(buffer.series((1,))[1]).all()
-    for _ in range(500):
+    assert np.isnan(buffer.series((COLUMNS["d"],))[1]).all()
+    person = simulation.person()
+    for _ in range(80):
+        simulation.step(person.target(simulation.time))
+    buffer.feed(simulation)
+    assert buffer.series((COLUMNS["d"],))[0][-1] == pytest.approx(0.395)
+    if scene == "hold":
+        start = simulation.room.start.copy()
+        start[simulation.guided.joints.start] += 0.1
+        simulation.reset(start)
+    else:
+        simulation.apply(RunSettings(scene=scene))
+    for _ in range(steps):
         simulation.step(None)
     buffer.feed(simulation)
-    assert len(buffer.series((1,))[0]) > 15
-    simulation.reset()
-    for _ in range(60):
-        simulation.step(None)
-    buffer.feed(simulation)
-    times = buffer.series((1,))[0]
-    assert times[-1] == pytest.approx(59 * 0.005) and (np.diff(times) > 0.0).all() and len(times) == 3
+    fresh = RollingSeries()
+    fresh.feed(simulation)
+    columns = (COLUMNS["d"], COLUMNS["q1"], COLUMNS["changes"])
+    for here, there in zip(buffer.series(columns), fresh.series(columns), strict=True):
+        assert np.array_equal(here, there)

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.plots.activation_curve import FAR, FRAME, curve_html, distances
-from app.plots.chart import Chart, Frame
+from app.plots.chart import Chart, ChartAxes
 from app.plots.laws_chart import LAW_NAMES, all_laws, laws_html
 from app.plots.pair_strips import pairs_html
 from app.plots.time_series import COLUMNS, RollingSeries
@@ -25,7 +25,7 @@ from tests.app.plots.helpers import LAWS, marks, paths, played, text
 
 @given(st.lists(st.floats(-2.0, 2.0), min_size=2, max_size=60), st.floats(0.2, 3.0))
 def test_a_line_with_fewer_points_is_the_same_line(values: list[float], span: float) -> None:
-    frame = Frame((0.0, 1.0), (-span, span), (), ())
+    frame = ChartAxes((0.0, 1.0), (-span, span), (), ())
     chart, xs = Chart(frame), np.linspace(0.0, 1.0, len(values))
     ys = np.array(values)
     chart.line(xs, ys, "lam", 1.0)

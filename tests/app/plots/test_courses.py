@@ -9,7 +9,7 @@ from typing import get_args
 import pytest
 
 from app.custom_law.custom_law import CustomLaw
-from app.page.panels.plot_chooser import CHARTS, cells, layout_html, possible_details
+from app.plots.plot_choice import CHARTS, cells, layout_html, possible_details
 from app.plots.time_plots import colour_of, time_plot_of
 from app.plots.time_series import COLUMNS
 from app.theme import PALETTES

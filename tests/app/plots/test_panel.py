@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 import pytest
 
-from app.page.panels.plot_chooser import CHARTS, cells
 from app.page.panels.plots_panel import CURTAIN
+from app.plots.plot_choice import CHARTS, cells
 from app.plots.time_series import POINTS, WINDOW
 from app.session.session import Session
 from app.settings import PageSettings

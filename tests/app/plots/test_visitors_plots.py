@@ -23,40 +23,24 @@ def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
     return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
-@pytest.mark.parametrize(("label", "value"), [("colours", "Dark"), ("text", "Projector")])
-def test_another_look_keeps_the_plots(house: OpenHouse, arrive: Arrive, label: str, value: str) -> None:
-    one = arrive(house(), "plot=lambda")
+@pytest.mark.parametrize("change", [("colours", "Dark"), ("text", "Projector"), ("more plots", "q")])
+def test_plots_of_another_look_or_made_while_paused_are_not_empty(
+    house: OpenHouse, arrive: Arrive, change: tuple[str, str]
+) -> None:
+    """They hold the whole run; and each single step is on the plot."""
+    one = arrive(house(), "dt=0.02")
     one.run_on(2.0)
-    one.visitor.wait_for(lambda _: all(len(plot[0]) > 12 for plot in plots(one.visitor)))
-    old = looks(one.visitor)
-    one.visitor.set_value(label, value)
-    one.visitor.wait_for(lambda _: len(new := looks(one.visitor)) == 3 and all(a != b for a, b in zip(old, new, strict=True)))
-    one.visitor.wait_for(lambda _: all(len(plot[0]) > 12 for plot in plots(one.visitor)))
-    for times, *lines in plots(one.visitor):
-        assert times[0] < 0.2 and np.isfinite(lines[0]).all()
-
-
-@pytest.mark.parametrize("change", [("colours", "Dark"), ("more plots", "q")])
-def test_plots_made_while_paused_are_not_empty(house: OpenHouse, arrive: Arrive, change: tuple[str, str]) -> None:
-    one = arrive(house())
-    one.run_on(1.0)
     press(one, "pause")
     old = looks(one.visitor)
     one.visitor.set_value(*change)
     one.visitor.wait_for(lambda _: looks(one.visitor) != old)
     count = 3 if change[0] == "more plots" else 2
-    one.visitor.wait_for(lambda _: len(bodies(one.visitor, "GuiUplotMessage")) == count)
-    one.visitor.wait_for(lambda _: all(len(plot[0]) > 5 for plot in plots(one.visitor)))
-
-
-def test_the_last_step_before_a_pause_is_on_the_plot(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house(), "dt=0.02")
-    one.run_on(0.5)
-    press(one, "pause")
-    for _ in range(3):
-        press(one, "step")
-        newest = one.ask(lambda s: s.simulation.sample().time)
-        one.visitor.wait_for(lambda _, newest=newest: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
+    one.visitor.wait_for(lambda _: len(plots(one.visitor)) == count and all(len(plot[0]) > 12 for plot in plots(one.visitor)))
+    for times, *lines in plots(one.visitor):
+        assert times[0] < 0.2 and np.isfinite(lines[0]).all()
+    press(one, "step")
+    newest = one.ask(lambda s: s.simulation.sample().time)
+    one.visitor.wait_for(lambda _: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
 
 
 def test_what_the_ghost_does_and_what_would_have_been_are_on_the_plots(house: OpenHouse, arrive: Arrive) -> None:
