@@ -54,7 +54,7 @@ def test_the_other_lessons_still_load(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.csv")
     lesson("08-inputs", SMALL.replace('input = "nobody"', 'input = { file = "pipe.csv" }'))
     (tmp_path / "loop.svg").symlink_to("loop.svg")
-    lesson("09-picture", SMALL.replace("Move the ball.\n", "Move the ball. ![a loop](loop.svg)\n"))
+    lesson("09-picture", SMALL.replace("Move the ball.\n", "Move the ball.\n![a loop](loop.svg)\n"))
     lesson("10-zero", SMALL.replace('input = "nobody"', 'input = { file = "a\\u0000" }'))
     lesson("11-last")
     found, notes, *problems = answers(LOAD, str(tmp_path))
@@ -68,7 +68,7 @@ def test_the_other_lessons_still_load(tmp_path: Path) -> None:
         "06-huge": "larger than 200 kB",
         "07-inputs": "cannot be read",
         "08-inputs": "a pipe",
-        "09-picture": "no picture 'loop.svg'",
+        "09-picture": "picture 'loop.svg' cannot be read",
         "10-zero": "outside the folder",
     }
     for name, reason in named.items():
