@@ -6,6 +6,7 @@ from typing import Final, Literal
 from app.lessons.measures import Value, shown_value
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
+from app.settings import Language
 from controllers.errors import BadSetting, LazyText
 
 Camera = Literal["room", "hand", "elbow", "between", "top"]
@@ -248,7 +249,7 @@ class Lesson:
     id: str
     number: int
     file: str
-    language: str
+    language: Language
     title: str
     goal: str
     equations: str

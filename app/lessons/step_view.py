@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 from typing import Final
 
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
 from app.lessons.phases import Phase, phases_of
 from app.lessons.progress import StepProgress
 from app.lessons.runs import settings_text
-from app.lessons.sentences import say
 from app.lessons.texts import asks_for_numbers, filled
+from app.settings import Language
 
 _AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
 """Texts that are read after the run."""
@@ -105,8 +107,8 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         count=len(at.lesson.steps),
         phase=at.phase,
         phases=phases,
-        texts=tuple((name, fill(step, text, outcome if name in _AFTER else None)) for name, text in texts),
-        choices=tuple(fill(step, choice.text, None) for choice in question.choices) if question else (),
+        texts=tuple((name, fill(step, text, outcome if name in _AFTER else None, language)) for name, text in texts),
+        choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
         chosen=done.choice,
         locked=at.phase is Phase.PREDICT,
         verdict=verdict(at),
@@ -146,15 +148,16 @@ def verdict(at: StepPosition) -> AnswerVerdict | None:
     if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):
         return None
     right = done.choice == question.right
-    reply = fill(at.step, question.choices[done.choice].reply, done.outcome)
-    return AnswerVerdict(right, say(language, "right" if right else "wrong"), reply, done.outcome.lines(at.step, language))
+    reply = fill(at.step, question.choices[done.choice].reply, done.outcome, language)
+    headline = words_of(language)(N_("You predicted it.") if right else N_("Not quite."))
+    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language))
 
 
-def fill(step: Step, text: str, outcome: StepOutcome | None) -> str:
+def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:
     """Return a text of a step with its numbers in it.
 
     Without an outcome they come from the reference run: what is told before the student's run is what the software has measured.
     """
     if outcome is None and asks_for_numbers(text):
         outcome = reference(step, step.setup)
-    return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup)
+    return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup, language)
