@@ -26,8 +26,8 @@ from scenes.roles import TargetSource
 from scenes.settings import values
 from scenes.targets import BallTarget, HandTarget
 from tests.app.conftest import ask, live_sessions
-from tests.app.lesson_hands import Hands, Keys
 from tests.browser import close_software_note, until, wait_frames
+from tests.tools.lesson_hands import Hands, Keys
 
 LONG = 180.0
 """How long a run may take on a busy machine [s]."""
