@@ -26,11 +26,11 @@ class RunWatch:
         self._seen: tuple[int, RunSettings] | None = None
 
     def begin(self) -> None:
-        """Another run begins."""
+        """Forget the run before."""
         self._seen, self.mixed = None, False
 
     def see(self, simulation: Simulation) -> None:
-        """Take note of the run as it is now; one with fewer steps than before has begun anew."""
+        """Take note of the run as it is now; fewer steps than before mean a restart."""
         steps, settings = simulation.steps, simulation.settings
         if self._seen is None or steps < self._seen[0] or self._seen[0] == 0:
             self.mixed = False

@@ -89,7 +89,7 @@ def _ensure(condition: bool, text: str) -> None:
 
 
 def _reference(book: LessonBook, lesson: Lesson) -> str:
-    """Walk a lesson with the right answers and the first attempt that passes; return what was measured."""
+    """Walk a lesson with the right answers and the first attempt that passes; return the measured values."""
     walk = Walkthrough(book)
     walk.go(lesson.id)
     found: list[str] = []
@@ -125,7 +125,7 @@ def _reference(book: LessonBook, lesson: Lesson) -> str:
 
 
 def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) -> str:
-    """Give a wrong answer; return what was said to it."""
+    """Give a wrong answer; return the reply to it."""
     walk = Walkthrough(book)
     walk.go(lesson.id, number)
     question = walk.step.question
@@ -164,7 +164,7 @@ def _at_challenge(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
 
 
 def _untouched(book: LessonBook, lesson: Lesson, number: int) -> str:
-    """Try a challenge without having changed anything; return what was said to it."""
+    """Try a challenge with nothing changed; return the judgement."""
     walk = _at_challenge(book, lesson, number)
     challenge, texts = walk.step.challenge, list[str]()
     assert challenge is not None
@@ -189,14 +189,14 @@ def untouched(challenge: Challenge, trials: tuple[Trial, ...]) -> Iterator[Setup
     if asked.input.kind != "yours":
         yield asked
         return
-    yield replace(asked, input=Input("nobody"))
+    yield replace(asked, input=Input("none"))
     passing = [trial.setup for trial in trials if not trial.fails]
     if all((setup.run, setup.start) != (asked.run, asked.start) for setup in passing):
         yield from (replace(asked, input=setup.input, seconds=setup.seconds) for setup in passing)
 
 
 def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str:
-    """Try a challenge in a declared way; return what was said to it."""
+    """Try a challenge in a declared way; return the judgement."""
     walk = _at_challenge(book, lesson, number)
     failed = _tried(walk, walk.step, trial)
     attempt = walk.done.last

@@ -59,7 +59,7 @@ class StepOutcome:
 
 
 def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepOutcome:
-    """Return what a run of a step came to.
+    """Return the outcome of a run of a step.
 
     Args:
         setup: of the run: the step's own, or one that shows why an answer is wrong.
@@ -78,14 +78,14 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
 
 
 def reference(step: Step, setup: Setup) -> StepOutcome:
-    """Return what the step's run comes to if it is left to itself."""
+    """Return the outcome of the step's run without the student."""
     own = measured(setup, wanted(step.measurements))
     found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
     return StepOutcome(found, True, True)
 
 
 def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
-    """Return the settings, by key, that a run had otherwise than asked."""
+    """Return the settings of a run, by key, that differ from those asked for."""
     before, after = values(asked), values(had)
     return tuple((key, value) for key, value in after.items() if before[key] != value)
 

@@ -90,7 +90,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
     """Return everything that a page shows at a place."""
     step, done, phases = at.step, at.done, phases_of(at.step)
     question, challenge, language = step.question, step.challenge, at.lesson.language
-    told = {
+    by_phase = {
         Phase.PREDICT: question.text if question else "",
         Phase.DO: step.do,
         Phase.OBSERVE: step.observe,
@@ -99,7 +99,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
     }
     reached = phases[: phases.index(at.phase) + 1]
     outcome = done.outcome if knows_outcome(at.phase) else None
-    texts = [("goal", step.goal), *((phase.value, told[phase]) for phase in reached if told[phase])]
+    texts = [("goal", step.goal), *((phase.value, by_phase[phase]) for phase in reached if by_phase[phase])]
     return StepView(
         lesson=at.lesson,
         step=step,
@@ -143,7 +143,7 @@ def has_why(at: StepPosition) -> bool:
 
 
 def verdict(at: StepPosition) -> AnswerVerdict | None:
-    """Return what is said to the prediction; None before the outcome is known."""
+    """Return the verdict on the prediction; None before the outcome is known."""
     question, done, language = at.step.question, at.done, at.lesson.language
     if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):
         return None
@@ -156,7 +156,7 @@ def verdict(at: StepPosition) -> AnswerVerdict | None:
 def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:
     """Return a text of a step with its numbers in it.
 
-    Without an outcome they come from the reference run: what is told before the student's run is what the software has measured.
+    Without an outcome they come from the reference run: texts before the student's run show what the software has measured.
     """
     if outcome is None and asks_for_numbers(text):
         outcome = reference(step, step.setup)
