@@ -164,7 +164,7 @@ def _told(lesson: Lesson, step: Step, outcome: StepOutcome | None) -> _Told:
     question = step.question
     if question is None:
         return _Told(())
-    choices = tuple(fill(step, choice.text, None) for choice in question.choices)
+    choices = tuple(fill(step, choice.text, None, lesson.language) for choice in question.choices)
     if outcome is None:
         return _Told(choices)
     index = lesson.steps.index(step)

@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from app.cli.figures_options import Figures
 from app.cli.laws import LawTest, NewLaw, law_test, new_law
-from app.cli.lessons_options import Lessons
+from app.cli.lessons import Lessons, lessons
 from app.cli.options import AllOptions, Flat, RunOptions, chosen
 from app.cli.sweep import Sweep, sweep
 from app.runtime.output_file import written
@@ -148,8 +148,6 @@ def main(arguments: list[str] | None = None) -> int:
             case Sweep():
                 return sweep(command)
             case Lessons():
-                with ending_at_once():
-                    from app.lessons.check import lessons
                 return lessons(command)
             case NewLaw():
                 return new_law(command)

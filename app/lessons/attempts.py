@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Challenge
 from app.lessons.outcomes import Attempt, judge
-from app.lessons.sentences import say
+from app.settings import Language
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -24,11 +26,11 @@ class RunWatch:
         self._seen: tuple[int, RunSettings] | None = None
 
     def begin(self) -> None:
-        """Another run begins."""
+        """Forget the run before."""
         self._seen, self.mixed = None, False
 
     def see(self, simulation: Simulation) -> None:
-        """Take note of the run as it is now; one with fewer steps than before has begun anew."""
+        """Take note of the run as it is now; fewer steps than before mean a restart."""
         steps, settings = simulation.steps, simulation.settings
         if self._seen is None or steps < self._seen[0] or self._seen[0] == 0:
             self.mixed = False
@@ -41,7 +43,7 @@ def attempted(
     challenge: Challenge,
     simulation: Simulation,
     said: Sequence[float | None],
-    language: str,
+    language: Language,
     *,
     yours: bool,
     finished: bool,
@@ -60,8 +62,9 @@ def attempted(
     """
     attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said, language)
     if challenge.criteria and mixed:
-        return replace(attempt, passed=False, note=say(language, "mixed"))
+        note = N_("The settings changed during the run. Reset, then run again, so that all of it is under the same settings.")
+        return replace(attempt, passed=False, note=words_of(language)(note))
     if challenge.criteria and not yours and not finished:
-        seconds = f"{challenge.setup.seconds:g} s"
-        return replace(attempt, passed=False, note=say(language, "unfinished", seconds=seconds))
+        note = N_("The run is not over yet. Let it go on to {seconds}, then try again.")
+        return replace(attempt, passed=False, note=words_of(language)(note, seconds=f"{challenge.setup.seconds:g} s"))
     return attempt

@@ -1,4 +1,4 @@
-"""The data side of a lesson file: a block of TOML whose every key is asked for by name, and knows its line."""
+"""The data side of a lesson file: a block of TOML. Every key is read by name and knows its line."""
 
 import math
 import re
@@ -22,7 +22,7 @@ _HEADER: Final = re.compile(r"^\s*\[{1,2}\s*([^\[\]]+?)\s*\]{1,2}\s*(#.*)?$")
 
 
 class Table:
-    """A table of a block. Whoever reads it takes every key out; `close` then complains of what is left.
+    """A table of a block. Reading a key removes it; `close` complains of keys that are left.
 
     Args:
         data: keys and values.
@@ -141,7 +141,7 @@ class Table:
         return rest
 
     def close(self) -> None:
-        """Complain of a key that nobody took.
+        """Complain of a key that was not read.
 
         Raises:
             Fault: there is one.
@@ -151,7 +151,7 @@ class Table:
             raise self.fault(key, f"there is no key {shown(key)}{where}; choose from {', '.join(dict.fromkeys(self._known))}.")
 
     def checked(self, key: str, check: Callable[[], T]) -> T:
-        """Return what a check returns; what it complains of is a fault on the line of a key."""
+        """Return the result of a check; its error becomes a fault on the line of a key."""
         try:
             return check()
         except BadSetting as error:

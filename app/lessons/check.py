@@ -1,23 +1,18 @@
 """`lwr-duet lessons --check`: every path through every lesson, walked without a page. The right one has to pass, wrong ones have to
 fail for the reason that the lesson declares, and no challenge may pass with nothing changed."""
 
-import json
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Final, Literal
 
-from app.cli.lessons_options import Lessons
 from app.custom_law import template
 from app.lessons.law_challenge import StandIn, examine, stand_in
 from app.lessons.lesson import Challenge, Lesson, LessonBook, Step, Trial
-from app.lessons.loading import LANGUAGES, load_lessons
 from app.lessons.phases import Phase
 from app.lessons.reference_runs import measured, simulated, wanted
 from app.lessons.runs import Input, Setup
 from app.lessons.walkthrough import Walkthrough
-from app.runtime.output_file import written
-from controllers.errors import BadSetting
 
 WRONG_PATHS: Final = 3
 """Wrong paths that a lesson has to have, at least."""
@@ -49,42 +44,6 @@ class Walk:
     seconds: float
 
 
-def lessons(command: Lessons) -> int:
-    """List or check; return the exit code.
-
-    Raises:
-        BadSetting: there is no such lesson, or the JSON file cannot be written.
-    """
-    book = load_lessons(command.folder)
-    # Every translation, too: what is wrong with the English file is found each time.
-    problems = tuple(dict.fromkeys(p for language in LANGUAGES for p in load_lessons(command.folder, language).problems))
-    for problem in problems:
-        print(f"left out: {problem}")
-    chosen = _chosen(book, command.only)
-    if not command.check:
-        for lesson in chosen:
-            print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
-        return 1 if problems else 0
-    if command.out is not None and not command.out.absolute().parent.is_dir():
-        raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
-    walks = [walk for lesson in chosen for walk in check_lesson(book, lesson)]
-    print(table_text(walks))
-    if command.out is not None:
-        data = {"problems": [str(p) for p in problems], "walks": [asdict(walk) for walk in walks]}
-        with written(command.out, "out") as new:
-            text = json.dumps(data, indent=1, ensure_ascii=False) + "\n"
-            # What a file's name has that is no Unicode becomes an escape of JSON.
-            new.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
-    return 0 if walks and not problems and all(walk.ok for walk in walks) else 1
-
-
-def _chosen(book: LessonBook, only: tuple[str, ...]) -> tuple[Lesson, ...]:
-    for name in only:
-        if not any(name in (lesson.id, str(lesson.number)) for lesson in book.lessons):
-            book.index(name)
-    return tuple(le for le in book.lessons if not only or le.id in only or str(le.number) in only)
-
-
 def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
     """Return every path through a lesson."""
     walks = [*_timed(lesson, lesson.steps[0], "reference", "the right answers", False, lambda: _reference(book, lesson))]
@@ -111,26 +70,26 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
     return tuple(walks)
 
 
-class Astray(Exception):
-    """A path went otherwise than declared; the message says how."""
+class NotAsDeclared(Exception):
+    """A path did not go as declared; the message says how."""
 
 
 def _timed(lesson: Lesson, step: Step, kind: Kind, name: str, wrong: bool, walk: Callable[[], str]) -> Iterator[Walk]:
     begin = perf_counter()
     try:
         ok, text = True, walk()
-    except Astray as error:
+    except NotAsDeclared as error:
         ok, text = False, str(error)
     yield Walk(lesson.id, step.id, kind, name, wrong, ok, text, round(perf_counter() - begin, 3))
 
 
 def _ensure(condition: bool, text: str) -> None:
     if not condition:
-        raise Astray(text)
+        raise NotAsDeclared(text)
 
 
 def _reference(book: LessonBook, lesson: Lesson) -> str:
-    """Walk a lesson with the right answers and the first attempt that passes; return what was measured."""
+    """Walk a lesson with the right answers and the first attempt that passes; return the measured values."""
     walk = Walkthrough(book)
     walk.go(lesson.id)
     found: list[str] = []
@@ -166,7 +125,7 @@ def _reference(book: LessonBook, lesson: Lesson) -> str:
 
 
 def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) -> str:
-    """Give a wrong answer; return what was said to it."""
+    """Give a wrong answer; return the reply to it."""
     walk = Walkthrough(book)
     walk.go(lesson.id, number)
     question = walk.step.question
@@ -205,7 +164,7 @@ def _at_challenge(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
 
 
 def _untouched(book: LessonBook, lesson: Lesson, number: int) -> str:
-    """Try a challenge without having changed anything; return what was said to it."""
+    """Try a challenge with nothing changed; return the judgement."""
     walk = _at_challenge(book, lesson, number)
     challenge, texts = walk.step.challenge, list[str]()
     assert challenge is not None
@@ -230,14 +189,14 @@ def untouched(challenge: Challenge, trials: tuple[Trial, ...]) -> Iterator[Setup
     if asked.input.kind != "yours":
         yield asked
         return
-    yield replace(asked, input=Input("nobody"))
+    yield replace(asked, input=Input("none"))
     passing = [trial.setup for trial in trials if not trial.fails]
     if all((setup.run, setup.start) != (asked.run, asked.start) for setup in passing):
         yield from (replace(asked, input=setup.input, seconds=setup.seconds) for setup in passing)
 
 
 def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str:
-    """Try a challenge in a declared way; return what was said to it."""
+    """Try a challenge in a declared way; return the judgement."""
     walk = _at_challenge(book, lesson, number)
     failed = _tried(walk, walk.step, trial)
     attempt = walk.done.last
@@ -245,7 +204,7 @@ def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str
     _ensure(
         set(failed) == set(trial.fails), f"fails by {failed or 'nothing'} instead of {trial.fails or 'nothing'}: {attempt.text}"
     )
-    _ensure(walk.done.passed == (not trial.fails), "the attempt is noted otherwise than it went")
+    _ensure(walk.done.passed == (not trial.fails), "the attempt is not noted as it went")
     return attempt.text
 
 
@@ -281,5 +240,5 @@ def table_text(walks: list[Walk]) -> str:
     ]
     failed, wrong = sum(not walk.ok for walk in walks), sum(walk.wrong for walk in walks)
     seconds = sum(walk.seconds for walk in walks)
-    lines.append(f"{len(walks)} paths, {wrong} of them wrong ones; {failed} went otherwise than declared; {seconds:.1f} s.")
+    lines.append(f"{len(walks)} paths, {wrong} of them wrong ones; {failed} not as declared; {seconds:.1f} s.")
     return "\n".join(lines)

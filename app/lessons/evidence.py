@@ -21,14 +21,14 @@ class Evidence:
     """What a run has left behind.
 
     Args:
-        simulation: whose run it is.
+        simulation: the run.
         until: rows from this time on do not count [s].
         newest: only so many rows, the newest; None for all.
 
     Attributes:
         settings: with which the run ended.
         table: its rows (rows, columns of `scenes.history`), oldest first; the history may have forgotten the first of them.
-        arm: the arm whose task is shown.
+        arm: the arm with the shown task.
     """
 
     def __init__(self, simulation: Simulation, until: float = float("inf"), newest: int | None = None) -> None:
@@ -99,34 +99,34 @@ class Evidence:
     def _detector(self) -> ProximityDetector:
         return ProximityDetector(self.kinematics, self.room.geometry)
 
-    def stand(self, row: int) -> Kinematics:
+    def kinematics_at(self, row: int) -> Kinematics:
         """Return the kinematics with the arms as they were in a row."""
         self.kinematics.update(np.ascontiguousarray(self.positions[row]))
         return self.kinematics
 
-    def near(self, row: int) -> Proximity:
-        """Return what was near in a row, as the law saw it."""
-        self.stand(row)
+    def proximity_at(self, row: int) -> Proximity:
+        """Return the proximity in a row, as the law saw it."""
+        self.kinematics_at(row)
         return self._detector.detect(self.settings.law.pairs, self.settings.law.beta)
 
     def lever(self, row: int) -> Array:
         """Return J_d (n,) of the arm in a row [m/rad]."""
-        return self.near(row).row[self.arm.joints].copy()
+        return self.proximity_at(row).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
         """Return where the arm's hand was (3,) [m]."""
-        return self.stand(row).hand_pose(self.arm).translation.copy()
+        return self.kinematics_at(row).hand_pose(self.arm).translation.copy()
 
     def elbow(self, row: int) -> Array:
         """Return where the arm's elbow was (3,) [m]."""
-        return self.stand(row).joint_point(self.arm.elbow)
+        return self.kinematics_at(row).joint_point(self.arm.elbow)
 
-    def looks(self) -> list[int]:
-        """Return the rows at which the whole run is looked at: evenly, at most `SAMPLES`, the last one among them."""
+    def sampled_rows(self) -> list[int]:
+        """Return evenly spaced rows of the whole run: at most `SAMPLES`, the last one among them."""
         if not self.rows:
             return []
         return sorted({round(x) for x in np.linspace(0, self.rows - 1, min(self.rows, SAMPLES))})
 
     def along(self, what: Callable[[int], Array]) -> Array:
-        """Return something at the rows of `looks` (k, …)."""
-        return np.array([what(row) for row in self.looks()])
+        """Return something at the rows of `sampled_rows` (k, …)."""
+        return np.array([what(row) for row in self.sampled_rows()])

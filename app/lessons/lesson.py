@@ -6,6 +6,7 @@ from typing import Final, Literal
 from app.lessons.measures import Value, shown_value
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
+from app.settings import Language
 from controllers.errors import BadSetting, LazyText
 
 Camera = Literal["room", "hand", "elbow", "between", "top"]
@@ -106,7 +107,7 @@ class Question:
     ratio: bool = False
 
     def answer(self, values: tuple[Value, ...]) -> Value:
-        """Return what decides, of the first measurement's value and its comparisons; None if the run does not tell."""
+        """Return the deciding number: the first measurement, or its ratio to the first comparison; None if the run does not tell."""
         if not self.ratio:
             return values[0] if values else None
         if len(values) < 2 or values[0] is None or not values[1]:
@@ -157,7 +158,7 @@ class Challenge:
         setup: with what it begins; the student may change the settings.
         criteria: all must hold.
         forecasts: all must be near enough.
-        own_law: whether a controller of the student's own is to pass the six tests of `own_law`.
+        own_law: whether a controller of the student's own is to pass the six tests of `app.custom_law.trials`.
         keep: name under which the student's motion is kept for a later step; "" if it is not.
     """
 
@@ -248,7 +249,7 @@ class Lesson:
     id: str
     number: int
     file: str
-    language: str
+    language: Language
     title: str
     goal: str
     equations: str

@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
 from app.lessons.measures import Value, measure
 from app.lessons.reference_runs import comparisons, measured, wanted
 from app.lessons.runs import Pairs, Setup, page_value, settings_text
-from app.lessons.sentences import say
 from app.lessons.texts import Measured
+from app.settings import Language
 from scenes.settings import RunSettings, specs, values
 
 
@@ -38,24 +40,26 @@ class StepOutcome:
         """Return the values by the identity of their measurement."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 
-    def lines(self, step: Step, language: str) -> tuple[str, ...]:
+    def lines(self, step: Step, language: Language) -> tuple[str, ...]:
         """Return every number with its name as a person reads it, and what has to be said about the run."""
-        lines: list[str] = []
+        lines, words = list[str](), words_of(language)
         for m, found in zip(step.measurements, self.values, strict=True):
-            parts = [say(language, "measured", label=label_of(m, language), value=m.text(found[0]))]
+            parts = [f"{label_of(m, language)}: {m.text(found[0])}"]
             for compared, value in zip(m.compare, found[1:], strict=True):
                 if value is not None:
-                    parts.append(say(language, "compared", settings=compared_text(compared, language), value=m.text(value)))
+                    differs = compared_text(compared, language)
+                    parts.append(words(N_("with {settings}: {value}"), settings=differs, value=m.text(value)))
             lines.append("; ".join(parts) + ".")
         if self.reference:
-            lines.append(say(language, "reference"))
+            lines.append(words(N_("Your run did not get that far, so this is the reference run.")))
         if self.unlike:
-            lines.append(say(language, "unlike", settings=settings_text(self.unlike)))
+            text = N_("This run had {settings}, other than the question is about. Reset and run to see what was asked.")
+            lines.append(words(text, settings=settings_text(self.unlike)))
         return tuple(lines)
 
 
 def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepOutcome:
-    """Return what a run of a step came to.
+    """Return the outcome of a run of a step.
 
     Args:
         setup: of the run: the step's own, or one that shows why an answer is wrong.
@@ -74,14 +78,14 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
 
 
 def reference(step: Step, setup: Setup) -> StepOutcome:
-    """Return what the step's run comes to if it is left to itself."""
+    """Return the outcome of the step's run without the student."""
     own = measured(setup, wanted(step.measurements))
     found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
     return StepOutcome(found, True, True)
 
 
 def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
-    """Return the settings, by key, that a run had otherwise than asked."""
+    """Return the settings of a run, by key, that differ from those asked for."""
     before, after = values(asked), values(had)
     return tuple((key, value) for key, value in after.items() if before[key] != value)
 
@@ -140,7 +144,7 @@ class Attempt:
         return " ".join((self.note, *(j.text for j in ordered))).strip()
 
 
-def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None], language: str = "en") -> Attempt:
+def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None], language: Language = "en") -> Attempt:
     """Return how a run stands up to a challenge.
 
     Args:
@@ -156,40 +160,41 @@ def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]
     return Attempt(all(j.passed for j in judgements) and bool(judgements), tuple(judgements))
 
 
-def judged(criterion: Criterion, value: Value, seconds: float, language: str = "en") -> Judgement:
+def judged(criterion: Criterion, value: Value, seconds: float, language: Language = "en") -> Judgement:
     """Return whether an inequality holds, and by how much it is missed.
 
     Args:
         value: measured, SI.
         seconds: how long a run has to go on that does not tell yet [s].
     """
-    m, low, high = criterion.measurement, criterion.low, criterion.high
+    m, low, high, words = criterion.measurement, criterion.low, criterion.high, words_of(language)
     label = label_of(m, language)
+
+    def judgement(passed: bool, text: str, digits: int | None = None, **parts: str) -> Judgement:
+        return Judgement(m.id, passed, words(text, label=label, value=_text(m, value, digits), **parts), value)
+
     if value is None:
-        text = say(language, "unmeasured", label=label, seconds=f"{seconds:g} s")
-        return Judgement(m.id, False, text, None)
+        text = N_("{label}: this run does not tell yet. Let it go on for {seconds}.")
+        return Judgement(m.id, False, words(text, label=label, seconds=f"{seconds:g} s"), None)
     if low is not None and high == low:
-        passed = abs(value - low) <= 1e-9 * max(1.0, abs(low))
-        sentence = "passed_equal" if passed else "not_equal"
-        return Judgement(m.id, passed, say(language, sentence, label=label, value=_text(m, value), bound=_text(m, low)), value)
-    missed = low - value if low is not None and value < low else value - high if high is not None and value > high else 0.0
-    if missed > 0.0:
-        bound = low if low is not None and value < low else high
-        assert bound is not None
-        shown, digits = _apart(m, value, bound)
-        sentence = "too_little" if value < bound else "too_much"
-        missing = _text(m, missed, digits)
-        return Judgement(
-            m.id, False, say(language, sentence, label=label, value=shown, bound=_text(m, bound, digits), missing=missing), value
-        )
+        if abs(value - low) <= 1e-9 * max(1.0, abs(low)):
+            return judgement(True, N_("{label}: {value}, as asked."))
+        return judgement(False, N_("{label}: {value}, but it must be {bound}."), bound=_text(m, low))
+    if low is not None and value < low:
+        digits = _distinct_digits(m, value, low)
+        bound, missing = _text(m, low, digits), _text(m, low - value, digits)
+        text = N_("{label}: {value}, but it must be at least {bound}. {missing} is missing.")
+        return judgement(False, text, digits, bound=bound, missing=missing)
+    if high is not None and value > high:
+        digits = _distinct_digits(m, value, high)
+        bound, missing = _text(m, high, digits), _text(m, value - high, digits)
+        text = N_("{label}: {value}, but it must be at most {bound}. That is {missing} too much.")
+        return judgement(False, text, digits, bound=bound, missing=missing)
     if low is not None and high is not None:
-        text = say(language, "passed_range", label=label, value=_text(m, value), low=_text(m, low), high=_text(m, high))
-    else:
-        bound = low if low is not None else high
-        assert bound is not None
-        sentence = "passed_low" if low is not None else "passed_high"
-        text = say(language, sentence, label=label, value=_text(m, value), bound=_text(m, bound))
-    return Judgement(m.id, True, text, value)
+        return judgement(True, N_("{label}: {value}, as asked ({low} to {high})."), low=_text(m, low), high=_text(m, high))
+    if low is not None:
+        return judgement(True, N_("{label}: {value}, as asked (at least {bound})."), bound=_text(m, low))
+    return judgement(True, N_("{label}: {value}, as asked (at most {bound})."), bound=_text(m, high))
 
 
 def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
@@ -207,25 +212,23 @@ def setting_value(key: str, value: float) -> object:
     return bool(value) if isinstance(present, bool) else value
 
 
-def _apart(m: Measurement, value: float, bound: float) -> tuple[str, int]:
-    """Return a missed value with enough digits to be told from the bound, and how many these are."""
-    for digits in range(m.digits, 10):
-        if _text(m, value, digits) != _text(m, bound, digits):
-            return _text(m, value, digits), digits
-    return _text(m, value, 9), 9
+def _distinct_digits(m: Measurement, value: float, bound: float) -> int:
+    """Return how many digits show a missed value as different from its bound."""
+    return next((n for n in range(m.digits, 9) if _text(m, value, n) != _text(m, bound, n)), 9)
 
 
-def _foretold(forecast: Forecast, said: float | None, setup: Setup, language: str) -> Judgement:
+def _foretold(forecast: Forecast, said: float | None, setup: Setup, language: Language) -> Judgement:
     m = forecast.measurement
-    settings = settings_text(forecast.changes)
+    words, settings = words_of(language), settings_text(forecast.changes)
     (value,) = measured(setup.with_changes(forecast.changes), wanted((m,)))
     if said is None or value is None:
-        return Judgement(m.id, False, say(language, "forecast_none", settings=settings), value)
+        return Judgement(m.id, False, words(N_("With {settings}: no number was given."), settings=settings), value)
     error = abs(said - value) / abs(value) if value else float("inf")
     passed = error <= forecast.within
-    text = say(
-        language,
-        "forecast_right" if passed else "forecast_wrong",
+    text = words(
+        N_("With {settings} you said {said}, and it is {value}: {error} off, at most {within} is allowed.")
+        if passed
+        else N_("With {settings} you said {said}, but it is {value}: {error} off, at most {within} is allowed."),
         settings=settings,
         said=m.text(said),
         value=m.text(value),

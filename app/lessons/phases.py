@@ -65,7 +65,7 @@ def fitting(step: Step, done: StepProgress) -> StepProgress:
 
 
 def fitting_steps(book: LessonBook, progress: Progress) -> dict[tuple[str, str], StepProgress]:
-    """Return what of a student's progress fits a book that may have changed since, by lesson and step."""
+    """Return the progress that fits a book, which may have changed since, by lesson and step."""
     places = ((lesson.id, step) for lesson in book.lessons for step in lesson.steps)
     return {
         (lesson, step.id): fitting(step, progress.steps[lesson, step.id])

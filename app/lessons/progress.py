@@ -61,7 +61,7 @@ class Progress:
     steps: dict[tuple[str, str], StepProgress] = field(default_factory=dict)
 
     def at(self, lesson: str, step: str) -> StepProgress:
-        """Return what was done in a step; made if there is nothing."""
+        """Return the progress in a step, added if there is none."""
         return self.steps.setdefault((lesson, step), StepProgress())
 
 
@@ -95,7 +95,7 @@ def to_json(progress: Progress) -> str:
 
 
 def from_json(text: str) -> Progress:
-    """Return what a text says; a part that cannot be read is left out, and nothing is raised."""
+    """Return the progress in a JSON text; a part that cannot be read is left out, and nothing is raised."""
     try:
         data = json.loads(text)
     except (ValueError, RecursionError):

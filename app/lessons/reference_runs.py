@@ -26,7 +26,7 @@ def begin(simulation: Simulation, setup: Setup) -> None:
 
 
 def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None) -> TargetSource:
-    """Return who moves in a simulation that has just begun; nobody where the student does.
+    """Return the target source of a simulation that has just begun; without targets where the student moves.
 
     Args:
         kept: what the student did in earlier steps, by name.
@@ -66,13 +66,13 @@ def simulated(setup: Setup) -> Simulation:
 
 @lru_cache(maxsize=4096)
 def measured(setup: Setup, wanted: Wanted) -> tuple[Value, ...]:
-    """Return measurements of a run that nobody need look at; the second time they are known."""
+    """Return measurements of a run without a page; the second time from memory."""
     evidence = Evidence(simulated(setup))
     return tuple(measure(evidence, name, parameters) for name, parameters in wanted)
 
 
 def wanted(measurements: tuple[Measurement, ...]) -> Wanted:
-    """Return what `measured` has to be asked for."""
+    """Return measurements as `measured` takes them."""
     return tuple((m.name, m.parameters) for m in measurements)
 
 

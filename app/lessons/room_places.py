@@ -1,4 +1,4 @@
-"""Places in a room, told as a lesson tells them: where the ball lies, where a run begins, which marks the elbow is to touch."""
+"""Places in a room as a lesson describes them: where the ball lies, where a run begins, which marks the elbow is to touch."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from controllers.kinematics import Array, Kinematics
 from scenes.room import BALL_RADIUS, BALL_ROOM, PATH, POINT_RADIUS, Room
 
 Anchor = Literal["hand", "goal", "middle", "elbow"]
-"""From where a place is told: the hand at the start, the end of its way past the ball, the middle of that way, the elbow."""
+"""Origin of a place: the hand at the start, the end of its way past the ball, the middle of that way, the elbow."""
 
 
 @dataclass(frozen=True)
 class RoomPlace:
-    """Where the ball lies, told by the gap between its surface and that of what keeps clear.
+    """Where the ball lies, by the gap between its surface and that of the arm's point.
 
     Attributes:
         origin: from where.

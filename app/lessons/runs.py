@@ -12,8 +12,8 @@ from scenes.settings import RunSettings, Spec, changed, specs
 Pairs = tuple[tuple[str, Any], ...]
 """Key and value, in order: a dictionary that can be compared and hashed."""
 
-InputKind = Literal["autopilot", "nobody", "yours", "script", "file", "kept"]
-"""Who moves what can be moved: the experiment's own seeded person, nobody, the student, a script, a recorded file, or what the student
+InputKind = Literal["autopilot", "none", "yours", "script", "file", "kept"]
+"""Who moves what can be moved: the experiment's own seeded person, none, the student, a script, a recorded file, or what the student
 did in an earlier step."""
 
 LONGEST: Final = 60.0

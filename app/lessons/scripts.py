@@ -32,14 +32,14 @@ class Script(Protocol):
 
 
 @dataclass(frozen=True)
-class Doer:
-    """A person whose wish is a function of the time."""
+class ScriptedSource:
+    """A person with a target that is a function of time."""
 
-    wish: Callable[[float], Target | None]
+    target_at: Callable[[float], Target | None]
 
     def target(self, time: float) -> Target | None:
-        """Return what they want at a time [s]."""
-        return self.wish(time)
+        """Return the target at a time [s]."""
+        return self.target_at(time)
 
 
 def _hand(simulation: Simulation) -> Array:
@@ -68,7 +68,7 @@ class Push:
             "elbow": kinematics.joint_point(other.elbow),
         }[self.at]
         way = (goal - begin) / max(float(np.linalg.norm(goal - begin)), 1e-9) * self.speed
-        return Doer(lambda time: HandTarget(begin + way * min(max(time - self.after, 0.0), self.seconds)))
+        return ScriptedSource(lambda time: HandTarget(begin + way * min(max(time - self.after, 0.0), self.seconds)))
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class PushAndBack:
         """Return who pushes and draws back."""
         begin = _hand(simulation)
         way = (simulation.kinematics.hand_pose(simulation.avoiding).translation.copy() - begin) * self.share
-        return Doer(lambda time: HandTarget(begin + way * to_and_fro(time, self.seconds, self.rest)))
+        return ScriptedSource(lambda time: HandTarget(begin + way * to_and_fro(time, self.seconds, self.rest)))
 
 
 def to_and_fro(time: float, seconds: float, rest: float) -> float:
@@ -112,7 +112,7 @@ class HandTo:
         """Return who leads the hand."""
         begin, way = _hand(simulation), np.array([self.x, self.y, self.z])
         length = float(np.linalg.norm(way))
-        return Doer(lambda time: HandTarget(begin + way * (min(self.speed * time, length) / length if length else 0.0)))
+        return ScriptedSource(lambda time: HandTarget(begin + way * (min(self.speed * time, length) / length if length else 0.0)))
 
 
 @dataclass(frozen=True)
@@ -126,11 +126,11 @@ class HandCircle:
         """Return who draws."""
         begin = _hand(simulation)
 
-        def wish(time: float) -> Target:
+        def target_at(time: float) -> Target:
             phase = 2.0 * np.pi * time / max(self.period, 1e-3)
             return HandTarget(begin + self.radius * np.array([0.0, np.sin(phase), 1.0 - np.cos(phase)]))
 
-        return Doer(wish)
+        return ScriptedSource(target_at)
 
 
 @dataclass(frozen=True)
@@ -152,11 +152,11 @@ class ElbowTo:
         shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
         axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
 
-        def wish(time: float) -> Target:
+        def target_at(time: float) -> Target:
             turn = pin.exp3(axis * (self.angle * np.sin(2.0 * np.pi * time / max(self.period, 1e-3))))
             return HandTarget(hand, rotation, shoulder + turn @ (elbow - shoulder))
 
-        return Doer(wish)
+        return ScriptedSource(target_at)
 
 
 @dataclass(frozen=True)
@@ -176,11 +176,11 @@ class BallTo:
         way = ball_centre(simulation.room, self.place) - begin
         length = float(np.linalg.norm(way))
 
-        def wish(time: float) -> Target:
+        def target_at(time: float) -> Target:
             gone = min(self.speed * max(time - self.after, 0.0), length)
             return BallTarget(begin + way * (gone / length if length else 0.0))
 
-        return Doer(wish)
+        return ScriptedSource(target_at)
 
 
 @dataclass(frozen=True)
@@ -202,10 +202,10 @@ class BallPush:
         distance = max(float(np.linalg.norm(way)), 1e-9)
         longest = max(distance - self.gap - BALL_RADIUS - POINT_RADIUS, 0.0)
 
-        def wish(time: float) -> Target:
+        def target_at(time: float) -> Target:
             return BallTarget(begin + way * (min(self.speed * max(time - self.after, 0.0), longest) / distance))
 
-        return Doer(wish)
+        return ScriptedSource(target_at)
 
 
 @dataclass(frozen=True)
@@ -219,11 +219,11 @@ class BallCircle:
         """Return who carries the ball."""
         begin = _ball(simulation)
 
-        def wish(time: float) -> Target:
+        def target_at(time: float) -> Target:
             phase = 2.0 * np.pi * time / max(self.period, 1e-3)
             return BallTarget(begin + self.radius * np.array([np.sin(phase), 0.0, 1.0 - np.cos(phase)]))
 
-        return Doer(wish)
+        return ScriptedSource(target_at)
 
 
 def _ball(simulation: Simulation) -> Array:
@@ -233,22 +233,22 @@ def _ball(simulation: Simulation) -> Array:
 
 
 @dataclass(frozen=True)
-class Known:
+class ScriptEntry:
     """A script and where it has something to move."""
 
     make: type
     scenes: tuple[str, ...]
 
 
-SCRIPTS: Final[dict[str, Known]] = {
-    "push": Known(Push, HAND_SCENES),
-    "push_and_back": Known(PushAndBack, HAND_SCENES),
-    "hand_to": Known(HandTo, HAND_SCENES + SOLO_SCENES),
-    "hand_circle": Known(HandCircle, HAND_SCENES + SOLO_SCENES),
-    "elbow_to": Known(ElbowTo, SOLO_SCENES),
-    "ball_to": Known(BallTo, BALL_SCENES),
-    "ball_push": Known(BallPush, BALL_SCENES),
-    "ball_circle": Known(BallCircle, BALL_SCENES),
+SCRIPTS: Final[dict[str, ScriptEntry]] = {
+    "push": ScriptEntry(Push, HAND_SCENES),
+    "push_and_back": ScriptEntry(PushAndBack, HAND_SCENES),
+    "hand_to": ScriptEntry(HandTo, HAND_SCENES + SOLO_SCENES),
+    "hand_circle": ScriptEntry(HandCircle, HAND_SCENES + SOLO_SCENES),
+    "elbow_to": ScriptEntry(ElbowTo, SOLO_SCENES),
+    "ball_to": ScriptEntry(BallTo, BALL_SCENES),
+    "ball_push": ScriptEntry(BallPush, BALL_SCENES),
+    "ball_circle": ScriptEntry(BallCircle, BALL_SCENES),
 }
 """All, by name."""
 

@@ -22,7 +22,10 @@ SHORTEST: Final = 0.1
 USUAL: Final = 8.0
 """Length of a run that says nothing about it [s]."""
 
-PLAIN: Final = ("autopilot", "nobody", "yours")
+_FORMERLY: Final = "nobody"
+"""How lesson files used to write "none"."""
+
+PLAIN: Final = ("autopilot", "none", "yours")
 
 
 def read_changes(table: Table, key: str = "settings") -> Pairs:
@@ -101,6 +104,8 @@ def _place(table: Table) -> RoomPlace:
 def read_input(table: Table, setup: Setup) -> Input:
     """Return who moves: a word, or a table with `script`, `file` or `kept`."""
     value = table.any("input")
+    if value == _FORMERLY:
+        value = "none"
     if isinstance(value, str):
         if value in PLAIN:
             return Input(cast(Any, value))

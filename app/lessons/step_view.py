@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 from typing import Final
 
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
 from app.lessons.phases import Phase, phases_of
 from app.lessons.progress import StepProgress
 from app.lessons.runs import settings_text
-from app.lessons.sentences import say
 from app.lessons.texts import asks_for_numbers, filled
+from app.settings import Language
 
 _AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
 """Texts that are read after the run."""
@@ -88,7 +90,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
     """Return everything that a page shows at a place."""
     step, done, phases = at.step, at.done, phases_of(at.step)
     question, challenge, language = step.question, step.challenge, at.lesson.language
-    told = {
+    by_phase = {
         Phase.PREDICT: question.text if question else "",
         Phase.DO: step.do,
         Phase.OBSERVE: step.observe,
@@ -97,7 +99,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
     }
     reached = phases[: phases.index(at.phase) + 1]
     outcome = done.outcome if knows_outcome(at.phase) else None
-    texts = [("goal", step.goal), *((phase.value, told[phase]) for phase in reached if told[phase])]
+    texts = [("goal", step.goal), *((phase.value, by_phase[phase]) for phase in reached if by_phase[phase])]
     return StepView(
         lesson=at.lesson,
         step=step,
@@ -105,8 +107,8 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         count=len(at.lesson.steps),
         phase=at.phase,
         phases=phases,
-        texts=tuple((name, fill(step, text, outcome if name in _AFTER else None)) for name, text in texts),
-        choices=tuple(fill(step, choice.text, None) for choice in question.choices) if question else (),
+        texts=tuple((name, fill(step, text, outcome if name in _AFTER else None, language)) for name, text in texts),
+        choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
         chosen=done.choice,
         locked=at.phase is Phase.PREDICT,
         verdict=verdict(at),
@@ -141,20 +143,21 @@ def has_why(at: StepPosition) -> bool:
 
 
 def verdict(at: StepPosition) -> AnswerVerdict | None:
-    """Return what is said to the prediction; None before the outcome is known."""
+    """Return the verdict on the prediction; None before the outcome is known."""
     question, done, language = at.step.question, at.done, at.lesson.language
     if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):
         return None
     right = done.choice == question.right
-    reply = fill(at.step, question.choices[done.choice].reply, done.outcome)
-    return AnswerVerdict(right, say(language, "right" if right else "wrong"), reply, done.outcome.lines(at.step, language))
+    reply = fill(at.step, question.choices[done.choice].reply, done.outcome, language)
+    headline = words_of(language)(N_("You predicted it.") if right else N_("Not quite."))
+    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language))
 
 
-def fill(step: Step, text: str, outcome: StepOutcome | None) -> str:
+def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:
     """Return a text of a step with its numbers in it.
 
-    Without an outcome they come from the reference run: what is told before the student's run is what the software has measured.
+    Without an outcome they come from the reference run: texts before the student's run show what the software has measured.
     """
     if outcome is None and asks_for_numbers(text):
         outcome = reference(step, step.setup)
-    return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup)
+    return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup, language)

@@ -42,7 +42,7 @@ class Common:
 
 
 def read_lesson(sheet: Sheet, folder: Path) -> Common:
-    """Return what the block under the title says.
+    """Return the settings of the block under the title.
 
     Raises:
         Fault: it is no such block, there are several, or the lesson has no goal.

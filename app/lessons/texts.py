@@ -1,20 +1,29 @@
 """Numbers inside the texts, filled in when they are shown: `{measured:drift}`, `{measured:drift:1}` (its first comparison),
-`{measured:drift:ratio}` and `{setting:dm}`."""
+`{measured:drift:ratio}`, `{measured:margin:side}` ("3 mm below") and `{setting:dm}`."""
 
 import re
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_
 from app.lessons.lesson import Measurement, Step
 from app.lessons.measures import Value
 from app.lessons.runs import Setup, page_value
-from app.settings import Settings
+from app.settings import Language, Settings
 from scenes.settings import specs, values
 
 _HOLE: Final = re.compile(r"\{(measured|setting):([^{}]*)\}")
 
 Measured = Mapping[str, tuple[Value, ...]]
 """Identity of a measurement → its value, then those of its comparisons."""
+
+
+def _parts(name: str) -> tuple[str, str, bool]:
+    """Return identity, number of the comparison or "ratio", and whether the value is shown as above or below zero."""
+    whole = name.removesuffix(":side")
+    id, _, number = whole.partition(":")
+    return id, number, whole != name
 
 
 def asks_for_numbers(text: str) -> bool:
@@ -34,7 +43,7 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
             if name not in specs(Settings):
                 yield f"{{setting:{name}}}: there is no such setting; choose from {', '.join(specs(Settings))}."
             continue
-        id, _, number = name.partition(":")
+        id, number, _ = _parts(name)
         if id not in by_id:
             yield f"{{measured:{name}}}: the step measures no {id!r}; choose from {', '.join(by_id) or 'none: add [[measure]]'}."
         elif before and step.question is not None and id == step.measurements[0].id and number in ("", "ratio"):
@@ -45,22 +54,24 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
             yield f"{{measured:{name}}}: {id} has {len(by_id[id].compare)} comparisons; number them from 1."
 
 
-def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured, setup: Setup) -> str:
+def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured, setup: Setup, language: Language) -> str:
     """Return a text with its numbers in it; what is not known yet is a dash."""
-    by_id = {m.id: m for m in measurements}
+    by_id, words = {m.id: m for m in measurements}, words_of(language)
 
     def fill(hole: re.Match[str]) -> str:
         kind, name = hole[1], hole[2]
         if kind == "setting":
             found = values(setup.settings(Settings()))
             return page_value(name, found[name]) if name in found else "–"
-        id, _, number = name.partition(":")
+        id, number, side = _parts(name)
         known = measured.get(id, ())
         if number == "ratio":
             own, other = (*known, None, None)[:2]
             return f"{own / other:.2f}" if own is not None and other else "–"
         index = int(number) if number else 0
         value = known[index] if index < len(known) else None
+        if side and value is not None:
+            return words(N_("{size} below") if value < 0.0 else N_("{size} above"), size=by_id[id].text(abs(value)))
         return by_id[id].text(value) if id in by_id else "–"
 
     return _HOLE.sub(fill, text)

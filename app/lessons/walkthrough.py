@@ -1,7 +1,7 @@
 """One student on the way through the lessons: goal → predict → do → observe → explain → challenge. Knows nothing of a page.
 
 The page shows `view`, calls what the student does (`choose`, `next`, `back`, `reset`, `hint`, `attempt` …), runs a simulation with
-`settings`, `start` and `target_source` whenever `turn` has changed, tells `watch` about it, and hands it to `observe` at its end.
+`settings`, `start` and `target_source` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,7 +39,7 @@ class Walkthrough:
         kept: see `kept`; None for nothing.
 
     Attributes:
-        turn: goes up whenever a fresh run has to begin.
+        run_id: goes up whenever a fresh run has to begin.
 
     Raises:
         BadSetting: the book holds no lesson.
@@ -51,7 +51,7 @@ class Walkthrough:
         if not book.lessons:
             raise BadSetting("There is no lesson to walk through; the folder holds none that can be read.")
         self.book = book
-        self.turn = 0
+        self.run_id = 0
         self._progress = progress or Progress()
         self._at = Bookmark(book)
         self._phase = Phase.DO
@@ -85,11 +85,11 @@ class Walkthrough:
 
     @property
     def done(self) -> StepProgress:
-        """Return what was done in the present step."""
+        """Return the progress in the present step."""
         return self._progress.at(self.lesson.id, self.step.id)
 
     def done_in(self, lesson: str, step: str) -> StepProgress:
-        """Return what was done in any step: for a report, or the class's histogram."""
+        """Return the progress in any step."""
         return self._progress.steps.get((lesson, step), StepProgress())
 
     @property
@@ -129,7 +129,7 @@ class Walkthrough:
         if self.locked and self.done.choice is None:
             return False
         if self._phase is Phase.DO and self.done.outcome is None and self.step.measurements:
-            # Whoever does not want to wait sees the reference run's outcome: nobody is stuck.
+            # A student who skips the run sees the outcome of the reference run.
             self.done.outcome = reference(self.step, self.step.setup)
         if place + 1 < len(phases):
             self._enter(phases[place + 1])
@@ -158,22 +158,21 @@ class Walkthrough:
         return True
 
     def reset(self) -> None:
-        """Begin the present step anew: as if it had never been seen."""
+        """Restart the present step; only the student's own words stay."""
         done = self._progress.steps.pop((self.lesson.id, self.step.id), None)
         if done is not None and done.words:
-            # Nobody wants to write anything twice.
             self.done.words = done.words
         self._enter(self.phases[0])
 
     def reset_all(self) -> None:
-        """Begin everything anew."""
+        """Forget all progress and go to the first step."""
         self._progress = Progress()
         self._kept.clear()
         self._at = Bookmark(self.book)
         self._enter(self.phases[0])
 
     def run_again(self) -> None:
-        """Begin the present run anew; nothing else changes."""
+        """Restart the present run; nothing else changes."""
         self._begin()
 
     def show_why(self) -> bool:
@@ -226,7 +225,7 @@ class Walkthrough:
         return start_positions(simulation.room, self.setup.start)
 
     def target_source(self, simulation: Simulation) -> TargetSource:
-        """Return who moves in a simulation that has just begun with `settings` and `start`; nobody where the student does."""
+        """Return the target source of a simulation at the start of the run; without targets where the student moves."""
         return person_of(simulation, self.setup, self._kept)
 
     def marks(self, simulation: Simulation) -> Array:
@@ -303,7 +302,7 @@ class Walkthrough:
 
     @property
     def verdict(self) -> AnswerVerdict | None:
-        """Return what is said to the prediction; None before the outcome is known."""
+        """Return the verdict on the prediction; None before the outcome is known."""
         return verdict(self._place())
 
     def in_book(self, book: LessonBook | None) -> Bookmark:
@@ -326,7 +325,7 @@ class Walkthrough:
 
     @property
     def kept(self) -> Mapping[str, TargetSource]:
-        """Return what the student did in runs that a later step takes up, by name; it outlives a reload beside `to_json`."""
+        """Return the student's recorded motions that a later step repeats, by name; they outlive a reload beside `to_json`."""
         return self._kept
 
     def to_json(self) -> str:
@@ -353,12 +352,12 @@ class Walkthrough:
     def _enter(self, phase: Phase) -> None:
         """Be in a phase of the present step; a run begins where it is another than before."""
         self._phase, self._showing = phase, False
-        # Looking back from EXPLAIN to OBSERVE leaves the run alone; where something is to be done, it begins anew.
+        # Looking back from EXPLAIN to OBSERVE leaves the run alone; the other phases restart it.
         if phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (self._at, self.setup):
             self._begin()
 
     def _begin(self) -> None:
-        self.turn += 1
+        self.run_id += 1
         self._running = self._at, self.setup
         self._watch.begin()
 

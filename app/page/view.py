@@ -200,7 +200,7 @@ class View:
         """Let the replay play on, if there is one; return whether it stands at another moment than before."""
         elapsed = 0.0 if self._before is None else now - self._before
         self._before = now
-        turn = (self.lessons.open, self.lessons.walk.turn) if self.lessons.open else (False,)
+        turn = (self.lessons.open, self.lessons.walk.run_id) if self.lessons.open else (False,)
         if turn != self._turn:
             self._turn = turn
             if self.keep is not None and self.keep.watching:

@@ -1,4 +1,4 @@
-"""Lessons in a real browser: steps of every kind walked by clicks or by keys; all of them are walked by `python -m tests.walk_lessons`."""
+"""Lessons in a real browser: steps of every kind, by clicks or by keys; `python -m tests.tools.walk_lessons` walks all of them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from app.lessons.session.lesson_session import LessonSession
 from app.settings import Settings
 from scenes.settings import changed, values
 from tests.app.conftest import OpenHouse, ask, live_sessions
-from tests.app.lesson_hands import Clicks, Keys, press
-from tests.app.lessons_walk import Walker, enter, named, shown_step
 from tests.browser import PageAt, screenshot, until
+from tests.tools.lesson_hands import Clicks, Keys, press
+from tests.tools.lesson_walker import Walker, enter, named, shown_step
 
 
 def at_the_end(run: LessonSession) -> bool:

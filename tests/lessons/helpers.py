@@ -9,6 +9,7 @@ from app.lessons.phases import Phase
 from app.lessons.reference_runs import simulated
 from app.lessons.walkthrough import Walkthrough
 
+# "nobody" is what files of earlier versions say for "none".
 SMALL = """# A small lesson
 
 Find out something.

@@ -80,10 +80,10 @@ def test_the_table_and_the_json_say_the_same(tmp_path: Path) -> None:
     found = list(walks("lambda"))
     lines = table_text(found).splitlines()
     assert len(lines) == len(found) + 1 and all(line.startswith("ok") for line in lines[:-1])
-    assert f"{len(found)} paths" in lines[-1] and "0 went otherwise" in lines[-1]
+    assert f"{len(found)} paths" in lines[-1] and "0 not as declared" in lines[-1]
     json.dumps([vars(walk) for walk in found])
     broken = Walk("x", "y", "attempt", "z", True, False, "why", 0.0)
-    assert table_text([broken]).startswith("FAIL x") and "1 went otherwise" in table_text([broken])
+    assert table_text([broken]).startswith("FAIL x") and "1 not as declared" in table_text([broken])
 
 
 # ---- what the lessons say, once more ------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from controllers.kinematics import Array
 
 
 def joint_errors(evidence: Evidence) -> Array | None:
-    """Return |q_d − q| of the arm whose task is shown (rows,) [rad]; None if it follows no joints."""
+    """Return |q_d − q| of the arm with the shown task (rows,) [rad]; None if it follows no joints."""
     if not evidence.rows or np.isnan(evidence.desired[-1]).any():
         return None
     return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)

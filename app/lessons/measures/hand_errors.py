@@ -23,7 +23,7 @@ def null_dimension(evidence: Evidence) -> Value:
     """Return trace (I − J^# J) of the hand's task now, eq. (6): in how many independent ways the joints can move without it."""
     if not evidence.rows:
         return None
-    J = evidence.stand(evidence.rows - 1).hand_jacobian(evidence.arm, TASK_DIMENSION[evidence.settings.task])
+    J = evidence.kinematics_at(evidence.rows - 1).hand_jacobian(evidence.arm, TASK_DIMENSION[evidence.settings.task])
     if np.linalg.matrix_rank(J, tol=1e-3) < len(J):
         return float(J.shape[1] - np.linalg.matrix_rank(J, tol=1e-3))
     return float(np.trace(null_space_projector(J)))

@@ -27,7 +27,7 @@ def textbook_speed(evidence: Evidence) -> Value:
     if not has_obstacle(evidence):
         return None
     levers = np.linalg.norm(evidence.along(evidence.lever), axis=1)
-    asked = evidence.column("lambda")[evidence.looks()] * evidence.settings.law.nominal_velocity
+    asked = evidence.column("lambda")[evidence.sampled_rows()] * evidence.settings.law.nominal_velocity
     felt = levers > 1e-9
     return float((asked[felt] / levers[felt]).max()) if felt.any() else None
 

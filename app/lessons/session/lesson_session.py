@@ -35,8 +35,8 @@ class LessonSession:
 
     Attributes:
         open: whether a lesson is open; otherwise the page is the visitor's own.
-        version: goes up whenever something has to be shown anew.
-        notes: (title, text) of what the visitor is to be told; whoever shows them takes them out.
+        version: goes up with every change that the page has to show.
+        notes: (title, text) of notices for the visitor; the page that shows them removes them.
     """
 
     def __init__(self, session: Session, book: LessonBook) -> None:
@@ -46,10 +46,10 @@ class LessonSession:
         self._session = session
         self._walk: Walkthrough | None = None
         self._own = session.settings
-        self._turn = self._measured = self._troubled = -1
-        self._mishaps = ThrottledLog(log)
+        self._run_id = self._measured = self._reported_run = -1
+        self._errors = ThrottledLog(log)
         self._runs = FurtherRuns()
-        self._step_run = StepRunner(session, self._runs, self.notes)
+        self._runner = StepRunner(session, self._runs, self.notes)
         self._waiting: tuple[str, tuple[object, ...]] | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
@@ -82,18 +82,18 @@ class LessonSession:
         if not self.open:
             self._own = self._session.settings
             self.open = True
-        self._turn = -1
+        self._run_id = -1
         self._guarded(self._follow)
 
     def leave(self) -> None:
-        """Close the lessons: the visitor's own settings are back, and the experiment begins anew with them."""
+        """Close the lessons: the visitor's own settings are restored, and the experiment restarts with them."""
         if not self.open:
             return
         self._waiting = None
         try:
             self._session.let_custom_law_run(True)
             self._session.invite(None)
-            self._step_run.adopt(with_look(self._own, self._session))
+            self._runner.apply(with_look(self._own, self._session))
             self._session.reset()
         finally:
             self._session.paused, self.open = False, False
@@ -120,13 +120,13 @@ class LessonSession:
         if not self.book.lessons:
             return
         self._walk = Walkthrough.from_json(self.book, saved.progress, saved.kept)
-        self._step_run.seen = dict(saved.seen)
+        self._runner.seen = dict(saved.seen)
         self._said = {step: list(numbers) for step, numbers in saved.said.items()}
         if saved.open and reopen:
             self.enter()
             self._own = saved.own
             if saved.now is not None:
-                self._step_run.adopt(with_look(saved.now, self._session))
+                self._runner.apply(with_look(saved.now, self._session))
 
     # ---- what the visitor does ---------------------------------------------------------------------------------------------
 
@@ -137,7 +137,7 @@ class LessonSession:
 
     @property
     def said(self) -> list[float | None]:
-        """Return the forecasts that the visitor has typed in the present step; whoever takes them writes them here."""
+        """Return the forecasts that the visitor has typed in the present step, as a list to be changed."""
         return self._said.setdefault((self.walk.lesson.id, self.walk.step.id), [])
 
     @property
@@ -148,11 +148,11 @@ class LessonSession:
     @property
     def seen(self) -> Mapping[tuple[str, str], Recorded]:
         """Return the runs in which the visitor saw what came of a step, by lesson and step."""
-        return self._step_run.seen
+        return self._runner.seen
 
     @property
     def hands_off(self) -> bool:
-        """Return whether somebody else moves what the visitor could move."""
+        """Return whether the lesson moves what the visitor could move."""
         return self.open and not self.walk.yours
 
     @property
@@ -175,7 +175,7 @@ class LessonSession:
             self.notes.append(("This is not possible here", str(error)))
         except Exception:
             log.exception("an action of a lesson failed and was left out")
-            self.notes.append(("Something went wrong", "It was left out. Reset begins the step anew."))
+            self.notes.append(("Something went wrong", "It was left out. Reset restarts the step."))
 
     def _act(self, action: str, given: tuple[object, ...]) -> None:
         walk, session = self.walk, self._session
@@ -189,15 +189,15 @@ class LessonSession:
                 walk.go(int(str(given[0])), int(str(given[1])))
             case "next":
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
-                    self._step_run.observe(walk)
-                if not self._hurries():
+                    self._runner.observe(walk)
+                if not self._fast_forwards():
                     walk.next()
             case "back":
                 walk.back()
             case "reset":
                 walk.reset()
                 self.said.clear()
-                self._turn = -1
+                self._run_id = -1
             case "again":
                 self._run_again()
             case "run":
@@ -213,14 +213,11 @@ class LessonSession:
             case _:
                 log.warning("a lesson knows no action %r", action[:40])
 
-    def _hurries(self) -> bool:
-        """Have a run that is to be measured go on to its end as fast as it can, for whoever does not want to wait for it.
-
-        Returns whether it does; where it cannot, the outcome is that of the reference run.
-        """
+    def _fast_forwards(self) -> bool:
+        """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
         walk, session = self.walk, self._session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not self._showing
-        if not to_measure or walk.yours or session.halted or walk.turn == self._measured or walk.finished(session.simulation):
+        if not to_measure or walk.yours or session.halted or walk.run_id == self._measured or walk.finished(session.simulation):
             return False
         session.hurry(walk.setup.seconds)
         return True
@@ -242,7 +239,7 @@ class LessonSession:
 
     def _check(self) -> None:
         if self.walk.phase is Phase.CHALLENGE:
-            self._step_run.check(self.walk, self.said)
+            self._runner.check(self.walk, self.said)
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
@@ -255,16 +252,16 @@ class LessonSession:
         except DuetError as error:
             self._stop_trouble(str(error))
         except Exception as error:
-            self._mishaps.tell("a frame of a lesson failed", error)
-            self._stop_trouble("The run could not be measured. Reset begins the step anew; next goes on without it.")
+            self._errors.tell("a frame of a lesson failed", error)
+            self._stop_trouble("The run could not be measured. Reset restarts the step; Next goes on without it.")
 
     def _stop_trouble(self, text: str) -> None:
-        turn = self.walk.turn
-        self._session.paused, self._measured = True, turn
-        if self._troubled == turn:
+        run_id = self.walk.run_id
+        self._session.paused, self._measured = True, run_id
+        if self._reported_run == run_id:
             # Said once for a run, not once for a frame.
             return
-        self._troubled = turn
+        self._reported_run = run_id
         self.notes.append(("The lesson stopped here", text))
         self.version += 1
 
@@ -279,13 +276,13 @@ class LessonSession:
             session.paused = True
         simulation = session.simulation
         walk.watch(simulation)
-        if self._step_run.advance_own_tests(walk):
+        if self._runner.advance_own_tests(walk):
             self.version += 1
         if self._waiting is not None and self._runs.ready:
             action, given = self._waiting
             self.act(action, *given)
             return
-        if walk.turn == self._measured or simulation.steps == 0 or not walk.finished(simulation):
+        if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation):
             return
         runs_out = self._showing or walk.phase in (Phase.DO, Phase.CHALLENGE)
         if not runs_out:
@@ -294,10 +291,10 @@ class LessonSession:
             session.paused = True
         if not self._runs.ready:
             return
-        self._measured = walk.turn
+        self._measured = walk.run_id
         if walk.phase is not Phase.CHALLENGE or self._showing:
             if walk.step.measurements:
-                self._step_run.observe(walk)
+                self._runner.observe(walk)
             elif not walk.yours:
                 walk.next()
         elif not walk.yours and walk.step.challenge is not None and walk.step.challenge.criteria:
@@ -313,13 +310,13 @@ class LessonSession:
     def _follow(self) -> None:
         """Begin the run that the step asks for, if it is another than before."""
         self.version += 1
-        if self.open and self.walk.turn != self._turn:
+        if self.open and self.walk.run_id != self._run_id:
             self._begin()
 
     def _begin(self, own_settings: bool = False) -> None:
         walk = self.walk
-        self._turn, self._measured = walk.turn, -1
-        self._step_run.begin(walk, own_settings)
+        self._run_id, self._measured = walk.run_id, -1
+        self._runner.begin(walk, own_settings)
         self.version += 1
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
@@ -354,5 +351,5 @@ class LessonSession:
         try:
             return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(self._session.simulation))
         except Exception as error:
-            self._mishaps.tell("the numbers of a lesson could not be measured", error)
+            self._errors.tell("the numbers of a lesson could not be measured", error)
             return ()

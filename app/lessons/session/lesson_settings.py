@@ -20,8 +20,8 @@ def with_look(settings: Settings, session: Session) -> Settings:
     return replace(settings, page=replace(settings.page, **look))
 
 
-def adopt(session: Session, settings: Settings) -> str:
-    """Take on settings, whatever order makes them possible one by one; return what was not possible, "" if all was."""
+def apply_settings(session: Session, settings: Settings) -> str:
+    """Apply settings one by one, in whatever order they are possible; return the last refusal, "" if all were applied."""
     wanted = values(settings)
     problem = ""
     for _ in range(3):
@@ -46,7 +46,7 @@ def asks_for_custom_law(walk: Walkthrough) -> bool:
 
 
 def begin(session: Session, walk: Walkthrough) -> None:
-    """Begin the present run of a walkthrough in a session that has its settings: from where it starts, moved by whoever moves."""
+    """Begin the present run of a walkthrough in a session that has its settings: from its start, with its target source."""
     session.let_custom_law_run(asks_for_custom_law(walk))
     session.reset()
     start = walk.start(session.simulation)
@@ -64,10 +64,10 @@ def begin(session: Session, walk: Walkthrough) -> None:
 
 
 def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
-    """Return title and text of what to tell a visitor who has chosen what a lesson's run cannot go on with; None if it can."""
+    """Return title and text of a notice if the visitor has chosen what the lesson's run cannot go on with; None if it can."""
     asked, has = walk.setup.run, session.settings.run
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
-        return N_("The lesson needs its own experiment"), N_("It has begun anew. Leave the lessons for another one.")
+        return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
     if not walk.yours and not session.settings.page.autopilot:
-        return N_("The lesson moves this one"), N_("The run has begun anew. It is your turn when the handles are there.")
+        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn when the handles are there.")
     return None

@@ -32,8 +32,8 @@ class SavedLesson:
     said: Mapping[tuple[str, str], tuple[float | None, ...]] = field(default_factory=dict)
 
 
-class Again:
-    """Somebody who does a recorded run again.
+class RecordedSource:
+    """Repeats the targets of a recorded run.
 
     Args:
         targets: one for every step.
@@ -44,7 +44,7 @@ class Again:
         self._targets, self._dt = targets, dt
 
     def target(self, time: float) -> Target | None:
-        """Return what was wanted then; at the end the last of it."""
+        """Return the recorded target; after the end the last one."""
         if not self._targets:
             return None
         return self._targets[min(max(round(time / self._dt), 0), len(self._targets) - 1)]

@@ -6,8 +6,8 @@ from typing import Protocol
 from app.lessons.law_challenge import attempt_of
 from app.lessons.runs import LONGEST
 from app.lessons.session.further_runs import FurtherRuns
-from app.lessons.session.lesson_settings import adopt, begin, with_look
-from app.lessons.session.saved import Again
+from app.lessons.session.lesson_settings import apply_settings, begin, with_look
+from app.lessons.session.saved import RecordedSource
 from app.lessons.walkthrough import Walkthrough
 from app.session.session import Session
 from app.settings import Settings
@@ -16,7 +16,7 @@ from scenes.roles import TargetSource
 
 
 class Notifier(Protocol):
-    """Where goes what the visitor is to be told."""
+    """Receives notices for the visitor."""
 
     def append(self, note: tuple[str, str], /) -> None:
         """Take a title and a text."""
@@ -24,12 +24,12 @@ class Notifier(Protocol):
 
 
 class StepRunner:
-    """Everything here belongs to the session's thread.
+    """Begins and measures the run of a step; belongs to the session's thread.
 
     Args:
         session: in which it runs.
         further: the further runs that it is compared with.
-        notes: takes what the visitor is to be told.
+        notes: receives notices for the visitor.
 
     Attributes:
         seen: (lesson, step) → the run in which the visitor saw what came of it.
@@ -43,12 +43,12 @@ class StepRunner:
         """Begin the present run. `own_settings`: with the visitor's, not with those of the step."""
         self._further.prepare(walk.lesson.id, walk.step, walk.setup if walk.view().showing else None)
         if not own_settings:
-            self.adopt(walk.settings(with_look(Settings(), self._session)))
+            self.apply(walk.settings(with_look(Settings(), self._session)))
         begin(self._session, walk)
 
-    def adopt(self, settings: Settings) -> None:
-        """Take on settings, and tell the visitor which ones are not possible."""
-        problem = adopt(self._session, settings)
+    def apply(self, settings: Settings) -> None:
+        """Apply settings; a notice names the one that is not possible."""
+        problem = apply_settings(self._session, settings)
         if problem:
             self._notes.append(("A setting of the lesson is not possible here", problem))
 
@@ -74,7 +74,7 @@ class StepRunner:
         if challenge.keep:
             recorded = session.recorded()
             if recorded is not None and recorded.begin == 0.0:
-                person = Again(tuple(recorded.targets()), recorded.dt)
+                person = RecordedSource(tuple(recorded.targets()), recorded.dt)
         walk.attempt(session.simulation, (*said, *(None,) * count)[:count], person)
 
     def advance_own_tests(self, walk: Walkthrough) -> bool:

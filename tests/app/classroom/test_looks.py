@@ -80,11 +80,11 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
         visitor.wait_for(lambda v, a=answer: any(e.get("label") == a for e in list(v.mirror.gui.values())), WAIT)
     assert not commands(screen)
     # What the teacher chooses for the own page stays there, and the lesson goes on where it is.
-    steps = ask(host.session, lambda _: host.lessons.walk.turn)
+    steps = ask(host.session, lambda _: host.lessons.walk.run_id)
     ask(host.session, lambda s: [s.change("lang", "sl"), s.change("theme", "dark"), s.change("profile", "projector")])
     says(teacher, plain(in_language(BOOK, "sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
     teacher.wait_for(lambda v: PALETTES["dark"].error in {colour for colour, _ in strokes(v)}, WAIT)
-    assert "--duet-k:1.3" not in texts(english) and ask(host.session, lambda _: host.lessons.walk.turn) == steps
+    assert "--duet-k:1.3" not in texts(english) and ask(host.session, lambda _: host.lessons.walk.run_id) == steps
     says(english, plain(BOOK.lessons[LESSON].steps[0].title))
     # The class's answers and the outcome, in every language.
     german.click(next(str(e["label"]) for e in german.mirror.gui.values() if str(e.get("label")).startswith("1   ")))

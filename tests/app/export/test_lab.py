@@ -65,7 +65,7 @@ def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession) -> 
         "scene = One arm alone (eqs 1–8)",
         "I did not expect that.\n&lt;script&gt;alert(1)&lt;/script&gt;",
     ):
-        assert part.replace("'", "&#x27;") in page
+        assert part in page.replace("&#x27;", "'")
     assert page.count("<figure>") == 1 and "hand error" in page and "elbow angle" in page
     assert LOCKED in page and NASTY not in page and not re.search(r"""(src|href)=["']?(https?:)?//""", page)
 
@@ -96,7 +96,7 @@ def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
 def test_formulas_are_drawn_and_paragraphs_kept() -> None:
     assert "<svg" in rich_html(r"speed $\lambda v$") and "<p>" not in rich_html("one line")
     assert rich_html("2 d_m < J_d") == "2 d<sub>m</sub> &lt; J<sub>d</sub>" and rich_html("my_law.py") == "my_law.py"
-    assert rich_html("a\n\nb") == "<p>a</p><p>b</p>" and "<svg" in rich_html("$$x$$")
+    assert rich_html("a\n\nb").split() == ["<p>a</p>", "<p>b</p>"] and "<svg" in rich_html("$$x$$")
 
 
 def test_the_shelf_makes_it_as_a_file(run: LessonSession) -> None:

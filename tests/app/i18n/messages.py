@@ -17,6 +17,7 @@ from app.custom_law.trials import TRIALS, WHY
 from app.export.export_queue import TITLES, WORDS
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
+from app.lessons.measures import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.controls import TABS
 from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
@@ -128,6 +129,7 @@ def _of_tables() -> Iterator[str]:
         yield equation.source
         for line in equation.lines:
             yield from re.findall(r"\\text\{\{(.+?)\}\}", line)
+    yield from (quantity.label for quantity in QUANTITIES.values())
     for table in (CHARTS, LAW_NAMES, NEXT, PHASES, SHARES, TITLES, WORDS, WHY):
         yield from map(str, table.values())
     yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from playwright.sync_api import Browser
 
 from tests.app.conftest import OpenHouse, ask
-from tests.app.lesson_hands import Keys
-from tests.app.lessons_walk import Walker, enter
 from tests.app.page.by_hand import hand, see_plots
 from tests.browser import FLAGS, installed_browser, until
+from tests.tools.lesson_hands import Keys
+from tests.tools.lesson_walker import Walker, enter
 
 WITHOUT_WEBGL = ("--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis")
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 import tyro
 
-from app.cli.lessons_options import Lessons
+from app.cli.lessons import Lessons, lessons
 from app.lessons import FOLDER
-from app.lessons.check import check_lesson, lessons
+from app.lessons.check import check_lesson
 from app.lessons.measures import QUANTITIES
 from app.lessons.scripts import SCRIPTS
 from controllers.errors import BadSetting
@@ -26,7 +26,7 @@ def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(tmp_path: P
     assert "01-nearer.md" in README
     (tmp_path / "01-nearer.md").write_text(example, encoding="utf-8")
     assert lessons(Lessons(check=True, folder=tmp_path, out=tmp_path / "check.json")) == 0
-    assert "0 went otherwise" in capsys.readouterr().out
+    assert "0 not as declared" in capsys.readouterr().out
     assert tyro.cli(Lessons, args=["--check", "--only", "nearer", "--folder", str(tmp_path)]) == Lessons(
         True, ("nearer",), tmp_path
     )

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.lessons_options import Lessons
-from app.lessons.check import lessons
+from app.cli.lessons import Lessons, lessons
 from app.lessons.loading import load_lessons, load_notes
 from app.text.lesson_text import lesson_html
 from tests.lessons.helpers import SMALL, book_of

@@ -10,11 +10,9 @@ from xml.etree import ElementTree
 import pytest
 
 from app.lessons import FOLDER
-from app.lessons.labels import LABELS, label_of
+from app.lessons.labels import label_of
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS
 from app.lessons.loading import LANGUAGES, load_notes
-from app.lessons.measures import QUANTITIES
-from app.lessons.sentences import WORDS
 from app.text.equations import ALONE
 from controllers.activation import activation
 from scenes.lwr.facts import JOINTS
@@ -101,22 +99,6 @@ def test_our_pictures_are_svg_with_a_title() -> None:
         root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
         assert root.tag.endswith("svg") and (root[0].text or "").strip()
         assert f"(pictures/{path.name})" in texts
-
-
-def holes(text: str) -> set[str]:
-    """What is filled into a sentence."""
-    return set(re.findall(r"\{(\w+)\}", text))
-
-
-def test_every_sentence_is_there_in_every_language() -> None:
-    """With the same things to fill in; and each label with no others than the English one has."""
-    for words in WORDS.values():
-        assert words.keys() == WORDS["en"].keys()
-        for key, sentence in words.items():
-            assert holes(sentence) == holes(WORDS["en"][key])
-    for labels in LABELS.values():
-        for name, label in labels.items():
-            assert holes(label) == holes(QUANTITIES[name].label)
 
 
 def test_what_translated_lessons_measure_is_named_in_their_language() -> None:

@@ -25,7 +25,7 @@ UP = (0.0, 0.0, 1.0)
 
 def setup(seconds: float = 8.0, given: Input | None = None, start: Start | None = None, **changes: object) -> Setup:
     """A run by its settings."""
-    return Setup(tuple(changes.items()), given or Input("nobody"), start, seconds, FOLDER)
+    return Setup(tuple(changes.items()), given or Input("none"), start, seconds, FOLDER)
 
 
 RUNS: dict[str, Setup] = {

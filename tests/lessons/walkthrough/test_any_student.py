@@ -35,8 +35,8 @@ class Student:
         self._follow()
 
     def _follow(self) -> None:
-        if self._turn != self.walk.turn:
-            self._turn = self.walk.turn
+        if self._turn != self.walk.run_id:
+            self._turn = self.walk.run_id
             self.simulation = Simulation(self.walk.settings().run, 200)
             self.simulation.reset(self.walk.start(self.simulation))
             self._person = self.walk.target_source(self.simulation)

@@ -111,8 +111,8 @@ def test_the_run_that_shows_why(walk: Walkthrough) -> None:
     walk.choose(0)
     assert not walk.show_why()
     run_out(walk)
-    turn = walk.turn
-    assert walk.view().why and walk.show_why() and walk.turn == turn + 1
+    turn = walk.run_id
+    assert walk.view().why and walk.show_why() and walk.run_id == turn + 1
     assert walk.settings().run.law.order == 6.0
     run_out(walk)
     assert walk.done.why is not None and walk.view().why_outcome and walk.view().showing

@@ -44,18 +44,18 @@ def test_every_run_of_every_lesson_can_be_begun_as_a_page_does_it() -> None:
 
 def test_a_fresh_run_is_asked_for_when_one_has_to_begin(walk: Walkthrough) -> None:
     """`turn` goes up with every answer, challenge, reset and step, and not by looking on from OBSERVE to EXPLAIN."""
-    turn = walk.turn
+    turn = walk.run_id
     walk.choose(0)
-    assert walk.turn == turn + 1
+    assert walk.run_id == turn + 1
     run_out(walk)
-    assert walk.phase is Phase.OBSERVE and walk.turn == turn + 1
+    assert walk.phase is Phase.OBSERVE and walk.run_id == turn + 1
     walk.next()
-    assert walk.phase is Phase.EXPLAIN and walk.turn == turn + 1
+    assert walk.phase is Phase.EXPLAIN and walk.run_id == turn + 1
     walk.next()
-    assert walk.phase is Phase.CHALLENGE and walk.turn == turn + 2
+    assert walk.phase is Phase.CHALLENGE and walk.run_id == turn + 2
     walk.next()
     walk.reset()
-    assert walk.turn == turn + 4
+    assert walk.run_id == turn + 4
 
 
 def test_going_to_a_step_that_is_not_there_is_refused(walk: Walkthrough) -> None:

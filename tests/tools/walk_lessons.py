@@ -1,6 +1,6 @@
 """Walk all lessons in a real browser, by clicks alone and by keys alone, and take pictures of them.
 
-`python -m tests.walk_lessons` walks everything, prints a table, and saves pictures of each lesson's first and last step at three
+`python -m tests.tools.walk_lessons` walks everything, prints a table, and saves pictures of each lesson's first and last step at three
 sizes to the artefact folder. Exit code 1 if something went otherwise than it should.
 """
 
@@ -23,9 +23,9 @@ from app.session.input_sources import InputSources
 from app.settings import Settings
 from app.start import App, start_app
 from tests.app.conftest import ask
-from tests.app.lesson_hands import Clicks, Keys
-from tests.app.lessons_walk import Walked, Walker, enter, named, shown_step
 from tests.browser import launch, screenshot, settled_view, until, wait_frames
+from tests.tools.lesson_hands import Clicks, Keys
+from tests.tools.lesson_walker import Walked, Walker, enter, named, shown_step
 
 SIZES = ((1440, 900), (1024, 768), (390, 844))
 WALK_SIZE = (1024, 768)

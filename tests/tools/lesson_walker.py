@@ -26,8 +26,8 @@ from scenes.roles import TargetSource
 from scenes.settings import values
 from scenes.targets import BallTarget, HandTarget
 from tests.app.conftest import ask, live_sessions
-from tests.app.lesson_hands import Hands, Keys
 from tests.browser import close_software_note, until, wait_frames
+from tests.tools.lesson_hands import Hands, Keys
 
 LONG = 180.0
 """How long a run may take on a busy machine [s]."""
@@ -310,11 +310,11 @@ class Walker:
         """Do by drags what a trial's person does, in a run begun anew with a trial's settings."""
         page, run, session = self.page, self.run, self.session
         self._settings(trial)
-        turn = run.walk.turn
+        turn = run.walk.run_id
         self.hands.do("again")
-        until(page, lambda: run.walk.turn != turn and session.simulation.time < 2.0, "a fresh run", 60.0)
+        until(page, lambda: run.walk.run_id != turn and session.simulation.time < 2.0, "a fresh run", 60.0)
         simulation = session.simulation
-        if trial.setup.input.kind == "nobody":
+        if trial.setup.input.kind == "none":
             positions = ask(session, lambda s: start_positions(s.simulation.room, trial.setup.start))
             assert positions is not None and simulation.room.ball is not None
             place = positions[simulation.room.ball].copy()
@@ -386,9 +386,9 @@ class Walker:
         self.hands.set("wmax", FAST)
         until(page, lambda: values(session.settings)["wmax"] == FAST, "a faster hand", 60.0)
         # The ways are known now, and nobody has pushed yet.
-        turn = self.run.walk.turn
+        turn = self.run.walk.run_id
         self.hands.do("again")
-        until(page, lambda: self.run.walk.turn != turn and simulation.time < 0.5, "a fresh run", 60.0)
+        until(page, lambda: self.run.walk.run_id != turn and simulation.time < 0.5, "a fresh run", 60.0)
         other = next(arm for arm in simulation.room.arms if arm is not simulation.guided)
         nearest = float(values(session.settings)["dm"]) - 0.01
 

@@ -1,0 +1,60 @@
+"""`lwr-duet lessons`: list the lessons, or walk every path through them."""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from app.lessons import FOLDER
+from app.runtime.output_file import written
+from app.runtime.terminal import ending_at_once
+from controllers.errors import BadSetting
+
+
+@dataclass(frozen=True)
+class Lessons:
+    """List the lessons, or with --check walk every path through them: right ones must pass, wrong ones fail for the right reason."""
+
+    check: bool = False
+    """Walk every path; exit code 1 if one does not go as declared."""
+    only: tuple[str, ...] = ()
+    """Names or numbers of lessons; all of them without it."""
+    folder: Path = FOLDER
+    """Where the lesson files are."""
+    out: Path | None = None
+    """Save the result of the check to this JSON file."""
+
+
+def lessons(command: Lessons) -> int:
+    """List or check; return the exit code.
+
+    Raises:
+        BadSetting: there is no such lesson, or the JSON file cannot be written.
+    """
+    # These take a second to load.
+    with ending_at_once():
+        from app.lessons.check import check_lesson, table_text
+        from app.lessons.loading import LANGUAGES, load_lessons
+    book = load_lessons(command.folder)
+    # Every translation, too: what is wrong with the English file is found each time.
+    problems = tuple(dict.fromkeys(p for language in LANGUAGES for p in load_lessons(command.folder, language).problems))
+    for problem in problems:
+        print(f"left out: {problem}")
+    for name in command.only:
+        if not any(name in (lesson.id, str(lesson.number)) for lesson in book.lessons):
+            book.index(name)
+    chosen = tuple(le for le in book.lessons if not command.only or {le.id, str(le.number)} & {*command.only})
+    if not command.check:
+        for lesson in chosen:
+            print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
+        return 1 if problems else 0
+    if command.out is not None and not command.out.absolute().parent.is_dir():
+        raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
+    walks = [walk for lesson in chosen for walk in check_lesson(book, lesson)]
+    print(table_text(walks))
+    if command.out is not None:
+        data = {"problems": [str(p) for p in problems], "walks": [asdict(walk) for walk in walks]}
+        with written(command.out, "out") as new:
+            text = json.dumps(data, indent=1, ensure_ascii=False) + "\n"
+            # Bytes of a file's name that are no Unicode become escapes of JSON.
+            new.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
+    return 0 if walks and not problems and all(walk.ok for walk in walks) else 1

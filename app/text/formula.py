@@ -1,0 +1,108 @@
+"""LaTeX drawn as SVG, its symbols in their colours."""
+
+import html
+import logging
+import re
+from functools import cache
+from typing import Final
+
+from ziamath import zmath
+from ziamath.config import config
+
+from app.theme import PALETTES
+
+log = logging.getLogger("duet.lessons")
+
+SIZE: Final = 16.0
+"""Of a formula's letters [CSS px]."""
+
+_LIGHT: Final = PALETTES["light"]
+
+_SYMBOLS: Final = {
+    "lam": (_LIGHT.activation, r"\\lambda(?![A-Za-z])"),
+    "dm": (_LIGHT.critical, r"d_m(?![A-Za-z])|d_\{m\}"),
+    "v": (_LIGHT.velocity, r"(?<![\\A-Za-z_^])v(?![A-Za-z])"),
+    "u": (_LIGHT.pull, r"(?<![\\A-Za-z_^])u(?![A-Za-z])"),
+    "w": (_LIGHT.approach, r"(?<![\\A-Za-z_^])w(?![A-Za-z])"),
+}
+"""Class of the style sheet → colour that stands for it while a formula is drawn, and how the symbol is written."""
+
+_WORDS: Final = re.compile(r"\\(?:text|mathrm|operatorname|mathbb|mathbf)\s*\{[^{}]*\}")
+_TAG: Final = re.compile(r"\\tag\s*\{([^{}]*)\}")
+
+
+@cache
+def formula(tex: str, inline: bool) -> str:
+    """Return LaTeX as SVG with a label for screen readers; LaTeX that cannot be drawn is returned as code."""
+    # Shared <symbol> ids of several formulas on one page would collide.
+    config.svg2 = False
+    for source in (_coloured(tex), tex):
+        try:
+            drawn = zmath.Latex(source, size=SIZE, inline=inline)
+            svg, below = drawn.svg(), drawn.getyofst()
+            break
+        except Exception:
+            # A formula that the library cannot draw must not stop the lesson.
+            continue
+    else:
+        log.warning("a formula cannot be drawn: %s", tex[:80])
+        return f"<code>{html.escape(tex)}</code>"
+    for name, (colour, _) in _SYMBOLS.items():
+        svg = svg.replace(f'fill="{colour}"', f'class="{name}" fill="currentColor"')
+    svg = svg.replace('fill="black"', 'fill="currentColor"')
+    place = f' style="vertical-align:{below:.2f}px"' if inline else ""
+    return svg.replace("<svg ", f'<svg role="img" aria-label="{html.escape(plain_formula(tex))}" fill="currentColor"{place} ', 1)
+
+
+def _coloured(tex: str) -> str:
+    """Return LaTeX with the symbols in their colours; words in it are left alone."""
+    pieces, end = [], 0
+    for words in _WORDS.finditer(tex):
+        pieces += [_colour(tex[end : words.start()]), words[0]]
+        end = words.end()
+    return "".join([*pieces, _colour(tex[end:])])
+
+
+def _colour(tex: str) -> str:
+    whole = "|".join(f"(?P<{name}>{pattern})" for name, (_, pattern) in _SYMBOLS.items())
+    return re.sub(whole, lambda m: rf"{{\textcolor{{{_SYMBOLS[str(m.lastgroup)][0]}}}{{{m[0]}}}}}", tex)
+
+
+_PLAIN: Final = (
+    (r"\\(?:text|mathrm|operatorname|mathbb|mathbf)\s*\{([^{}]*)\}", r"\1"),
+    (r"\\frac\s*\{([^{}]*)\}\s*\{([^{}]*)\}", r"\1/\2"),
+    (r"\\dot\s*\{?\\?([a-z])\}?", "\\1\u0307"),
+    (r"\\ddot\s*\{?([a-z])\}?", "\\1\u0308"),
+    (r"\\lambda", "λ"),
+    (r"\\gamma", "γ"),
+    (r"\\varphi", "φ"),
+    (r"\\Delta\s*", "Δ"),
+    (r"\\cdot\s*", "·"),
+    (r"\\(?:geq?|ge)\b", "≥"),
+    (r"\\(?:leq?|le)\b", "≤"),
+    (r"\\approx", "≈"),
+    (r"\\infty", "∞"),
+    (r"\\times", "×"),
+    (r"\\to\b", "→"),
+    (r"\\\|", "‖"),
+    (r"\\#", "#"),
+    (r"\^\{?2\}?", "²"),
+    (r"\^\{?3\}?", "³"),
+    (r"_\{?m\}?(?![a-z])", "ₘ"),
+    (r"\\[,;! ]|\\q?quad", " "),
+    (r"[{}]|\\", ""),
+)
+
+
+def plain_formula(tex: str) -> str:
+    """Return LaTeX in plain letters, as near as they come."""
+    for pattern, to in _PLAIN:
+        tex = re.sub(pattern, to, tex)
+    return " ".join(tex.split())
+
+
+def display_formula(tex: str) -> str:
+    """Return LaTeX as SVG for a line of its own, with the number in its `\\tag{…}` beside it."""
+    number = ", ".join(_TAG.findall(tex))
+    shown = f'<span class="no">({html.escape(number)})</span>' if number else ""
+    return formula(" ".join(_TAG.sub("", tex).split()), False) + shown
