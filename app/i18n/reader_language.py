@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import viser
 
 from app.i18n.catalogue import Words
-from app.i18n.client_texts import client_script
 from app.settings import LOOKS, Language, Look, Settings, from_query
 
 KNOWN: tuple[Language, ...] = ("en", "de", "sl")
@@ -69,19 +68,9 @@ def language_asked(query: Mapping[str, str], accept: str) -> Language:
 
 
 def mark_html(words: Words) -> str:
-    """Return what tells the page which language it is in; see `language_script`."""
+    """Return what tells the page which language it is in; the script `page_language.js` reads it."""
     named = "en" if words.language == "pseudo" else words.language
     return f'<i class="duet-language" data-language="{named}" data-words="{words.language}"></i>'
-
-
-def language_script() -> str:
-    """Return JavaScript that says what the browser says by itself in the page's language, see `app.i18n.client_texts`, and keeps the
-    page's own `lang` right, by which a screen reader finds its voice."""
-    return client_script() + (
-        "setInterval(()=>{const found=document.querySelector('.duet-language')?.dataset;if(!found)return;"
-        "if(document.documentElement.lang!==found.language)document.documentElement.lang=found.language;"
-        "duetSpeak(found.words);},500);"
-    )
 
 
 def browser_language(client: viser.ClientHandle) -> Language:

@@ -92,28 +92,6 @@ KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 """What stands on keys, and is another word on other keyboards."""
 
 
-def pressing(digit: str) -> str:
-    """Return JavaScript that presses a digit with Alt and Shift, as nobody does by chance. `digit`: a JavaScript expression."""
-    return (
-        "document.documentElement.dispatchEvent(new KeyboardEvent('keydown',"
-        f"{{key:{digit},code:'Digit'+{digit},altKey:true,shiftKey:true,bubbles:true}}));"
-    )
-
-
-def relay_script() -> str:
-    """Return JavaScript that turns the relayed keys into the ones that viser listens to, unless they are meant for a widget."""
-    table = {h.relayed: h.key for h in HOTKEYS if h.relayed}
-    return (
-        "(()=>{const to=" + repr(table) + ";"
-        "addEventListener('keydown',e=>{"
-        "const k=to[e.key]||to[e.key.toLowerCase()],t=e.target;"
-        "if(!k||(e.ctrlKey||e.metaKey||e.altKey)&&!e.getModifierState('AltGraph'))return;"
-        "if(t instanceof Element&&t.closest('input,textarea,select,[contenteditable=true],[role=slider],[role=tab],"
-        "[role=listbox],[role=combobox],[role=dialog]'))return;"
-        "e.preventDefault();e.stopImmediatePropagation();" + pressing("k") + "},true);})();"
-    )
-
-
 def help_html() -> str:
     """Return the table as HTML."""
     rows = "".join(

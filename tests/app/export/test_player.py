@@ -150,7 +150,7 @@ def test_the_page_loads_nothing_and_is_small() -> None:
 
 def test_what_a_person_named_is_text() -> None:
     page = assembled(filmed("hold"), (), given_settings(), dark=True)
-    assert "classList.toggle('dark',true)" in page and 'src="http' not in page and "@import" not in page
+    assert '"dark": true' in page and 'src="http' not in page and "@import" not in page
 
 
 def test_nobody_waits_for_what_nobody_wants() -> None:
