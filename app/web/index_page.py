@@ -86,7 +86,7 @@ def full_page(limit: int) -> str:
 
     It is in the language of the link, or of the browser.
     """
-    one = "This Duet has one place, and somebody is in it."
+    one = "This Duet has one place, and it is taken."
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
     assets = translation() + PageAssets((STATIC / "room_full.js",), (STATIC / "room_full.css",))
     page = (STATIC / "room_full.html").read_text(encoding="utf-8")

@@ -7,9 +7,9 @@ import viser
 from app.i18n.speaking import N_, tr
 
 WRONG_KEY: Final = N_(
-    "This is not the teacher's key: you are here as a student. Whoever started Duet knows the link with the right one."
+    "This is not the teacher's key, so you are here as a student. The person who started Duet has the right link."
 )
-WRONG_TITLE: Final = N_("The key is another one")
+WRONG_TITLE: Final = N_("Wrong teacher key")
 
 
 def name_mistake(client: viser.ClientHandle) -> None:
