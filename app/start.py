@@ -9,18 +9,9 @@ from app.classroom.lecture import LectureHost
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
-from app.hosting.resume import resume_script
 from app.hosting.teacher_key import Guesses
-from app.i18n.reader_language import language_script
 from app.lessons.loading import load_lessons, load_notes
-from app.page.class_script import class_script
-from app.page.folder_headings import folder_script
-from app.page.loading import loading_html
-from app.page.panels.hotkeys import relay_script
-from app.page.panels.key_notice import key_script
-from app.page.replay_box import box_script
-from app.page.software_rendering import software_script
-from app.page.without_webgl import without_webgl_script
+from app.page.page_scripts import loading_html, page_assets
 from app.runtime.job_pool import JobPool
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.settings import Settings
@@ -111,16 +102,8 @@ def start_app(
         allowed_origins=allowed_origins,
         max_clients=watchers if lecture else sessions,
         turn_away=Guesses(key).turn_away,
-        script=key_script()
-        + without_webgl_script()
-        + software_script()
-        + relay_script()
-        + resume_script()
-        + box_script()
-        + language_script()
-        + folder_script()
-        + class_script(),
-        body=loading_html(settings.page),
+        assets=page_assets(settings.page),
+        body=loading_html(),
     )
     server.scene.world_axes.visible = False
     background = JobPool()

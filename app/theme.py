@@ -1,9 +1,7 @@
-"""Colours, and the one style sheet. A symbol has one colour in the text, in the scene and in the plots; the palette is safe for
+"""Colours and sizes. A symbol has one colour in the text, in the scene and in the plots; the palette is safe for
 colour-blind people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word."""
 
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 from typing import Final
 
 from app.settings import Profile, Theme
@@ -112,44 +110,3 @@ NARROW: Final = 1180
 
 PLOTS_FRAME: Final = 96.0
 """Height of the panel of plots without the plots [CSS px]."""
-
-
-def style_sheet(profile: Profile) -> str:
-    """Return the style sheet as a <style> element."""
-    k = scale(profile)
-    symbols = {
-        "d": "distance",
-        "dm": "critical",
-        "rest": "resting",
-        "lam": "activation",
-        "e": "error",
-        "v": "velocity",
-        "u": "pull",
-        "w": "approach",
-    }
-    light, dark = PALETTES["light"], PALETTES["dark"]
-    colours = "".join(
-        f".duet .{name},.duet-caption .{name}{{color:light-dark({getattr(light, field)},{getattr(dark, field)})}}"
-        for name, field in symbols.items()
-    )
-    colours += "".join(
-        f".duet .j{i + 1},.duet-caption .j{i + 1}{{color:light-dark({a},{b})}}"
-        for i, (a, b) in enumerate(zip(light.joints, dark.joints, strict=True))
-    )
-    colours += "".join(
-        f".duet .law{i + 1}{{color:light-dark({a},{b})}}" for i, (a, b) in enumerate(zip(light.laws, dark.laws, strict=True))
-    )
-    # viser's widgets take their size from this one number of the Mantine library.
-    root = f":root{{--duet-k:{k:g};--duet-dock:{DOCK_WIDTH * k:g}px;--mantine-scale:{k:g}!important}}"
-    panel = "[data-floating-window]:has(.duet-plots)"
-    narrow = (
-        f"@media (max-width:{round(NARROW * k)}px){{"
-        f"{panel} div:has(> div > .uplot-container){{grid-template-columns:var(--duet-narrow)!important}}"
-        f"{panel} div:has(> .duet-spare),{panel} div:has(> .duet-spare)+div{{display:none}}}}"
-    )
-    return f"<style>{root}{_rules()}{colours}{narrow}</style>"
-
-
-@cache
-def _rules() -> str:
-    return (Path(__file__).parent / "page" / "static" / "style.css").read_text(encoding="utf-8")

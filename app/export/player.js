@@ -1,6 +1,5 @@
 // Plays a run without a server: viser's own page draws the scene, this script moves its nodes and draws the curves.
 (async () => {
-  "use strict";
   const $ = (id) => document.getElementById(id);
 
   // --- what was recorded: 4 bytes of length, JSON, then numbers, all of it compressed
@@ -16,13 +15,16 @@
 
   const tracks = film.tracks.map((t) => {
     let frame = 0;
-    const frames = t.frames.map((gap) => (frame += gap));
+    const frames = t.frames.map((gap) => {
+      frame += gap;
+      return frame;
+    });
     return { ...t, frames, data: t.numbers ? numbers(t.numbers) : null, shown: -1 };
   });
   const last = film.frames - 1;
   const timeOf = (frame) => film.begin + frame / film.rate;
 
-  function valueOf(track, i) {
+  function trackValue(track, i) {
     if (track.data === null) return track.values[i];
     const row = track.data.subarray(i * track.width, (i + 1) * track.width);
     if (track.what === "wxyz") return Array.from(row, (x) => x / 32767);
@@ -30,7 +32,9 @@
   }
 
   function message(track, i) {
-    const value = valueOf(track, i), name = track.node, owner = "";
+    const value = trackValue(track, i);
+    const name = track.node;
+    const owner = "";
     if (track.what === "wxyz") return { type: "SetOrientationMessage", name, wxyz: value, owner };
     if (track.what === "position") return { type: "SetPositionMessage", name, position: value, owner };
     if (track.what === "visible") return { type: "SetSceneNodeVisibilityMessage", name, visible: value, owner };
@@ -39,10 +43,12 @@
 
   // The newest change at or before a frame.
   function place(frames, frame) {
-    let low = 0, high = frames.length;
+    let low = 0;
+    let high = frames.length;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
-      if (frames[middle] <= frame) low = middle; else high = middle;
+      if (frames[middle] <= frame) low = middle;
+      else high = middle;
     }
     return low;
   }
@@ -72,7 +78,8 @@
     caption.append(title, output);
     for (const stroke of panel.strokes) {
       if (!stroke.name.length) continue;
-      const item = document.createElement("span"), line = document.createElement("i");
+      const item = document.createElement("span");
+      const line = document.createElement("i");
       item.style.color = line.style.borderColor = stroke.colour;
       if (stroke.dash.length) line.className = stroke.dash[0] > 3 ? "dashed" : "dotted";
       item.append(line);
@@ -83,7 +90,9 @@
       }
       caption.append(item);
     }
-    const box = document.createElement("div"), curves = document.createElement("canvas"), cursor = document.createElement("canvas");
+    const box = document.createElement("div");
+    const curves = document.createElement("canvas");
+    const cursor = document.createElement("canvas");
     box.append(curves, cursor);
     figure.append(caption, box);
     figure.setAttribute("role", "img");
@@ -92,13 +101,19 @@
     const times = numbers(panel.times);
     const strokes = panel.strokes.map((s) => ({ ...s, values: numbers(s.values) }));
     const plot = { panel, times, strokes, box, curves, cursor, output, lowest: index === film.panels.length - 1 };
-    box.addEventListener("pointerdown", (event) => { box.setPointerCapture(event.pointerId); grab(plot, event); });
-    box.addEventListener("pointermove", (event) => { if (box.hasPointerCapture(event.pointerId)) grab(plot, event); });
+    box.addEventListener("pointerdown", (event) => {
+      box.setPointerCapture(event.pointerId);
+      grab(plot, event);
+    });
+    box.addEventListener("pointermove", (event) => {
+      if (box.hasPointerCapture(event.pointerId)) grab(plot, event);
+    });
     return plot;
   });
 
   function ticks(low, high, most) {
-    const raw = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(raw));
+    const raw = (high - low) / Math.max(most, 1);
+    const power = 10 ** Math.floor(Math.log10(raw));
     const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
     const found = [];
     for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) found.push(i * step);
@@ -106,14 +121,27 @@
     return found.map((v) => [v, v.toFixed(digits).replace("-", "\u2212")]);
   }
 
-  function frame_of(plot) {
-    const width = plot.box.clientWidth, height = plot.box.clientHeight;
-    const left = strips ? Math.min(130, 0.4 * width) : 44, bottom = plot.lowest ? 20 : 6;
-    const t0 = timeOf(0), t1 = Math.max(timeOf(last), t0 + 1e-6), [low, high] = plot.panel.span;
+  function frameOf(plot) {
+    const width = plot.box.clientWidth;
+    const height = plot.box.clientHeight;
+    const left = strips ? Math.min(130, 0.4 * width) : 44;
+    const bottom = plot.lowest ? 20 : 6;
+    const t0 = timeOf(0);
+    const t1 = Math.max(timeOf(last), t0 + 1e-6);
+    const [low, high] = plot.panel.span;
     return {
-      width, height, left, right: width - 6, top: 8, bottom: height - bottom, t0, t1, low, high,
-      x: (t) => left + (t - t0) / (t1 - t0) * (width - 6 - left),
-      y: (v) => height - bottom - (v - low) / (high - low) * (height - bottom - 4),
+      width,
+      height,
+      left,
+      right: width - 6,
+      top: 8,
+      bottom: height - bottom,
+      t0,
+      t1,
+      low,
+      high,
+      x: (t) => left + ((t - t0) / (t1 - t0)) * (width - 6 - left),
+      y: (v) => height - bottom - ((v - low) / (high - low)) * (height - bottom - 4),
     };
   }
 
@@ -128,9 +156,11 @@
   }
 
   function draw(plot) {
-    const f = plot.frame = frame_of(plot);
+    plot.frame = frameOf(plot);
+    const f = plot.frame;
     if (f.width < 20 || f.height < 20) return;
-    const pen = fresh(plot.curves, f), { panel } = plot;
+    const pen = fresh(plot.curves, f);
+    const { panel } = plot;
     const down = panel.rows.length ? panel.rows.map((name, i) => [i, name]) : ticks(f.low, f.high, (f.bottom - f.top) / 26);
     pen.strokeStyle = colour("--rule");
     pen.fillStyle = colour("--faint");
@@ -139,34 +169,54 @@
     pen.textBaseline = "middle";
     for (const [value, name] of panel.note ? [] : down) {
       const y = Math.round(f.y(value)) + 0.5;
-      pen.beginPath(); pen.moveTo(f.left, y); pen.lineTo(f.right, y); pen.stroke();
+      pen.beginPath();
+      pen.moveTo(f.left, y);
+      pen.lineTo(f.right, y);
+      pen.stroke();
       pen.fillText(name, f.left - 5, y, f.left - 6);
     }
     pen.textAlign = "center";
     pen.textBaseline = "top";
     for (const [value, name] of ticks(f.t0, f.t1, (f.right - f.left) / 64)) {
       const x = Math.round(f.x(value)) + 0.5;
-      pen.beginPath(); pen.moveTo(x, f.top); pen.lineTo(x, f.bottom); pen.stroke();
+      pen.beginPath();
+      pen.moveTo(x, f.top);
+      pen.lineTo(x, f.bottom);
+      pen.stroke();
       if (plot.lowest) pen.fillText(`${name} s`, Math.min(x, f.right - 12), f.bottom + 5);
     }
-    if (panel.note) { pen.textBaseline = "middle"; pen.fillText(panel.note, (f.left + f.right) / 2, (f.top + f.bottom) / 2, f.right - f.left); }
+    if (panel.note) {
+      pen.textBaseline = "middle";
+      pen.fillText(panel.note, (f.left + f.right) / 2, (f.top + f.bottom) / 2, f.right - f.left);
+    }
     pen.save();
-    pen.beginPath(); pen.rect(f.left, f.top - 2, f.right - f.left, f.bottom - f.top + 4); pen.clip();
+    pen.beginPath();
+    pen.rect(f.left, f.top - 2, f.right - f.left, f.bottom - f.top + 4);
+    pen.clip();
     pen.lineJoin = "round";
     for (const stroke of plot.strokes) {
       pen.strokeStyle = stroke.colour;
       pen.lineWidth = stroke.width;
       pen.setLineDash(stroke.dash);
       pen.beginPath();
-      let down_before = false, y_before = 0;
+      let wasFinite = false;
+      let previousY = 0;
       stroke.values.forEach((value, i) => {
-        if (!Number.isFinite(value)) { down_before = false; return; }
-        const x = f.x(plot.times[i]), y = f.y(value);
-        if (!down_before) pen.moveTo(x, y);
+        if (!Number.isFinite(value)) {
+          wasFinite = false;
+          return;
+        }
+        const x = f.x(plot.times[i]);
+        const y = f.y(value);
+        if (!wasFinite) pen.moveTo(x, y);
         else if (!stroke.steps) pen.lineTo(x, y);
         // A strip goes on until the next one begins, without a line between them.
-        else { pen.lineTo(x, y_before); pen.moveTo(x, y); }
-        down_before = true; y_before = y;
+        else {
+          pen.lineTo(x, previousY);
+          pen.moveTo(x, y);
+        }
+        wasFinite = true;
+        previousY = y;
       });
       pen.stroke();
     }
@@ -176,30 +226,48 @@
   function point(plot, time) {
     const f = plot.frame;
     if (!f || f.width < 20 || f.height < 20) return;
-    const pen = fresh(plot.cursor, f), x = f.x(time), i = place(plot.times, time + 1e-6);
+    const pen = fresh(plot.cursor, f);
+    const x = f.x(time);
+    const i = place(plot.times, time + 1e-6);
     pen.strokeStyle = colour("--cursor");
     pen.lineWidth = 1;
-    pen.beginPath(); pen.moveTo(x, f.top); pen.lineTo(x, f.bottom); pen.stroke();
+    pen.beginPath();
+    pen.moveTo(x, f.top);
+    pen.lineTo(x, f.bottom);
+    pen.stroke();
     for (const stroke of plot.strokes) {
       const value = stroke.values[i];
       if (!Number.isFinite(value) || value < f.low || value > f.high) continue;
       pen.fillStyle = stroke.colour;
-      pen.beginPath(); pen.arc(x, f.y(value), 3, 0, 7); pen.fill();
+      pen.beginPath();
+      pen.arc(x, f.y(value), 3, 0, 7);
+      pen.fill();
     }
-    const first = plot.strokes.length ? plot.strokes[0].values[i] : NaN, { rows } = plot.panel;
-    plot.output.textContent = !Number.isFinite(first) ? "" : rows.length ? rows[first] ?? "" : `${Number(first.toPrecision(3))}`.replace("-", "\u2212");
+    const first = plot.strokes.length ? plot.strokes[0].values[i] : NaN;
+    const { rows } = plot.panel;
+    plot.output.textContent = !Number.isFinite(first)
+      ? ""
+      : rows.length
+        ? (rows[first] ?? "")
+        : `${Number(first.toPrecision(3))}`.replace("-", "\u2212");
     if (plot.strokes.length) plot.output.style.color = plot.strokes[0].colour;
   }
 
   function grab(plot, event) {
-    const f = plot.frame, box = plot.box.getBoundingClientRect();
-    seek(f.t0 + (event.clientX - box.left - f.left) / (f.right - f.left) * (f.t1 - f.t0));
+    const f = plot.frame;
+    const box = plot.box.getBoundingClientRect();
+    seek(f.t0 + ((event.clientX - box.left - f.left) / (f.right - f.left)) * (f.t1 - f.t0));
   }
 
   // --- the clock
-  const slider = $("duet-time"), button = $("duet-play"), speed = $("duet-speed"), clock = $("duet-clock");
+  const slider = $("duet-time");
+  const button = $("duet-play");
+  const speed = $("duet-speed");
+  const clock = $("duet-clock");
   slider.max = String(last);
-  let now = 0, playing = false, before = 0;
+  let now = 0;
+  let playing = false;
+  let before = 0;
 
   function show() {
     const frame = Math.min(Math.floor(now + 1e-6), last);
@@ -215,7 +283,10 @@
     show();
   }
 
-  function seek(time) { play(false); go(Math.round((time - film.begin) * film.rate)); }
+  function seek(time) {
+    play(false);
+    go(Math.round((time - film.begin) * film.rate));
+  }
 
   function play(on) {
     playing = on;
@@ -228,7 +299,7 @@
   function tick() {
     const time = performance.now();
     if (playing) {
-      const to = now + (time - before) / 1000 * film.rate * Number(speed.value);
+      const to = now + ((time - before) / 1000) * film.rate * Number(speed.value);
       go(to);
       if (to >= last) play(false);
     }
@@ -236,14 +307,26 @@
     requestAnimationFrame(tick);
   }
 
-  slider.addEventListener("input", () => { play(false); go(Number(slider.value)); });
+  slider.addEventListener("input", () => {
+    play(false);
+    go(Number(slider.value));
+  });
   button.addEventListener("click", () => play(!playing));
   document.addEventListener("keydown", (event) => {
     if (event.target.closest?.("input, select, button")) return;
-    if (event.code === "Space") { event.preventDefault(); play(!playing); }
-    if (event.key === "," || event.key === ".") { play(false); go(Math.round(now) + (event.key === "." ? 1 : -1)); }
+    if (event.code === "Space") {
+      event.preventDefault();
+      play(!playing);
+    }
+    if (event.key === "," || event.key === ".") {
+      play(false);
+      go(Math.round(now) + (event.key === "." ? 1 : -1));
+    }
   });
-  const redraw = () => { for (const plot of plots) draw(plot); show(); };
+  const redraw = () => {
+    for (const plot of plots) draw(plot);
+    show();
+  };
   new ResizeObserver(redraw).observe($("duet-plots"));
   redraw();
   tick();
@@ -255,11 +338,22 @@
     if (nodes && film.bodies.every((name) => nodes[name]) && page.messageQueue.length === 0) {
       viser = page;
       show();
-      window.duet.ready = true;
+      duet.ready = true;
       dispatchEvent(new Event("duet-built"));
       if (film.play) play(true);
     } else requestAnimationFrame(there);
   };
-  window.duet = { seek, play, ready: false, get time() { return timeOf(now); }, get playing() { return playing; } };
+  const state = {
+    seek,
+    play,
+    ready: false,
+    get time() {
+      return timeOf(now);
+    },
+    get playing() {
+      return playing;
+    },
+  };
+  Object.defineProperties(duet, Object.getOwnPropertyDescriptors(state));
   there();
 })();

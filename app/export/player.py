@@ -20,11 +20,10 @@ import viser
 from app.export.csv_table import newest
 from app.export.recorded_curves import Curves, Panel
 from app.export.scene_film import PLACE, RATE, TURN, Filmed, film_scene
-from app.i18n.client_texts import client_script
 from app.i18n.speaking import spoken, tr
-from app.page.software_rendering import software_note_script
 from app.recording.provenance import made_here
 from app.settings import PageSettings
+from app.web.page_assets import PageAssets, software_rendering, translation
 from scenes.inputs import Recorded
 from scenes.rerun import never, rerun
 from scenes.settings import RunSettings, specs
@@ -77,13 +76,14 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
         f"{law}; dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {run.law.order:g}, v = {run.law.nominal_velocity:g} m/s, "
         f"K = {run.gain:g}/s; Duet {made_here()['duet']}"
     )
+    assets = translation() + software_rendering()
+    assets += PageAssets((_HERE / "embedded_scene.js",), constants={"scene": scene, "dark": dark})
     head = (
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
         f"<!-- The 3-D view is viser {viser.__version__}, Apache License 2.0, github.com/viser-project/viser -->"
-        f'<script>window.__VISER_EMBED_DATA__="{scene}";window.__VISER_EMBED_CONFIG__={{darkMode:{str(dark).lower()}}};'
-        f"document.documentElement.classList.toggle('dark',{str(dark).lower()});{client_script()}"
-        f"{software_note_script()}</script>"
+        f"{assets.style_html()}{assets.script_html()}"
     )
+    player = PageAssets((_HERE / "player.js",), (_HERE / "player.css",))
     options = "".join(f'<option value="{s}"{" selected" if s == "1" else ""}>{s}×</option>' for s in SPEEDS)
     body = (
         f'<section id="duet-plots" aria-label="{_said("Plots")}">'
@@ -92,8 +92,7 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
         f'<input id="duet-time" type="range" min="0" max="1" step="1" value="0" aria-label="{_said("Time")}">'
         f'<select id="duet-speed" aria-label="{_said("Speed")}">{options}</select><output id="duet-clock"></output></footer>'
         f'<script type="text/plain" id="duet-film">{film}</script>'
-        f"<style>{(_HERE / 'player.css').read_text(encoding='utf-8')}</style>"
-        f"<script>{(_HERE / 'player.js').read_text(encoding='utf-8')}</script>"
+        f"{player.style_html()}{player.script_html()}"
     )
     client = re.sub(r"<title>.*?</title>", lambda _: f"<title>Duet: {html.escape(title)}</title>", client, count=1)
     spoken_here = spoken().language

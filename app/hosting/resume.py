@@ -8,7 +8,6 @@ from typing import Final
 
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.session.saved import SavedLesson
-from app.page.accessible_names import names_script
 from app.settings import WHOLE
 from controllers.errors import LazyText
 
@@ -104,26 +103,3 @@ def step_of(text: str) -> tuple[int, str]:
     if text.isascii() and text.isdecimal() and int(text) >= 1:
         return int(text) - 1, ""
     return 0, LazyText("step = {step} is no number; the first step is 1.", step=text)
-
-
-def resume_script() -> str:
-    """Return JavaScript that gives every tab a word of its own, reads out to those who listen what the lessons
-    say, and begins every part of a step at its top."""
-    return (
-        "(()=>{let w='';try{w=sessionStorage.getItem('duetResume');}catch{}"
-        "if(!w){w=[...crypto.getRandomValues(new Uint8Array(16))].map(b=>b.toString(16).padStart(2,'0')).join('');"
-        "try{sessionStorage.setItem('duetResume',w);}catch{}}duetQuery.resume=w;"
-        "let said='',place='',tries=0;addEventListener('DOMContentLoaded',()=>{"
-        "const live=document.createElement('div');live.id='duet-say';live.setAttribute('role','status');"
-        "live.setAttribute('aria-live','polite');"
-        "live.style.cssText='position:fixed;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)';"
-        "document.body.append(live);"
-        "setInterval(()=>{const text=[...document.querySelectorAll('.duet-say')].map(n=>n.innerText).join(' ');"
-        "if(text!==said){said=text;live.textContent=text;}"
-        "const head=document.querySelector('.duet-l-head'),now=head?head.innerHTML:'';"
-        # A phone's sheet takes a moment to unfold.
-        "if(now!==place){place=now;tries=head?(innerWidth<577?8:1):0;}"
-        "if(tries>0){tries--;(innerWidth<577?head:head.closest('[data-dock-leaf]')?.querySelector('input')??head)"
-        ".scrollIntoView({block:'start'});}},300);"
-        "for(const kind of ['pointerdown','wheel','keydown'])addEventListener(kind,()=>{tries=0;},true);});})();"
-    ) + names_script()

@@ -1,1 +1,1 @@
-"""The page's texts in other languages than English; see README.md."""
+"""Translations of the page's texts; see README.md."""

@@ -1,4 +1,4 @@
-"""One language: English text → its own. What it does not know stays English; nothing here ever fails."""
+"""The catalogue of a language: English text → translation. A missing text stays English; a broken catalogue is logged."""
 
 import logging
 import tomllib
@@ -16,10 +16,10 @@ from controllers.errors import LazyText
 log = logging.getLogger("duet.languages")
 
 FOLDER: Final = Path(__file__).parent
-"""Where the files are: one TOML file a language, English text = text."""
+"""Holds one TOML file a language: English text = translation."""
 
 CONTEXT: Final = "\x04"
-"""Stands between a word that tells apart what English does not, and the text: "lesson" + CONTEXT + "Run"; as in gettext."""
+"""Separates a context from the text, where English has one word for two things: "lesson" + CONTEXT + "Run", as in gettext."""
 
 _NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
 
@@ -29,9 +29,9 @@ class Words:
     """The texts of one language.
 
     Attributes:
-        language: as in a link, and in the page's `lang`.
-        texts: English text → text.
-        otherwise: what becomes of a text that is not among them.
+        language: its code, as in a link.
+        texts: English text → translation.
+        otherwise: translates a text that is not among them.
     """
 
     language: Language
@@ -39,18 +39,18 @@ class Words:
     otherwise: Callable[[str], str] = str
 
     def __call__(self, text: str, /, **parts: object) -> str:
-        """Return an English text in this language, with its {names} filled in; a `LazyText` knows itself what is in it."""
+        """Return an English text in this language, with its {names} filled in; a `LazyText` brings its own parts."""
         if isinstance(text, LazyText):
             return self(text.template, **{name: self._part(part) for name, part in text.parts.items()}, **parts)
         found = self.texts.get(text)
         text = text.rpartition(CONTEXT)[2]
-        said = self.otherwise(text) if found is None else found
+        translated = self.otherwise(text) if found is None else found
         if not parts:
-            return said
+            return translated
         try:
-            return said.format(**parts)
+            return translated.format(**parts)
         except (KeyError, IndexError, ValueError):
-            # A mistake in a translation must not cost anybody the page.
+            # A mistake in a translation must not break the page.
             return text.format(**parts)
 
     def _part(self, part: object) -> object:
@@ -59,7 +59,7 @@ class Words:
 
 @cache
 def words_of(language: Language) -> Words:
-    """Return the texts of a language; English for "auto", and if its file cannot be read."""
+    """Return the texts of a language; English for "auto", and if its catalogue cannot be read."""
     if language == "pseudo":
         return Words("pseudo", _NOTHING, pseudo)
     if language in ("auto", "en"):
@@ -72,15 +72,15 @@ def words_of(language: Language) -> Words:
 
 
 def read_texts(path: Path) -> dict[str, str]:
-    """Return English text → text of one file.
+    """Return English text → translation of one catalogue.
 
     Raises:
-        OSError: it cannot be read.
-        ValueError: it is no TOML, says a text twice, or has something else than texts in it.
+        OSError: the file cannot be read.
+        ValueError: it is not TOML, has a key twice, or a value that is not a text.
     """
     with path.open("rb") as file:
         texts = tomllib.load(file)
     for key, text in texts.items():
         if not isinstance(text, str):
-            raise ValueError(f"{key!r} is no text")
+            raise ValueError(f"the value of {key!r} must be a text")
     return texts

@@ -1,10 +1,8 @@
-"""What the browser says by itself, viser's own client and our scripts: it cannot ask the server, which may just be what is gone.
+"""Texts that the browser shows by itself, of viser's client and of our scripts: the server may just be what is gone.
 
-All of it is on a list, in every language, in a script that goes with the page. The script looks at whatever comes onto the page or
-changes there, and says it anew if it is on the list. What the server has sent is in the page's language already.
+The page has all of them in every language. Its script `translation.js` translates a text of this list wherever it appears on the page.
 """
 
-import json
 from typing import Final
 
 from app.i18n.catalogue import words_of
@@ -12,30 +10,37 @@ from app.i18n.speaking import N_
 from app.settings import Language
 
 LOST: Final = N_("Connection lost – trying again…")
-"""What `app.web.index_page` says when the server is gone, …"""
+"""Shown by `connection.js` when the server is gone, …"""
 SILENT: Final = N_("The server does not answer – waiting…")
-"""… when it is there and says nothing, …"""
+"""… when it is silent, …"""
 KEPT_OUT: Final = N_("Duet does not know this address. Start it with --allow-origin {name}")
-"""… and when it does not let the page in."""
+"""… when it refuses the page's address, …"""
+
+CROWDED: Final = N_("This page is open in too many tabs. Close some of them, then reload this one.")
+"""… when one tab was duplicated too often, …"""
+WAIT: Final = N_("A wrong key has just been tried from here. Wait: yours is tried in a second…")
+"""… and when keys are tried too fast."""
 
 NO_PICTURE: Final = N_("No picture: WebGL is switched off in this browser")
 WHAT_WORKS: Final = N_("Lessons, plots, numbers and controls work all the same; the arrow keys move the hand, J and K the elbow.")
 WHAT_TO_SWITCH_ON: Final = N_(
     "To see the arms, switch on graphics acceleration in the browser’s settings and start the browser again, or use another browser."
 )
-"""What `app.page.without_webgl` says."""
+"""Shown by `without_webgl.js`."""
 
 LOADING: Final = N_("Loading …")
-"""What `app.page.loading` says until the page is there."""
+"""Shown until the page is there."""
 
 SOFTWARE: Final = N_("Drawn without a graphics card; it may stutter.")
-"""What `app.page.software_rendering` says for some seconds."""
+"""Shown by `software_rendering.js` for some seconds."""
 
-CROWDED: Final = N_("This page is open in too many tabs. Close some of them, then reload this one.")
-"""What `app.web.index_page` says where one tab was doubled too often."""
-
-WAIT: Final = N_("A wrong key has just been tried from here. Wait: yours is tried in a second…")
-"""What it says where keys are tried too fast."""
+ICON_NAMES: Final = {
+    "search": N_("every command by name"),
+    "list": N_("every command by name"),
+    "adjustments": N_("connection and camera"),
+    "arrow": N_("back to the controls"),
+}
+"""viser's buttons that show nothing but an icon: a part of the icon's name → the button's name, see `accessible_names.js`."""
 
 OURS: Final = (
     LOST,
@@ -48,25 +53,23 @@ OURS: Final = (
     WHAT_WORKS,
     WHAT_TO_SWITCH_ON,
     WAIT,
-    N_("every command by name"),
-    N_("connection and camera"),
-    N_("back to the controls"),
+    *ICON_NAMES.values(),
     N_("more"),
     N_("dismiss this message"),
     N_("From the teacher"),
     # The page of a full room.
     N_("Duet – every place is taken"),
     N_("Every place is taken"),
-    N_("This Duet has one place, and somebody is in it."),
+    N_("This Duet has one place, and it is taken."),
     N_("This Duet has {name} places, and all of them are in use."),
-    N_("You needn’t do anything: this page lets you in as soon as somebody leaves."),
+    N_("You needn’t do anything: this page lets you in as soon as a place is free."),
     N_("Waiting for a place…"),
     # Keys in viser's list of commands, which writes them as they are in its code.
     "space",
     "pageup",
     "pagedown",
 )
-"""Said by our scripts, or through them."""
+"""Shown by our scripts."""
 
 VISERS: Final = (
     *("Connected", "Connecting...", "Inactive", "Connection rejected"),
@@ -95,86 +98,13 @@ VISERS: Final = (
     *("Could not detect browser version", "Your browser version could not be detected. It may not be supported."),
     "Unsupported browser",
 )
-"""Said by viser's client; for {name} anything may stand."""
+"""Shown by viser's client; for {name} anything may stand."""
 
 ALL: Final = (*OURS, *VISERS)
 
-_SPOKEN: Final[tuple[Language, ...]] = ("de", "sl", "pseudo")
+_CATALOGUES: Final[tuple[Language, ...]] = ("de", "sl", "pseudo")
 
 
-def client_script() -> str:
-    """Return the script. It defines `duetWord(text)`, an English text of the list in the page's language, and `duetSpeak(language)`.
-
-    Before the server has said which language the page has, it is the one of `<html data-words>`, the one of the link, or the
-    browser's first one that is known.
-    """
-    tables = {name: {english: words_of(name)(english) for english in ALL} for name in _SPOKEN}
-    told = json.dumps(tables, ensure_ascii=False).replace("<", "\\u003c")
-    return _SCRIPT.replace("__TABLES__", told)
-
-
-_SCRIPT: Final = r"""
-(() => {
-  const tables = __TABLES__, known = tables.pseudo;
-  const asked = new URLSearchParams(location.search).get("lang");
-  const liked = () => (navigator.languages || []).map((l) => l.slice(0, 2).toLowerCase()).find((l) => l === "en" || tables[l]);
-  const given = document.documentElement.dataset.words || asked;
-  let now = given === "en" || tables[given] ? given : liked() || "en";
-  if (now !== "pseudo") document.documentElement.lang = now;
-  const open = Object.keys(known).filter((k) => k.includes("{name}")).map((k) => [k, ...k.split("{name}")]);
-  window.duetWord = (english) => {
-    const table = tables[now];
-    if (!table) return english;
-    if (known[english]) return table[english];
-    const fits = ([, a, b]) => english.startsWith(a) && english.endsWith(b) && english.length > a.length + b.length;
-    const found = open.find(fits);
-    if (!found) return english;
-    const [key, begin, end] = found;
-    return table[key].replace("{name}", () => english.slice(begin.length, english.length - end.length));
-  };
-  // What was English before, of everything that was said anew: another language begins with that, not with ours.
-  const before = new WeakMap();
-  const anew = (node, key, present, put) => {
-    const text = present.trim();
-    if (!text) return;
-    const kept = before.get(node) || {}, same = kept[key] && kept[key].said === text;
-    const english = same ? kept[key].english : text, said = window.duetWord(english);
-    if (said === text || (said === english && !same)) return;
-    kept[key] = { english, said };
-    before.set(node, kept);
-    put(present.replace(text, () => said));
-  };
-  const names = ["aria-label", "placeholder", "title"];
-  const ours = (element) => element.closest?.(".duet, script, style, svg[data-duet]");
-  const look = (node) => {
-    if (node.nodeType === 3) {
-      if (node.parentElement && !ours(node.parentElement)) anew(node, "text", node.data, (t) => { node.data = t; });
-      return;
-    }
-    if (node.nodeType !== 1 || ours(node)) return;
-    for (const name of names) {
-      const value = node.getAttribute(name);
-      if (value) anew(node, name, value, (t) => node.setAttribute(name, t));
-    }
-    for (const child of node.childNodes) look(child);
-  };
-  window.duetSpeak = (language) => {
-    if (language === now) return;
-    now = language;
-    look(document.body);
-  };
-  addEventListener("DOMContentLoaded", () => {
-    look(document.body);
-    new MutationObserver((changes) => {
-      for (const change of changes) {
-        if (change.type === "childList") change.addedNodes.forEach(look);
-        else if (change.type === "characterData") look(change.target);
-        else if (!ours(change.target)) {
-          const name = change.attributeName, value = change.target.getAttribute(name);
-          if (value) anew(change.target, name, value, (t) => change.target.setAttribute(name, t));
-        }
-      }
-    }).observe(document.body, { childList: true, subtree: true, characterData: true, attributes: true, attributeFilter: names });
-  });
-})();
-"""
+def translations() -> dict[str, dict[str, str]]:
+    """Return language → English text → text of everything on the list, for the page's script `translation.js`."""
+    return {name: {english: words_of(name)(english) for english in ALL} for name in _CATALOGUES}

@@ -5,12 +5,12 @@ from typing import Final
 from app.i18n.speaking import N_, tr
 
 SIDES: Final = {"left": N_("left side"), "right": N_("right side")}
-"""The names of the arms → what is translated: “right” alone is also what a prediction may be."""
+"""Name of an arm → text of the catalogue: “right” alone is also the verdict on a prediction."""
 
 
 def side(name: str) -> str:
-    """Return "left" or "right" in the language that is spoken here; another name as it is."""
+    """Return "left" or "right" in the current language; any other name unchanged."""
     if name not in SIDES:
         return name
-    said = tr(SIDES[name])
-    return name if said == SIDES[name] else said
+    translated = tr(SIDES[name])
+    return name if translated == SIDES[name] else translated

@@ -20,13 +20,14 @@ from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout
 from app.page.panels.replay_bar import ReplayBar, past_style
 from app.page.panels.title_bar import titlebar
+from app.page.style_sheet import style_sheet
 from app.page.window_size import canvas_size
 from app.recording.past import Past
 from app.session.session import Session
 from app.settings import Look, PageSettings
 from app.stage.stage import Stage
 from app.stage.stage_camera import place_camera, view_of
-from app.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale, style_sheet
+from app.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale
 from scenes.settings import RunSettings, specs
 from scenes.targets import AnglesTarget
 

@@ -35,6 +35,7 @@ from app.web.listening import listen
 from app.web.message_gate import Gate
 from app.web.origin_policy import LOOPBACK_NAMES, OriginPolicy, check_origin
 from app.web.own_pages import HTML, OWN_HEADERS, own_pages, respond
+from app.web.page_assets import NO_ASSETS, PageAssets
 from app.web.refusal import UPLOAD_TOO_LARGE, Refused
 from app.web.sending import produce
 from app.web.traffic_limits import TrafficLimits
@@ -74,7 +75,7 @@ class DuetServer(viser.ViserServer):
         max_clients: int | None,
         full_html: str | None,
         limits: TrafficLimits,
-        script: str = "",
+        assets: PageAssets = NO_ASSETS,
         body: str = "",
         turn_away: TurnAway = lambda address, query: "",
     ) -> None:
@@ -88,7 +89,7 @@ class DuetServer(viser.ViserServer):
         self._doorway, self._turn_away = doorway, turn_away
         self._ready = threading.Event()
         self._taken: dict[ServerConnection, tuple[str, str]] = {}
-        self._pages = own_pages(label, self.run, full_html or full_page(max_clients or 0), script, body)
+        self._pages = own_pages(label, self.run, full_html or full_page(max_clients or 0), assets, body)
         with _construction, served_by(self, listener), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=doorway.host, port=doorway.port, label=label, verbose=False)
         for kind in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
@@ -225,7 +226,7 @@ def start_server(
     max_clients: int | None = None,
     page_full_html: str | None = None,
     limits: TrafficLimits | None = None,
-    script: str = "",
+    assets: PageAssets = NO_ASSETS,
     body: str = "",
     turn_away: TurnAway = lambda address, query: "",
 ) -> DuetServer:
@@ -239,7 +240,7 @@ def start_server(
         max_clients: places; whoever comes later gets a friendly page that lets them in when a place is free. None for no limit.
         page_full_html: that page; by default `app.web.index_page.full_page`.
         limits: how much one browser may ask for.
-        script: JavaScript that every page runs before viser's own.
+        assets: scripts and style sheets of every page, which run before viser's own.
         body: HTML that every page's body begins with.
         turn_away: returns why the browser of an address and with a query may not come in now, "" if it may; the page knows the
             reasons in `app.web.index_page`. Asked on the network's thread.
@@ -264,7 +265,7 @@ def start_server(
         max_clients=max_clients,
         full_html=page_full_html,
         limits=limits,
-        script=script,
+        assets=assets,
         body=body,
         turn_away=turn_away,
     )

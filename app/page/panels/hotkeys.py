@@ -1,4 +1,4 @@
-"""The hotkeys: one table, which is the key bindings, the help, and the entries of the command palette at once."""
+"""The hotkeys: one table of key bindings, help, and entries of the command palette."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -16,11 +16,11 @@ class Hotkey:
 
     Attributes:
         action: its name in the code.
-        shown: the key as a person knows it.
+        shown: label of the key.
         text: what it does.
-        key: what viser is told to listen to, with `modifier`.
-        relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its camera; the page
-            turns it into `key` with `modifier`.
+        key: the key that viser listens to, with `modifier`.
+        relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its camera; the script
+            `hotkeys.js` turns it into `key` with `modifier`.
         icon: in the palette.
     """
 
@@ -33,14 +33,14 @@ class Hotkey:
 
     @property
     def modifier(self) -> KeyModifier | None:
-        """What has to be held down with `key`: something that nobody presses by chance, where the page presses it for another key."""
+        """The modifier of `key`: one that is not pressed by chance, where the page presses it for another key."""
         return "alt+shift" if self.relayed else None
 
     @property
     def title(self) -> str:
-        """What it does, as the name of a command, in the visitor's language."""
-        said = tr(self.text)
-        return said[:1].upper() + said[1:]
+        """The name of its command, in the visitor's language."""
+        text = tr(self.text)
+        return text[:1].upper() + text[1:]
 
 
 HOTKEYS: Final = (
@@ -71,7 +71,7 @@ HOTKEYS: Final = (
 
 
 def control_of(action: str) -> str | None:
-    """Return the control of which a key is another one, so that one press of it is as good as two; None where every press counts."""
+    """Return the control that a key stands for, so that a second press changes nothing; None where every press counts."""
     if action in ("solo", "ball", "hold", "master_slave", "imitation"):
         return "scene"
     return action if action in ("reset", "view") else None
@@ -85,33 +85,11 @@ LESSON_KEYS: Final = (
     Hotkey("why", "Y", "lesson: the run that shows why", "Y", icon=viser.Icon.QUESTION_MARK),
     Hotkey("leave", "X", "lesson: leave the lessons", "X", icon=viser.Icon.X),
 )
-"""Keys of the lessons, listened to while one is open. There 1 to 5 answer, and ← and → go back and on where the hand is not yours."""
+"""Keys of an open lesson. There 1 to 5 answer, and ← and → go back and on where the hand cannot be moved."""
 
 
 KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
-"""What stands on keys, and is another word on other keyboards."""
-
-
-def pressing(digit: str) -> str:
-    """Return JavaScript that presses a digit with Alt and Shift, as nobody does by chance. `digit`: a JavaScript expression."""
-    return (
-        "document.documentElement.dispatchEvent(new KeyboardEvent('keydown',"
-        f"{{key:{digit},code:'Digit'+{digit},altKey:true,shiftKey:true,bubbles:true}}));"
-    )
-
-
-def relay_script() -> str:
-    """Return JavaScript that turns the relayed keys into the ones that viser listens to, unless they are meant for a widget."""
-    table = {h.relayed: h.key for h in HOTKEYS if h.relayed}
-    return (
-        "(()=>{const to=" + repr(table) + ";"
-        "addEventListener('keydown',e=>{"
-        "const k=to[e.key]||to[e.key.toLowerCase()],t=e.target;"
-        "if(!k||(e.ctrlKey||e.metaKey||e.altKey)&&!e.getModifierState('AltGraph'))return;"
-        "if(t instanceof Element&&t.closest('input,textarea,select,[contenteditable=true],[role=slider],[role=tab],"
-        "[role=listbox],[role=combobox],[role=dialog]'))return;"
-        "e.preventDefault();e.stopImmediatePropagation();" + pressing("k") + "},true);})();"
-    )
+"""Labels of keys that differ between languages."""
 
 
 def help_html() -> str:

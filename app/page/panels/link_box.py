@@ -63,5 +63,5 @@ class LinkBox:
             label = html.escape(tr("Link to this page as it is now"))
             self._box.content = (
                 f'<div class="duet duet-link">{copy_button(tr("Copy link"), "input")}'
-                f'<input readonly value="{html.escape(link)}" aria-label="{label}" onfocus="this.select()"></div>'
+                f'<input readonly value="{html.escape(link)}" aria-label="{label}"></div>'
             )

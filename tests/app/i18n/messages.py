@@ -49,7 +49,8 @@ ON_THE_PAGE: Final = (
         "app/page/**/*.py",
         "app/plots/*.py",
         "app/stage/*.py",
-        "app/session/*.py",
+        # The sources of the command line have errors of the command line.
+        "app/session/[!i]*.py",
     ),
 )
 """Where errors come from that somebody on the page may meet. Of all other files a template with its parts is said, and a `Message`; their

@@ -1,4 +1,4 @@
-"""The texts of every language: complete, none too many, and with the same parts as the English ones."""
+"""The catalogues, the current language, and the language of a browser."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.app.i18n.messages import BODIES, FORMULAS, JOINTS, NAMES, messages, m
 FILES: tuple[Language, ...] = ("de", "sl")
 
 LABEL = 14
-"""Letters that a label before a control may have; longer ones are cut off."""
+"""Most letters of a label before a control; longer ones are cut off."""
 
 
 def parts(text: str) -> Counter[str]:
@@ -36,28 +36,14 @@ def parts(text: str) -> Counter[str]:
 
 
 @pytest.mark.parametrize("language", FILES)
-def test_nothing_is_missing(language: str) -> None:
-    """A text that the page says and a language does not: add it to app/languages/<language>.toml."""
-    assert missing(language) == ()
-
-
-@pytest.mark.parametrize("language", FILES)
-def test_nothing_is_left_over(language: str) -> None:
-    assert set(read_texts(FOLDER / f"{language}.toml")) <= set(messages())
-
-
-@pytest.mark.parametrize("language", FILES)
-def test_parts_are_the_same(language: str) -> None:
-    texts = read_texts(FOLDER / f"{language}.toml")
+def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None:
+    """A text that is missing belongs into app/i18n/<language>.toml; one that is left over belongs out of it."""
+    texts, words = read_texts(FOLDER / f"{language}.toml"), words_of(language)
+    assert missing(language) == () and set(texts) <= set(messages())
     assert {key: text for key, text in texts.items() if parts(key) != parts(text)} == {}
     assert {key for key, text in texts.items() if (key[-1] == " ") != (text[-1] == " ") or not text.strip()} == set()
-
-
-@pytest.mark.parametrize("language", FILES)
-def test_labels_are_short(language: Language) -> None:
-    words = words_of(language)
     labels = {spec.label: words(spec.label) for spec in specs(Settings).values()}
-    assert {label: said for label, said in labels.items() if len(said) > LABEL} == {}
+    assert {label: text for label, text in labels.items() if len(text) > LABEL} == {}
 
 
 def test_the_list_knows_what_is_said() -> None:
@@ -96,7 +82,7 @@ def test_a_broken_file(content: str, tmp_path: Path) -> None:
         read_texts(path)
 
 
-def test_every_thread_speaks_its_own_language() -> None:
+def test_every_thread_has_its_own_language() -> None:
     heard: dict[str, str] = {}
 
     def visit(language: Language) -> None:
@@ -111,11 +97,7 @@ def test_every_thread_speaks_its_own_language() -> None:
     for thread in threads:
         thread.join(30.0)
     assert heard == {"de": "angehalten", "sl": "ustavljeno", "en": "paused"}
-    assert tr("paused") == "paused"
-
-
-def test_sides() -> None:
-    assert (side("left"), side("right"), side("arm")) == ("left", "right", "arm")
+    assert tr("paused") == "paused" and (side("left"), side("right"), side("arm")) == ("left", "right", "arm")
     set_language("de")
     assert (side("left"), side("right"), tr("right")) == ("links", "rechts", "richtig")
 
@@ -131,11 +113,9 @@ def test_pseudo_keeps_what_is_no_text(text: str) -> None:
     "text", ["Distance", "Reset {what} in <b>{d}</b> mm", "Smooth: half the time step, half the largest step."]
 )
 def test_pseudo_is_longer_and_marked(text: str) -> None:
-    said = pseudo(text)
-    assert said.startswith(FIRST) and said.endswith(LAST)
-    plain = re.sub(r"\{[^{}]*\}|<[^>]*>", "", text)
-    assert len(said) - len(text) >= round(GROWTH * len(plain))
-    assert pseudo("150 mm"[:3]) == "150" and pseudo("λ") == "λ"
+    shown = pseudo(text)
+    assert shown.startswith(FIRST) and shown.endswith(LAST) and pseudo("150") == "150" and pseudo("λ") == "λ"
+    assert len(shown) - len(text) >= round(GROWTH * len(re.sub(r"\{[^{}]*\}|<[^>]*>", "", text)))
 
 
 @pytest.mark.parametrize(
@@ -160,16 +140,13 @@ def test_pseudo_is_longer_and_marked(text: str) -> None:
 )
 def test_what_a_browser_likes_best(accept: str, language: str) -> None:
     assert preferred(accept) == language
+    # A choice by link or on the page goes before it.
+    assert language_of(Settings(), preferred(accept)) == language and language_of(changed(Settings(), "lang", "de"), "sl") == "de"
 
 
 @given(st.text(max_size=200))
 def test_any_header_gives_a_language(accept: str) -> None:
     assert preferred(accept) in ("en", "de", "sl")
-
-
-def test_what_was_chosen_goes_before_the_browser() -> None:
-    assert language_of(Settings(), "sl") == "sl"
-    assert language_of(changed(Settings(), "lang", "de"), "sl") == "de"
 
 
 @pytest.mark.parametrize("language", FILES)

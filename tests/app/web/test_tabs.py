@@ -10,10 +10,11 @@ import pytest
 import viser
 
 from app.bench.blocking_client import BlockingClient
-from app.hosting.resume import resume_script, word_of
-from app.i18n.reader_language import language_script
+from app.hosting.resume import word_of
+from app.page import STATIC
 from app.web.connection import FilteredConnection
 from app.web.index_page import page_query
+from app.web.page_assets import PageAssets
 from app.web.request import request_query
 from app.web.server import DuetServer
 from app.web.traffic_limits import TrafficLimits
@@ -98,6 +99,8 @@ def test_a_tab_that_finds_its_place_taken_gets_the_full_page(start: Callable[...
     assert page.evaluate("location.search") == "?dm=0.1"
 
 
+RESUME = PageAssets((STATIC / "resume.js",))
+
 _IN_THE_BACKGROUND = """
 Object.defineProperty(window, "sessionStorage", { get() { throw new Error("blocked"); } });
 window.Worker = class extends Worker {
@@ -109,7 +112,7 @@ window.Worker = class extends Worker {
 def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
     start: Callable[..., DuetServer], page_at: PageAt
 ) -> None:
-    server = start(script=resume_script() + language_script(), limits=TrafficLimits(connections=1))
+    server = start(assets=RESUME, limits=TrafficLimits(connections=1))
     page = page_at(700, 500)
     page.add_init_script(_IN_THE_BACKGROUND)
     page.goto(server.url)
@@ -124,7 +127,7 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
 
 
 def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Callable[..., DuetServer], page_at: PageAt) -> None:
-    server = start(script=resume_script() + language_script(), limits=TrafficLimits(connections=1))
+    server = start(assets=RESUME, limits=TrafficLimits(connections=1))
     server.gui.add_markdown("welcome")
     page = page_at(900, 600)
     page.goto(server.url)

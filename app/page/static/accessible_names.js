@@ -1,0 +1,43 @@
+// Names every box and slider after the label of its row, and every button that shows nothing but an icon, for screen readers.
+(() => {
+  const rowLabel = (element) => {
+    for (let parent = element.parentElement, i = 0; parent && i < 8; parent = parent.parentElement, i++) {
+      const label = parent.querySelector("label");
+      if (label) return label.textContent.trim();
+    }
+    return "";
+  };
+  const name = (element, text) => {
+    element.dataset.named = "1";
+    if (text && element.getAttribute("aria-label") !== text) element.setAttribute("aria-label", text);
+  };
+  // What has a name already, from its label or from viser, keeps it.
+  const isNamed = (element) => !element.dataset.named && (element.getAttribute("aria-label") || element.labels?.length);
+  const iconName = (button) => {
+    const icon = button.querySelector("svg")?.getAttribute("class") ?? "";
+    const known = Object.keys(duet.iconNames).find((part) => icon.includes(part));
+    if (known) return duet.iconNames[known];
+    return button.closest("[class*=Notification-root]") ? "dismiss this message" : "more";
+  };
+  const nameAll = () => {
+    for (const element of document.querySelectorAll("input:not([type=hidden]), textarea, [role=slider]")) {
+      if (!isNamed(element)) name(element, rowLabel(element));
+    }
+    for (const button of document.querySelectorAll("button")) {
+      if (button.textContent.trim() || (!button.dataset.named && button.getAttribute("aria-label"))) continue;
+      name(button, button.title || duet.translate(iconName(button)));
+    }
+  };
+  addEventListener("DOMContentLoaded", () => {
+    let scheduled = false;
+    new MutationObserver(() => {
+      if (scheduled) return;
+      scheduled = true;
+      setTimeout(() => {
+        scheduled = false;
+        nameAll();
+      }, 150);
+    }).observe(document.body, { childList: true, subtree: true, characterData: true });
+    nameAll();
+  });
+})();

@@ -1,0 +1,128 @@
+// The connection to the server. viser's client opens its websocket from a worker; this script stands between the page and it, and
+// - hands the page's own query to the websocket, so that every tab brings its own link along,
+// - shows when the connection is lost, when the server is silent for 3 s, and when it does not know the page's address,
+// - retries while the tab is not in front (a projector beside the window that one types in), which viser itself does not,
+// - reloads the page when it meets another server than the one it came from, and when the server sends it elsewhere,
+// - says hello at once, because a tab in the background draws no scene, and viser waits for one.
+(() => {
+  const { run, messages, reasons, texts, longestQuery } = duet.connection;
+  texts.refused = texts.refused.replace("{name}", location.origin);
+
+  // viser rewrites the address bar a moment from now.
+  const given = new URLSearchParams(location.search);
+  given.delete("websocket");
+  for (const [key, value] of Object.entries(duet.query)) if (!given.has(key)) given.set(key, value);
+  const query = given.toString().length > longestQuery ? "" : given.toString();
+
+  let retryTimer = 0;
+  let leaving = false;
+  let shown = "";
+  // When the server was last heard [ms]; null without a connection.
+  let heard = null;
+
+  const statusElement = () => {
+    let element = document.getElementById("duet-connection");
+    if (!element && document.body) {
+      element = document.createElement("div");
+      element.id = "duet-connection";
+      element.setAttribute("role", "status");
+      element.setAttribute("aria-live", "polite");
+      document.body.append(element);
+    }
+    return element;
+  };
+  addEventListener("DOMContentLoaded", statusElement);
+
+  const show = (text, spinner = true) => {
+    const element = statusElement();
+    if (!element || text === shown) return;
+    shown = text;
+    element.textContent = "";
+    if (text && spinner) element.append(document.createElement("i"));
+    element.append(text);
+  };
+
+  const onMessage = () => {
+    heard = performance.now();
+    if (shown === texts.silent) show("");
+  };
+
+  const watchSilence = (worker) => {
+    let checked = performance.now();
+    setInterval(() => {
+      const now = performance.now();
+      // A page in the background, or one that was held up itself, cannot tell how long the server has been silent.
+      if (heard !== null && (document.hidden || now - checked > 2500)) heard = now;
+      checked = now;
+      if (heard === null || now - heard < 900) return;
+      worker.postMessage({ type: "send", message: { type: messages.question } });
+      if (now - heard > 3000) show(texts.silent);
+    }, 1000);
+  };
+
+  const health = (query) => fetch(`healthz${query}`, { cache: "no-store" }).then((answer) => answer.json());
+
+  const onClosed = (worker, reason) => {
+    heard = null;
+    if (leaving) return;
+    if (reason === reasons.wait) show(texts.wait);
+    if (reason === reasons.full || reason === reasons.elsewhere || reason === reasons.wait) {
+      leaving = true;
+      // The tabs of a class come back at different times, but none waits for long.
+      const least = { [reasons.full]: 300, [reasons.wait]: 1000 }[reason] ?? 0;
+      setTimeout(() => location.reload(), least + 700 * Math.random());
+      return;
+    }
+    if (reason === reasons.tooMany) {
+      leaving = true;
+      show(texts.tooMany, false);
+      return;
+    }
+    if (shown !== texts.refused) show(texts.lost);
+    // A browser does not tell its page why a connection was refused.
+    health(`?origin=${encodeURIComponent(location.origin)}`)
+      .then((state) => {
+        if (heard === null) show(state.admitted === false ? texts.refused : texts.lost);
+      })
+      .catch(() => {});
+    retryTimer ||= setInterval(() => {
+      if (!document.hasFocus()) worker.postMessage({ type: "retry" });
+    }, 3000);
+  };
+
+  const onConnected = () => {
+    duet.waitForControls?.();
+    show("");
+    clearInterval(retryTimer);
+    retryTimer = 0;
+    health("")
+      .then((state) => {
+        if (state.run && state.run !== run) location.reload();
+      })
+      .catch(() => {});
+  };
+
+  const Native = window.Worker;
+  window.Worker = class extends Native {
+    postMessage(message, ...rest) {
+      // Being turned away counts as connected for a moment, so viser would try again at once, and again.
+      if (leaving && message && message.type === "retry") return;
+      if (message && message.type === "set_server" && typeof message.server === "string") {
+        this.addEventListener("message", ({ data }) => {
+          if (leaving || !data) return;
+          if (data.type === "closed") onClosed(this, data.closeReason);
+          else onMessage();
+          if (data.type === "connected") {
+            super.postMessage({ type: "send", message: { type: messages.hello } });
+            onConnected();
+          }
+        });
+        watchSilence(this);
+        if (query && !message.server.includes("?")) {
+          message = { ...message, server: `${message.server.replace(/\/*$/, "/")}?${query}` };
+        }
+      }
+      super.postMessage(message, ...rest);
+    }
+  };
+})();
