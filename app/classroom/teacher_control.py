@@ -27,7 +27,6 @@ class TeacherControl:
     def __init__(self, room: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
         self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
         self.answers = ActionQueue()
-        self._ran = False
 
     @property
     def _walk(self) -> Walkthrough | None:
@@ -53,7 +52,8 @@ class TeacherControl:
             case "free":
                 room.free = True
             case "pause":
-                self._pause(not room.paused)
+                room.paused = not room.paused
+                self._session.halt.set("class", room.paused)
             case "reveal":
                 self._reveal()
             case "again":
@@ -61,14 +61,6 @@ class TeacherControl:
             case "invite":
                 room.inviting = not room.inviting
         self._decided()
-
-    def _pause(self, paused: bool) -> None:
-        room, session = self._room, self._session
-        if paused:
-            self._ran = not session.paused
-        room.paused = paused
-        if paused or self._ran:
-            session.paused = paused
 
     def _reveal(self) -> None:
         poll, lessons = self.poll(), self._lessons

@@ -79,7 +79,6 @@ class ExportQueue:
         self._jobs: dict[Job, tuple[str, Callable[[Any], None]]] = {}
         self._whole: Recorded | None = None
         self._run: RunSettings | None = None
-        self._was_running = False
         self._seek: float | None = None
         self._files: list[File] = []
         self._news: list[News] = []
@@ -173,9 +172,7 @@ class ExportQueue:
     def _watch(self, recorded: Recorded, whole: Recorded | None, name: str) -> None:
         self.loaded, self._whole = name, whole
         if self._run is None:
-            self._was_running = not self._session.paused
-            if self._was_running:
-                self._session.toggle_pause()
+            self._session.halt.set("replay")
         self._run = self._session.settings.run
         # Others wait for what is urgent.
         self._submit("film", self._show, film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
@@ -193,14 +190,12 @@ class ExportQueue:
             self.replay.seek(before.time)
             self.replay.playing = before.playing
 
-    def leave(self, go_on: bool = True) -> None:
-        """Back to live. `go_on`: a run that went on before goes on."""
+    def leave(self) -> None:
+        """Go back to live: a run that went on before goes on."""
         self._drop("film")
         self.replay, self.loaded, self._whole, self._seek = None, "", None, None
         self._run = None
-        if go_on and self._was_running and self._session.paused:
-            self._session.toggle_pause()
-        self._was_running = False
+        self._session.halt.set("replay", False)
 
     def seek(self, time: float) -> None:
         """Stand at a time [s] from the next frame on, at rest."""
@@ -245,7 +240,7 @@ class ExportQueue:
                 done(job.result)
             elif job.state == "failed":
                 self._fail(job)
-        if self._run is not None and (not self._session.paused or self._session.settings.run is not self._run):
+        if self._run is not None and ("replay" not in self._session.halt or self._session.settings.run is not self._run):
             # Whoever goes on, or changes the experiment, wants to see what comes of it.
             self.leave()
         if self.replay is None:

@@ -66,7 +66,6 @@ class Visitor:
         self.lessons = LessonSession(self.session, in_language(book, self._language)) if back is None else back[1]
         self.view: View
         self.operation: Operation
-        self._ran = False
 
     def build(self) -> Pieces:
         """Build the page piece by piece; the browser is sent the whole of it at once."""
@@ -112,13 +111,8 @@ class Visitor:
         return self._language
 
     def halt(self, halted: bool) -> None:
-        """Have everything stand still as long as somebody else says so; afterwards it goes on if it did before."""
-        session = self.session
-        if halted and not session.halted:
-            self._ran = not session.paused
-        elif session.halted and not halted and self._ran:
-            session.paused = False
-        session.halted = halted
+        """Stop the session for the teacher, or let it go on as it did before."""
+        self.session.halt.set("teacher", halted)
 
     def frame(self, now: float, elapsed: float, sessions: int) -> None:
         """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]; `sessions`: that have a frame at this time."""

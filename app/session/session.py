@@ -12,6 +12,7 @@ from app.custom_law.time_share import SHARE
 from app.runtime.job_pool import JobPool
 from app.session.action_queue import ActionQueue
 from app.session.clock import BUDGET, LONGEST_GAP, Clock, Pace, next_speed
+from app.session.halt import Halt
 from app.session.input_source import InputSource, nudged, who
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
@@ -67,9 +68,8 @@ class Session:
         self.simulation = Simulation(settings.run)
         self.ghost: Simulation | None = None
         """The second run, whose history has the same times as the first one's; None if there is none."""
-        self.paused = False
-        self.halted = False
-        """Whether somebody else has everything stand still: whatever the visitor asks for, no step is made."""
+        self.halt = Halt()
+        """Why no step is made, if none is."""
         self.inputs = InputsLog()
         """What the run was made with."""
         self._ghost_inputs = InputsLog(GHOST_KEEP)
@@ -104,7 +104,7 @@ class Session:
 
     def go_on_from(self, other: "Session") -> None:
         """Go on from where another session with the same settings is, its ghost too; that one is left alone."""
-        self._frozen, self.paused = other._frozen, other.paused
+        self._frozen, self.halt = other._frozen, Halt(other.halt)
         self.simulation.resume(other.simulation.snapshot())
         self._raise_ghost()
         if self.ghost is not None and other.ghost is not None:
@@ -295,7 +295,8 @@ class Session:
 
     def hurry(self, until: float) -> None:
         """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
-        self.paused, self._hurries_to = False, until
+        self.halt.go_on()
+        self._hurries_to = until
 
     def recorded(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run as it can be made again, see `InputsLog.window`."""
@@ -330,15 +331,26 @@ class Session:
             runs["ghost"] = self._ghost_inputs.window(SMOOTHNESS_WINDOW), self.ghost.settings
         self._studies.measure_smoothness(runs)
 
+    @property
+    def paused(self) -> bool:
+        """Whether the run stands still, for whatever reason."""
+        return bool(self.halt)
+
     def toggle_pause(self) -> None:
-        """Pause or go on."""
-        self.paused = not self.paused
+        """Pause or go on; nothing happens while the teacher has stopped the session."""
+        if "teacher" in self.halt:
+            return
+        if self.halt:
+            self.halt.go_on()
+        else:
+            self.halt.set("visitor")
         self._clock.forget()
         self._steps_asked = 0
 
     def single_step(self) -> None:
         """Pause, and make one step."""
-        self.paused = True
+        if not self.halt:
+            self.halt.set("visitor")
         self._steps_asked += 1
 
     def change_speed(self, by: int) -> None:
@@ -375,7 +387,7 @@ class Session:
         if self._custom_law is None:
             return
         self._custom_law.refresh()
-        if self._calls_custom_law and not (self.paused or self.halted):
+        if self._calls_custom_law and not self.paused:
             self._law_part = self.people.law_share.part(id(self))
         self._custom_law.allow(self._law_part * min(elapsed, LONGEST_GAP))
 
@@ -397,9 +409,9 @@ class Session:
         if self._studies is not None:
             self._studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
         self.posts.do()
-        if self.halted:
+        if "teacher" in self.halt:
             # What was asked for meanwhile is not made up for afterwards.
-            self.paused, self._steps_asked, self._hurries_to = True, 0, 0.0
+            self._steps_asked, self._hurries_to = 0, 0.0
             return 0
         if self.paused:
             due, self._hurries_to = self._steps_asked, 0.0

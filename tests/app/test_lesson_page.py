@@ -147,7 +147,7 @@ def test_a_run_that_cannot_go_on_is_skipped_all_the_same() -> None:
     session, run = alone()
     run.act("choose", 1)
     run._runs.wait(60.0)
-    session.halted = True
+    session.halt.set("teacher")
     run.act("next")
     outcome = run.walk.done.outcome
     assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.reference

@@ -110,7 +110,7 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
         run.act("choose", 0)
     assert run.walk.phase is Phase.DO
     student.session.change("speed", 2.0)
-    student.session.paused = False
+    student.session.halt.go_on()
     run._runs.wait(60.0)
     for _ in range(4000):
         if run.walk.phase is not Phase.DO or run.walk.yours:

@@ -96,7 +96,8 @@ class LessonSession:
             self._step_run.adopt(with_look(self._own, self._session))
             self._session.reset()
         finally:
-            self._session.paused, self.open = False, False
+            self._session.halt.go_on()
+            self.open = False
             self.version += 1
 
     def saved(self) -> SavedLesson | None:
@@ -220,7 +221,7 @@ class LessonSession:
         """
         walk, session = self.walk, self._session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not self._showing
-        if not to_measure or walk.yours or session.halted or walk.turn == self._measured or walk.finished(session.simulation):
+        if not to_measure or walk.yours or "teacher" in session.halt or walk.turn == self._measured or walk.finished(session.simulation):
             return False
         session.hurry(walk.setup.seconds)
         return True
@@ -231,7 +232,7 @@ class LessonSession:
             self.notes.append(("Predict first", "Choose an answer; then the run is free."))
         elif session.paused and not walk.yours and walk.finished(session.simulation):
             self._run_again()
-            session.paused = False
+            session.halt.go_on()
         else:
             session.toggle_pause()
 
@@ -260,7 +261,8 @@ class LessonSession:
 
     def _stop_trouble(self, text: str) -> None:
         turn = self.walk.turn
-        self._session.paused, self._measured = True, turn
+        self._session.halt.set("lesson")
+        self._measured = turn
         if self._troubled == turn:
             # Said once for a run, not once for a frame.
             return
@@ -276,7 +278,7 @@ class LessonSession:
             self._begin()
             return
         if walk.locked:
-            session.paused = True
+            session.halt.set("lesson")
         simulation = session.simulation
         walk.watch(simulation)
         if self._step_run.advance_own_tests(walk):
@@ -291,7 +293,7 @@ class LessonSession:
         if not runs_out:
             return
         if not walk.yours:
-            session.paused = True
+            session.halt.set("lesson")
         if not self._runs.ready:
             return
         self._measured = walk.turn

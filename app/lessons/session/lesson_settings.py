@@ -60,7 +60,8 @@ def begin(session: Session, walk: Walkthrough) -> None:
     else:
         session.invite(walk.target_source(session.simulation))
     # A hand that is the visitor's answers at once; anything else waits for Run.
-    session.paused = walk.locked or not walk.yours
+    session.halt.go_on()
+    session.halt.set("lesson", walk.locked or not walk.yours)
 
 
 def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:

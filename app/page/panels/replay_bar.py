@@ -143,7 +143,7 @@ class ReplayBar:
 
     def leave(self) -> None:
         """Back to live without touching the clock: something else than the visitor has begun another run."""
-        self.shelf.leave(go_on=False)
+        self.shelf.leave()
 
     def close(self) -> None:
         """Back to live; drop everything that is being computed."""

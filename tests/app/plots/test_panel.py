@@ -166,7 +166,7 @@ def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> Non
     plots.show(session, 1.0)
     first, second = error.data[1:3]
     assert len(second) == len(first) and np.isfinite([first[0], second[0]]).all()
-    session.paused = True
+    session.halt.set("visitor")
     session.reset()
     plots.show(session, 2.0)
     assert error.data[1][0] == 0.0 and np.isnan(error.data[1][1]) and [len(line) for line in error.data[2:]] == [0, 0, 0]
