@@ -13,7 +13,7 @@ from app.runtime.job_pool import JobPool
 from app.session.action_queue import ActionQueue
 from app.session.clock import BUDGET, LONGEST_GAP, Clock, Pace, next_speed
 from app.session.halt import Halt
-from app.session.input_source import InputSource, nudged, who
+from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
 from app.session.trade_off import TradeOffMap
@@ -51,7 +51,7 @@ class Session:
         settings: of the run and of the page.
         wake: called after every `post`, so that whoever draws need not wait for the next regular frame.
         background: where "what if" and smoothness are computed; without one they are not.
-        people: who can be imitated beside the built-in person.
+        sources: what the server was started with: persons beside the built-in one, and a student's law.
     """
 
     def __init__(
@@ -59,10 +59,10 @@ class Session:
         settings: Settings,
         wake: Callable[[], None] = lambda: None,
         background: JobPool | None = None,
-        people: InputSources = NO_SOURCES,
+        sources: InputSources = NO_SOURCES,
     ) -> None:
         self.settings = settings
-        self.people = people
+        self.sources = sources
         self.background = background
         self._wake = wake
         self.simulation = Simulation(settings.run)
@@ -74,7 +74,7 @@ class Session:
         """What the run was made with."""
         self._ghost_inputs = InputsLog(GHOST_KEEP)
         self._frozen = settings.run.law, settings.run.gain
-        self._custom_law = CustomLaw(people.law_file) if people.law_file is not None else None
+        self._custom_law = CustomLaw(sources.law_file) if sources.law_file is not None else None
         self._custom_law_runs = True
         self._law_part = SHARE
         """Part of the wall time that its calls may be waited for."""
@@ -84,8 +84,8 @@ class Session:
         """The target of a step that its law has not answered yet."""
         self.examination: Examination | None = None
         """The tests of a law of one's own; None where there is none."""
-        if people.law_file is not None and background is not None:
-            self.examination = Examination(people.law_file, background, wake)
+        if sources.law_file is not None and background is not None:
+            self.examination = Examination(sources.law_file, background, wake)
         self.simulation.use(self._law_of_run())
         # What is computed apart knows the settings' laws only, and would answer for another one.
         with_studies = background is not None and self._custom_law is None
@@ -97,7 +97,7 @@ class Session:
         self._clock = Clock(settings.page.speed)
         self._steps_asked = 0
         self._hurries_to = 0.0
-        self._mover = InputSource()
+        self._input = InputSource()
         self._raise_ghost()
         if self._studies is not None and settings.page.what_if:
             self._studies.prepare(settings)
@@ -191,7 +191,7 @@ class Session:
     @property
     def held(self) -> Target | None:
         """What a person holds, and where; None while nobody touches anything."""
-        return self._mover.held
+        return self._input.held
 
     @property
     def pace(self) -> Pace:
@@ -216,11 +216,11 @@ class Session:
             self.simulation.apply(after.run)
         anew = self.simulation.cast is not cast
         if after.page.source != before.page.source:
-            self._mover.invite(None)
-        elif anew or who(after.run) != who(before.run):
-            self._mover.begin_anew()
+            self._input.set_source(None)
+        elif anew or source_key(after.run) != source_key(before.run):
+            self._let_go()
         if after.page.autopilot and not before.page.autopilot:
-            self._mover.restart()
+            self._input.restart()
         if after.page.ghost != before.page.ghost:
             self._frozen = after.run.law, after.run.gain
             self._raise_ghost()
@@ -267,7 +267,7 @@ class Session:
         """A person takes hold of something, moves it, or (None) lets go of it. Whoever moved it by themselves stops at once."""
         if target is not None and self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=False))
-        self._mover.held = target
+        self._input.held = target
 
     def nudge(self, way: Array) -> None:
         """Move the place where the person holds the hand, or the ball, by (3,) [m], world. A person's own arms cannot be nudged."""
@@ -275,11 +275,17 @@ class Session:
         if held is not None:
             self.hold(held)
 
-    def invite(self, person: TargetSource | None) -> None:
-        """Have somebody else than the experiment's own person move what can be moved, from now on: a file, a camera, recorded inputs;
-        None for the own one again. Whoever takes hold of something still goes first."""
-        self._mover.invite(person)
-        if person is not None and not self.settings.page.autopilot:
+    def _let_go(self) -> None:
+        self._input.held = None
+        self._input.restart()
+
+    def set_source(self, source: TargetSource | None) -> None:
+        """Take the target from a source, such as a file, a camera or recorded inputs, from now on; None for the experiment's own one.
+
+        What the visitor holds still goes first.
+        """
+        self._input.set_source(source)
+        if source is not None and not self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=True))
 
     def reset(self) -> None:
@@ -289,7 +295,7 @@ class Session:
             self.ghost.reset()
         if self._studies is not None:
             self._studies.forget()
-        self._mover.begin_anew()
+        self._let_go()
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
 
@@ -359,7 +365,7 @@ class Session:
 
     def target(self) -> Target | None:
         """Return what the person, or whoever stands in for them, wants now."""
-        return self._mover.target(self.simulation, self.settings.page.autopilot)
+        return self._input.target(self.simulation, self.settings.page.autopilot)
 
     def _step(self) -> bool:
         """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
@@ -388,7 +394,7 @@ class Session:
             return
         self._custom_law.refresh()
         if self._calls_custom_law and not self.paused:
-            self._law_part = self.people.law_share.part(id(self))
+            self._law_part = self.sources.law_share.part(id(self))
         self._custom_law.allow(self._law_part * min(elapsed, LONGEST_GAP))
 
     def _make(self, due: int, budget: float) -> int:

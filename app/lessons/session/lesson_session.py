@@ -92,7 +92,7 @@ class LessonSession:
         self._waiting = None
         try:
             self._session.let_custom_law_run(True)
-            self._session.invite(None)
+            self._session.set_source(None)
             self._step_run.adopt(with_look(self._own, self._session))
             self._session.reset()
         finally:

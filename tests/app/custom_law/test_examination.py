@@ -74,7 +74,7 @@ def session_with(path: Path, desk: Desk | None = None, **settings: object) -> Se
     given = Settings()
     for key, value in settings.items():
         given = changed(given, key, value)
-    return Session(given, background=cast(JobPool | None, desk), people=InputSources(law_file=path))
+    return Session(given, background=cast(JobPool | None, desk), sources=InputSources(law_file=path))
 
 
 # ---- tested beside the page -----------------------------------------------------------------------------------------------------

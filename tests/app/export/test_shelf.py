@@ -23,7 +23,7 @@ class Desk:
 
     def __init__(self, people: InputSources | None = None, **settings: object) -> None:
         self.background = Inline()
-        self.session = Session(Settings(run=given_settings(**settings)), people=people or InputSources())
+        self.session = Session(Settings(run=given_settings(**settings)), sources=people or InputSources())
         self.shelf = ExportQueue(self.session, self.background)
 
     def run(self, seconds: float) -> None:
