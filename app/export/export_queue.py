@@ -226,7 +226,7 @@ class ExportQueue:
     @property
     def past(self) -> Past | None:
         """What is to be drawn in the place of the session; None while live."""
-        return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off)
+        return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off, self.loaded)
 
     # --- every frame -----------------------------------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from app.page.operation import Operation
 from app.page.view import View
 from app.runtime.job_pool import JobPool
 from app.session.clock import budget_of
+from app.session.frame import freeze, make_frame
 from app.session.input_sources import InputSources
 from app.session.session import Session
 from app.settings import Language, Settings
@@ -75,7 +76,7 @@ class Visitor:
             self.view = View(client, self.session, lambda: [client], self.lessons)
             yield
             self._speak()
-            self.view.show(perf_counter(), False)
+            self.view.show(freeze(self.session, perf_counter()))
             yield
             self._speak()
             self.operation = Operation(client, self.session, self.view)
@@ -117,13 +118,12 @@ class Visitor:
     def frame(self, now: float, elapsed: float, sessions: int) -> None:
         """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]; `sessions`: that have a frame at this time."""
         self._speak()
-        moved = self.session.advance(elapsed, budget_of(sessions)) > 0
         if language_of(self.session.settings, self._browser) != self._language:
             self._translate()
-        self.lessons.frame()
+        frame = make_frame(self.session, self.lessons, now, elapsed, budget_of(sessions))
         with self.client.atomic():
-            self.view.show(now, moved)
-            self.operation.show()
+            self.view.show(frame)
+            self.operation.show(frame)
         self.client.flush()
 
 

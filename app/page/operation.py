@@ -1,7 +1,6 @@
 """What is operated of one session: controls, handles, keys."""
 
 from collections.abc import Callable
-from time import perf_counter
 
 import numpy as np
 import viser
@@ -17,6 +16,7 @@ from app.page.panels.link_box import LinkBox
 from app.page.panels.plots_panel import DetailsChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.view import View
+from app.session.frame import Frame
 from app.session.session import Session
 from scenes.settings import RunSettings, specs
 
@@ -31,7 +31,7 @@ class Operation:
     """
 
     def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
-        self._client, self._session, self._view = client, session, view
+        self._client, self._session, self._lessons = client, session, view.lessons
         self._actions: dict[str, Callable[[], None]] = {
             "pause": session.toggle_pause,
             "step": session.single_step,
@@ -62,7 +62,7 @@ class Operation:
         self._keep: ReplayBar | None = None
         with client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
             if session.background is not None:
-                self._keep = view.keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
+                self._keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
             self._link = LinkBox(client, session, view.lessons)
             self._lab: LabReportBox | None = None
             if self._keep is not None:
@@ -129,23 +129,21 @@ class Operation:
         for problem in book.problems[:5]:
             self._notify("A lesson was left out", str(problem))
 
-    def show(self) -> None:
-        """Bring controls and handles up to date with the session."""
-        past = self._keep.past if self._keep is not None else None
-        self._controls.show((past or self._session).paused)
-        self._chooser.show(self._view.lessons.open)
+    def show(self, frame: Frame) -> None:
+        """Bring controls and handles up to date."""
+        self._controls.show(frame)
+        self._chooser.show(self._lessons.open)
         if self._keep is not None:
-            self._keep.show()
-        self._link.show(perf_counter())
-        self._desk.show()
+            self._keep.show(frame)
+        self._link.show(frame)
+        self._desk.show(frame)
         if self._lab is not None:
             self._lab.show()
-        # Nobody can take hold of what is over.
-        self._gizmos.offer(past is None and not self._view.lessons.hands_off)
+        # A replay cannot be taken hold of.
+        self._gizmos.offer(not frame.replayed and not self._lessons.hands_off)
         self._gizmos.show()
 
     def close(self) -> None:
-        """Let go of the past, and of everything that is being made; for whoever leaves."""
+        """Go back to live, and drop every export that is being made."""
         if self._keep is not None:
-            self._view.keep = None
             self._keep.close()

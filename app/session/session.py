@@ -15,6 +15,7 @@ from app.session.clock import BUDGET, LONGEST_GAP, Clock, Pace, next_speed
 from app.session.halt import Halt
 from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
+from app.session.shown import Player
 from app.session.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
 from app.session.trade_off import TradeOffMap
 from app.settings import Settings
@@ -92,6 +93,8 @@ class Session:
         self._studies = Studies(background, wake) if with_studies and background is not None else None
         self.trade_off = TradeOffMap(background, wake) if with_studies and background is not None else None
         """Distance against error over n and v; None where nothing is computed apart."""
+        self.player: Player | None = None
+        """Replays in the place of the live run; None where nothing is replayed."""
         self.posts = ActionQueue()
         """What waits for the next frame."""
         self._clock = Clock(settings.page.speed)
@@ -367,7 +370,7 @@ class Session:
         """Return what the person, or whoever stands in for them, wants now."""
         return self._input.target(self.simulation, self.settings.page.autopilot)
 
-    def _step(self) -> bool:
+    def _step_both(self) -> bool:
         """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
         target = self.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
@@ -400,21 +403,34 @@ class Session:
     def _make(self, due: int, budget: float) -> int:
         """Make so many steps, or as many as there is time for [s]; return how many were made."""
         deadline, made = perf_counter() + budget, 0
-        while made < due and self._step():
+        while made < due and self._step_both():
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 break
         return made
 
-    def advance(self, elapsed: float, budget: float = BUDGET) -> int:
-        """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made.
+    replay_time = None
+    """Live, see `app.session.shown.Shown`."""
 
-        `budget`: wall time after which no further step is made [s].
-        """
+    replayed_file = ""
+
+    def advance(self, elapsed: float, budget: float = BUDGET) -> int:
+        """Take the actions and make the steps of one frame without a page, see `take_actions` and `step`."""
+        self.take_actions(elapsed)
+        return self.step(elapsed, budget)
+
+    def take_actions(self, elapsed: float) -> None:
+        """Do what was posted, and take in what was computed. `elapsed`: wall time since the last frame [s]."""
         self._allow_custom_law(elapsed)
         if self._studies is not None:
             self._studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
         self.posts.do()
+
+    def step(self, elapsed: float, budget: float = BUDGET) -> int:
+        """Simulate `elapsed` [s] of wall time; return the number of steps made.
+
+        `budget`: wall time after which no further step is made [s].
+        """
         if "teacher" in self.halt:
             # What was asked for meanwhile is not made up for afterwards.
             self._steps_asked, self._hurries_to = 0, 0.0

@@ -71,7 +71,7 @@ def play(session: Session, run: LessonSession, frames: int = 4000) -> None:
     run._runs.wait(60.0)
     for _ in range(frames):
         session.advance(0.05)
-        run.frame()
+        run.decide()
         if session.paused and not run.computing and (run._runs.ready or session.simulation.steps == 0):
             return
     raise AssertionError("the run does not end")
@@ -81,7 +81,7 @@ def finish(session: Session, run: LessonSession) -> None:
     """Run to the end, and measure."""
     run.act("run")
     play(session, run)
-    run.frame()
+    run.decide()
 
 
 def to_challenge(session: Session, run: LessonSession) -> None:
@@ -89,7 +89,7 @@ def to_challenge(session: Session, run: LessonSession) -> None:
     while run.walk.phase is not Phase.CHALLENGE:
         run.act("next")
         session.advance(0.0)
-        run.frame()
+        run.decide()
 
 
 # ---- a session without a page ---------------------------------------------------------------------------------------------------
@@ -100,10 +100,10 @@ def test_a_run_is_locked_until_an_answer_is_chosen() -> None:
     for action in ("run", "next", "why", "check"):
         run.act(action)
         session.advance(0.1)
-        run.frame()
+        run.decide()
         assert session.paused and session.simulation.steps == 0 and run.walk.phase is Phase.PREDICT, action
     session.toggle_pause()
-    run.frame()
+    run.decide()
     assert session.paused
     run.act("choose", 0)
     assert run.walk.phase is Phase.DO
@@ -136,7 +136,7 @@ def test_a_run_that_is_skipped_is_still_measured() -> None:
     while run.walk.phase is Phase.DO:
         before = session.simulation.steps
         session.advance(0.0)
-        run.frame()
+        run.decide()
         assert session.simulation.steps > before, "it hurries, whatever the clock on the wall says"
     outcome = run.walk.done.outcome
     assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.complete and not outcome.reference
@@ -160,7 +160,7 @@ def test_leaving_gives_the_visitors_own_settings_back() -> None:
     for lesson in range(len(BOOK.lessons)):
         run.enter(lesson)
         session.advance(0.05)
-        run.frame()
+        run.decide()
         assert values(session.settings)["scene"] == BOOK.lessons[lesson].steps[0].setup.run.scene
     session.change("theme", "dark")
     run.act("leave")
@@ -183,10 +183,10 @@ def test_another_experiment_in_the_middle_of_a_lesson_begins_the_run_anew() -> N
     session, run = alone()
     run.act("choose", 2)
     session.change("scene", "hold")
-    run.frame()
+    run.decide()
     assert session.settings.run.scene == "solo" and run.notes
     session.change("autopilot", False)
-    run.frame()
+    run.decide()
     assert session.settings.page.autopilot
 
 
@@ -203,7 +203,7 @@ def test_nonsense_does_no_harm() -> None:
         ("check",),
     ):
         run.act(str(action), *given)
-        run.frame()
+        run.decide()
         session.advance(0.05)
     assert run.open and run.walk.phase is Phase.PREDICT
 
@@ -214,7 +214,7 @@ def test_a_challenge_says_what_failed() -> None:
     assert run.walk.yours and not run.hands_off and not session.paused
     for _ in range(40):
         session.advance(0.05)
-        run.frame()
+        run.decide()
     run.act("check")
     attempt = run.view().attempt
     assert attempt is not None and not attempt.passed and attempt.failed
@@ -230,14 +230,14 @@ def swing(session: Session, run: LessonSession) -> None:
     while session.simulation.time < trial.setup.seconds:
         session.hold(person.target(session.simulation.time))
         session.advance(0.02)
-        run.frame()
+        run.decide()
 
 
 def test_a_challenge_is_tried_again_with_the_students_own_settings() -> None:
     session, run = alone(0, 2)
     to_challenge(session, run)
     session.advance(0.05)
-    run.frame()
+    run.decide()
     session.change("k", 5.0)
     session.change("dt", 0.005)
     swing(session, run)

@@ -35,7 +35,7 @@ class Student:
     def frame(self, elapsed: float = 0.03) -> None:
         """What the frame loop does."""
         self.session.advance(elapsed)
-        self.run.frame()
+        self.run.decide()
         assert np.isfinite(self.session.simulation.positions).all()
 
     def act(self) -> None:

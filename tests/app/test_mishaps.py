@@ -141,10 +141,10 @@ def test_a_lesson_that_fails_at_every_frame_is_told_once_a_run(
     monkeypatch.setattr(run.walk, "watch", fail)
     monkeypatch.setattr(run.walk, "live", fail)
     for _ in range(5):
-        run.frame()
+        run.decide()
         assert run.live() == ()
     assert len(lines(caplog)) == 2
     assert [title for title, _ in run.notes] == ["The lesson stopped here"]
     run.act("reset")
-    run.frame()
+    run.decide()
     assert len(run.notes) == 2

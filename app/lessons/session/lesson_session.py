@@ -97,6 +97,7 @@ class LessonSession:
             self._session.reset()
         finally:
             self._session.halt.go_on()
+            self._leave_replay()
             self.open = False
             self.version += 1
 
@@ -221,7 +222,13 @@ class LessonSession:
         """
         walk, session = self.walk, self._session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not self._showing
-        if not to_measure or walk.yours or "teacher" in session.halt or walk.turn == self._measured or walk.finished(session.simulation):
+        if (
+            not to_measure
+            or walk.yours
+            or "teacher" in session.halt
+            or walk.turn == self._measured
+            or walk.finished(session.simulation)
+        ):
             return False
         session.hurry(walk.setup.seconds)
         return True
@@ -247,12 +254,12 @@ class LessonSession:
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
-    def frame(self) -> None:
-        """Look after the run, once a frame after the session has advanced; never raises."""
+    def decide(self) -> None:
+        """Begin, stop or measure the run where the step asks for it: once a frame, between the actions and the steps; never raises."""
         if not self.open:
             return
         try:
-            self._frame()
+            self._decide()
         except DuetError as error:
             self._stop_trouble(str(error))
         except Exception as error:
@@ -270,7 +277,7 @@ class LessonSession:
         self.notes.append(("The lesson stopped here", text))
         self.version += 1
 
-    def _frame(self) -> None:
+    def _decide(self) -> None:
         walk, session = self.walk, self._session
         note = deviation_from_lesson(session, walk)
         if note is not None:
@@ -322,7 +329,13 @@ class LessonSession:
         walk = self.walk
         self._turn, self._measured = walk.turn, -1
         self._step_run.begin(walk, own_settings)
+        self._leave_replay()
         self.version += 1
+
+    def _leave_replay(self) -> None:
+        """Show the run that has just begun."""
+        if self._session.player is not None:
+            self._session.player.leave()
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 

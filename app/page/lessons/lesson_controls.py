@@ -14,6 +14,7 @@ from app.page.lessons.lesson_html import NEXT, choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import LESSON_KEYS, Hotkey
+from app.session.frame import Frame
 from app.session.session import Session
 from app.text.lesson_text import plain
 
@@ -162,8 +163,9 @@ class LessonControls:
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
-    def show(self) -> None:
-        """Bring buttons up to date, and say what the lessons have to say."""
+    def show(self, frame: Frame) -> None:
+        """Bring buttons up to date, and pass on the lesson's notices."""
+        del frame
         run = self._run
         while run.notes:
             self._notify(*run.notes.popleft())

@@ -15,8 +15,7 @@ from app.plots.stability_section import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, POINTS, WINDOW, Curve, RollingSeries, drawable
 from app.plots.trade_off_chart import map_html
-from app.recording.past import Shown
-from app.session.contact import contact
+from app.session.frame import Frame
 from app.settings import Details, PageSettings
 from app.theme import PALETTES, scale
 from controllers.kinematics import Array
@@ -56,7 +55,6 @@ class Plots:
         self._what_if: WhatIf | None = None
         self._answers = 0
         self._curves: dict[str, Curve] = {}
-        self._details: Details = page.details
         with tab:
             self._layout = gui.add_html("", order=0.0)
         self._captions: dict[str, viser.GuiHtmlHandle] = {}
@@ -78,19 +76,15 @@ class Plots:
             plot.series = self._series(course)
             plot.axes = self._axes()
 
-    def choose(self, details: Details) -> None:
-        """Show something else beside the first two plots, or nothing."""
-        self._details = details
-
     def only(self, names: tuple[str, ...]) -> None:
         """Show these, and what is chosen beside them, instead of the first two plots; none for the first two again."""
         self._only = names
 
-    def show(self, session: Shown, now: float) -> None:
-        """Take in the newest steps, and refresh what is shown if there is news and it is time. `now`: wall time [s]."""
-        simulation, ghost = session.simulation, session.ghost
-        self._take(session.what_if)
-        self._arrange(simulation, ghost)
+    def show(self, frame: Frame) -> None:
+        """Take in the newest steps, and refresh every plot that has news and is due."""
+        simulation, ghost, now = frame.simulation, frame.ghost, frame.now
+        self._take(frame.shown.what_if)
+        self._arrange(simulation, ghost, frame.settings.page.details)
         if self._dressed:
             # The page makes every plot anew, and new data in the same moment would leave it with a time axis in the wrong proportion
             # for good. One that was away is begun afresh.
@@ -114,7 +108,7 @@ class Plots:
             self._drawn[name] = state
             if name in CHARTS:
                 self._next[name] = now + SLOW_PERIOD
-                self._charts[name].content = self._chart_html(name, session)
+                self._charts[name].content = self._chart_html(name, frame)
             else:
                 course, plot = self._courses[name]
                 self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
@@ -124,9 +118,9 @@ class Plots:
         for name in self._away:
             self._handle(name).visible = visible and name in self._cells
 
-    def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
+    def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
         """Have exactly those plots on the panel that belong there, with the right lines and names."""
-        wanted = cells(simulation.settings, self._details, self._only)
+        wanted = cells(simulation.settings, details, self._only)
         if wanted != self._cells:
             for name in self._cells:
                 if name not in wanted:
@@ -143,9 +137,7 @@ class Plots:
             for name in self._courses:
                 self._redefine(name, simulation)
         for name in wanted:
-            caption = self._caption(name, ghost is not None)
-            if self._captions[name].content != caption:
-                self._captions[name].content = caption
+            self._captions[name].content = self._caption(name, ghost is not None)
 
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
         return self._charts[name] if name in CHARTS else self._courses[name][1]
@@ -223,24 +215,23 @@ class Plots:
                 data.append(next(found[line.run]))
         return tuple(data)
 
-    def _chart_html(self, name: str, session: Shown) -> str:
-        simulation, ghost = session.simulation, session.ghost
-        sample = simulation.sample()
+    def _chart_html(self, name: str, frame: Frame) -> str:
+        simulation, ghost, sample, trade_off = frame.simulation, frame.ghost, frame.sample, frame.shown.trade_off
         match name:
             case "curve":
                 chart = curve_html(simulation, ghost, sample, self._height)
                 return f'<div class="duet">{chart}</div>'
             case "laws":
-                return laws_html(simulation, ghost, contact(simulation, sample), self._height)
+                return laws_html(simulation, ghost, frame.contact, self._height)
             case "map":
-                if session.trade_off is None:
+                if trade_off is None:
                     return '<div class="duet duet-tip">' + tr("A law of your own is not computed apart.") + "</div>"
-                points = session.trade_off.points(session.settings.run)
-                return map_html(points, session.trade_off.size, session.settings.run, self._height)
+                points = trade_off.points(frame.settings.run)
+                return map_html(points, trade_off.size, frame.settings.run, self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
             case _:
-                return section_html(simulation, sample, contact(simulation, sample))
+                return section_html(simulation, sample, frame.contact)
 
     def _series(self, course: TimePlot) -> tuple[uplot.Series, ...]:
         return (uplot.Series(), *(self._line(line) for line in course.lines))

@@ -6,6 +6,7 @@ from html import escape
 import viser
 
 from app.i18n.speaking import tr
+from app.session.frame import Frame
 from app.session.input_sources import MODEL_REMEDY, PersonTarget, from_bvh
 from app.session.session import Session
 from app.settings import Source
@@ -26,7 +27,6 @@ class Sources:
         self._session, self._sources, self._notify = session, session.sources, notify
         self._uploaded: PersonTarget | None = None
         self._shown: Source | None = None
-        self._said = ""
         self._upload = gui.add_upload_button(
             tr("Take in a BVH file"),
             mime_type=".bvh",
@@ -50,8 +50,9 @@ class Sources:
         if self._shown == "file":
             self._session.set_source(self._uploaded)
 
-    def show(self) -> None:
-        """Follow the settings; called once a frame."""
+    def show(self, frame: Frame) -> None:
+        """Follow the settings."""
+        del frame
         settings = self._session.settings
         source = settings.page.source if settings.run.scene == "imitation" else None
         if source != self._shown:
@@ -78,6 +79,4 @@ class Sources:
             self._session.set_source(None)
 
     def _say(self, text: str) -> None:
-        if text != self._said:
-            self._said = text
-            self._state.content = f'<div class="duet duet-tip">{escape(text)}</div>' if text else ""
+        self._state.content = f'<div class="duet duet-tip">{escape(text)}</div>' if text else ""

@@ -169,7 +169,7 @@ def to_challenge(session: Session, run: LessonSession) -> None:
     while run.walk.phase is not Phase.CHALLENGE:
         run.act("next")
         session.advance(0.0)
-        run.frame()
+        run.decide()
 
 
 def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
@@ -209,7 +209,7 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkey
             run.act("check")
             for _ in range(6):
                 desk.work()
-                run.frame()
+                run.decide()
             assert run.own_tests is not None and run.own_tests.finished
 
         until(lambda: run._runs.ready, 60.0)
@@ -232,7 +232,7 @@ def test_without_a_file_there_is_nothing_to_check() -> None:
     to_challenge(session, run)
     assert run.own_tests == NO_FILE
     run.act("check")
-    run.frame()
+    run.decide()
     assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
 
 

@@ -37,7 +37,7 @@ def run() -> LessonSession:
     run.act("run")
     while run.walk.phase is Phase.DO:
         run._session.advance(0.05)
-        run.frame()
+        run.decide()
     run.walk.write(f"I did not expect that.\n{NASTY}")
     return run
 

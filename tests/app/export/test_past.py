@@ -39,9 +39,8 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
     assert session.paused
     first.wait_for(lambda v: HAND not in v.mirror.nodes, LONG)
     # Both see the same moment, and it is one of the past.
-    lead = opened.host._seats[opened.host.operator or 0].showing
-    assert lead is not None and lead.view.keep is not None
-    bar = lead.view.keep
+    assert opened.host._operation is not None and opened.host._operation._keep is not None
+    bar = opened.host._operation._keep
     first.wait_for(lambda _: bar.shelf.replay is not None and not bar.shelf.replay.playing, LONG)
     steps = ask(session, lambda s: s.simulation.steps)
     first.set_value("moment [s]", 0.25)
@@ -71,7 +70,7 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     guest.ask(lambda _: stand.lessons.act("go", 0, 1))
     guest.visitor.wait_for(lambda v: not says_so(v), LONG)
     # The next step waits for an answer.
-    assert guest.ask(lambda s: (bar.watching, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
+    assert guest.ask(lambda s: (bar.shelf.watching, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
 
 
 def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None:
