@@ -5,6 +5,7 @@ from collections.abc import Callable
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.teacher_panel import Action
 from app.lessons.lesson import LessonBook
+from app.lessons.session.lesson_actions import Choose, ResetStep
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.session.action_queue import ActionQueue
@@ -70,13 +71,13 @@ class TeacherControl:
         favourite = poll.tally.favourite
         if lessons.locked and favourite is not None:
             # The prediction that the run is compared with is the class's.
-            lessons.act("choose", favourite)
+            lessons.act(Choose(favourite))
 
     def _ask_again(self) -> None:
         poll = self.poll()
         if poll is not None:
             self._room.ballots.ask_again(poll.place)
-            self._lessons.act("reset")
+            self._lessons.act(ResetStep())
 
     def _answer(self, who: str, choice: int) -> None:
         self._room.answer(self._walk, who, choice)

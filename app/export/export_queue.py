@@ -18,6 +18,7 @@ from app.recording.past import Past
 from app.recording.replay import RecordedFilm, Replay, film
 from app.recording.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
 from app.runtime.job_pool import Job, JobPool
+from app.session.actions import Action, Pause, Reset, SingleStep
 from app.session.session import Session
 from controllers.errors import LazyText
 from controllers.kinematics import Array
@@ -201,18 +202,18 @@ class ExportQueue:
         """Stand at a time [s] from the next frame on, at rest."""
         self._seek = time
 
-    def take(self, action: str) -> bool:
-        """Do what a hotkey stands for, if it is about the replay; return whether it was."""
+    def take(self, action: Action) -> bool:
+        """Do an action if it is about the replay; return whether it was."""
         replay = self.replay
         if replay is None:
             return False
         match action:
-            case "pause":
+            case Pause():
                 replay.toggle()
-            case "step":
+            case SingleStep():
                 replay.playing = False
                 replay.seek_step(replay.step + 1)
-            case "reset":
+            case Reset():
                 self.leave()
             case _:
                 return False

@@ -12,6 +12,20 @@ from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
 from app.lessons.session.further_runs import FurtherRuns
+from app.lessons.session.lesson_actions import (
+    Check,
+    Choose,
+    GoBack,
+    GoOn,
+    GoTo,
+    Leave,
+    LessonAction,
+    ResetStep,
+    RunAgain,
+    ShowHint,
+    ShowWhy,
+    StartOrPause,
+)
 from app.lessons.session.lesson_settings import asks_for_custom_law, deviation_from_lesson, with_look
 from app.lessons.session.saved import SavedLesson
 from app.lessons.session.step_runner import StepRunner
@@ -50,7 +64,7 @@ class LessonSession:
         self._mishaps = ThrottledLog(log)
         self._runs = FurtherRuns()
         self._step_run = StepRunner(session, self._runs, self.notes)
-        self._waiting: tuple[str, tuple[object, ...]] | None = None
+        self._waiting: GoOn | Check | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
 
@@ -162,12 +176,12 @@ class LessonSession:
         """Return whether something waits for a further run."""
         return self._waiting is not None
 
-    def act(self, action: str, *given: object) -> None:
-        """Do what a button or a key of the lessons stands for; nothing that is asked at the wrong moment does any harm."""
+    def act(self, action: LessonAction) -> None:
+        """Do what the student asks for; an action at the wrong moment does nothing."""
         if not self.open:
             return
         self._waiting = None
-        self._guarded(lambda: self._act(action, given))
+        self._guarded(lambda: self._act(action))
         self._guarded(self._follow)
 
     def _guarded(self, what: Callable[[], None]) -> None:
@@ -179,41 +193,39 @@ class LessonSession:
             log.exception("an action of a lesson failed and was left out")
             self.notes.append(("Something went wrong", "It was left out. Reset begins the step anew."))
 
-    def _act(self, action: str, given: tuple[object, ...]) -> None:
+    def _act(self, action: LessonAction) -> None:
         walk, session = self.walk, self._session
-        if action in ("next", "check") and not self._runs.ready:
-            self._waiting = action, given
+        if isinstance(action, GoOn | Check) and not self._runs.ready:
+            self._waiting = action
             return
         match action:
-            case "choose":
-                walk.choose(int(str(given[0])))
-            case "go":
-                walk.go(int(str(given[0])), int(str(given[1])))
-            case "next":
+            case Choose(answer):
+                walk.choose(answer)
+            case GoTo(lesson, step):
+                walk.go(lesson, step)
+            case GoOn():
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
                     self._step_run.observe(walk)
                 if not self._hurries():
                     walk.next()
-            case "back":
+            case GoBack():
                 walk.back()
-            case "reset":
+            case ResetStep():
                 walk.reset()
                 self.said.clear()
                 self._turn = -1
-            case "again":
+            case RunAgain():
                 self._run_again()
-            case "run":
+            case StartOrPause():
                 self._run()
-            case "why":
+            case ShowWhy():
                 walk.show_why()
-            case "hint":
+            case ShowHint():
                 walk.hint()
-            case "check":
+            case Check():
                 self._check()
-            case "leave":
+            case Leave():
                 self.leave()
-            case _:
-                log.warning("a lesson knows no action %r", action[:40])
 
     def _hurries(self) -> bool:
         """Have a run that is to be measured go on to its end as fast as it can, for whoever does not want to wait for it.
@@ -291,8 +303,7 @@ class LessonSession:
         if self._step_run.advance_own_tests(walk):
             self.version += 1
         if self._waiting is not None and self._runs.ready:
-            action, given = self._waiting
-            self.act(action, *given)
+            self.act(self._waiting)
             return
         if walk.turn == self._measured or simulation.steps == 0 or not walk.finished(simulation):
             return

@@ -8,9 +8,10 @@ import viser
 from app.i18n.speaking import spoken, tr, tr_all
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.compare import ComparePanel
-from app.page.panels.hotkeys import control_of, help_html
+from app.page.panels.hotkeys import help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources
+from app.session.actions import Action, Pause, Reset, SingleStep, control_of
 from app.session.clock import SPEEDS
 from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
@@ -60,12 +61,12 @@ class Controls:
     Args:
         gui: of whoever operates it; the caller has opened the container.
         session: what is operated.
-        act: does a hotkey's action by name.
+        act: does an action.
         notify: shows a message to the visitor.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, session: Session, act: Callable[[str], None], notify: Callable[[str, str], None]
+        self, gui: viser.GuiApi, session: Session, act: Callable[[Action], None], notify: Callable[[str, str], None]
     ) -> None:
         self._gui, self._session, self._act, self._notify = gui, session, act, notify
         self._specs: dict[str, Spec] = specs(Settings)
@@ -99,7 +100,7 @@ class Controls:
 
     def _transport(self) -> None:
         gui, session = self._gui, self._session
-        actions = ("pause", "step", "reset")
+        actions = (Pause(), SingleStep(), Reset())
         self._clock = ChoiceButtons(
             gui,
             "clock",

@@ -15,6 +15,7 @@ from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.copy_button import copy_button
 from app.page.replay_box import KEY, MODIFIER, box_mark
 from app.runtime.job_pool import JobPool
+from app.session.actions import Action, Pause
 from app.session.frame import Frame
 from app.session.session import Session
 from scenes.inputs import KEEP
@@ -122,8 +123,8 @@ class ReplayBar:
             file = event.target.value
             session.post(lambda: shelf.load(file.content, file.name), "load")
 
-    def take(self, action: str) -> bool:
-        """Do what a hotkey stands for, if it is about the replay; return whether it was."""
+    def take(self, action: Action) -> bool:
+        """Do an action if it is about the replay; return whether it was."""
         return self.shelf.take(action)
 
     def close(self) -> None:
@@ -144,7 +145,7 @@ class ReplayBar:
         self.shelf.watch(self._length)
 
     def _toggle(self) -> None:
-        self.shelf.take("pause")
+        self.shelf.take(Pause())
 
     def _offer_rest(self, offered: bool) -> None:
         """Listen to the key of `app.page.replay_box`, or not."""
