@@ -27,6 +27,7 @@ from app.page.operation import Operation
 from app.page.panels.key_notice import name_mistake
 from app.runtime.job_pool import JobPool
 from app.runtime.throttled_log import ThrottledLog
+from app.session.frame import Frame, make_frame
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.session import Session
 from app.settings import LOOKS, Language, Look, Settings, from_query
@@ -138,16 +139,15 @@ class LectureHost(Connections):
         if self._operator is None and heir is not None:
             self._build(heir, self._hand_over)
         self._decisions.answers.do()
-        moved = self.session.advance(elapsed) > 0
         if self._operator is not None and language_of(self.session.settings, self._browser) != self._language:
             self._build(self._seats[self._operator], self._seat_leader)
         set_language(self._language)
-        self.lessons.frame()
+        frame = make_frame(self.session, self.lessons, now, elapsed)
         if self.room.paused and not self.room.free and not self.session.paused:
             # On the stage the teacher's Run is everybody's.
             self.room.paused = False
         self._explorers.settle(self._seats.values(), self._apart, now)
-        self._show_stage(now, moved)
+        self._show_stage(frame)
         for number, seat in list(self._seats.items()):
             if seat.stand is not None:
                 set_language(seat.stand.language)
@@ -166,19 +166,18 @@ class LectureHost(Connections):
         look = audience.look
         return StagePage(audience, self.session, self.lessons, self._book, look.language, look, watchers)
 
-    def _show_stage(self, now: float, moved: bool) -> None:
-        """Draw the stage, first for the one who leads, whose view the others follow."""
+    def _show_stage(self, frame: Frame) -> None:
+        """Draw the stage, first for the one who leads."""
         seats, inviting = list(self._seats.items()), self._address if self.room.inviting else None
-        lead = self._seats[self._operator].showing if self._operator is not None else None
         own = [(number, seat, seat.showing) for number, seat in seats if seat.showing is not None]
         for number, seat, showing in sorted(own, key=lambda one: one[0] != self._operator):
             try:
                 set_language(showing.language)
                 poll = self._decisions.poll(showing.book)
-                showing.show(now, moved, lead and lead.view, poll, inviting)
+                showing.show(frame, poll, inviting)
                 if number == self._operator and self._operation is not None:
                     with seat.client.atomic():
-                        self._operation.show()
+                        self._operation.show(frame)
                 seat.show(self.room, self._state(poll), None, showing.view, self.lessons)
                 showing.flush()
             except Exception as error:
@@ -188,7 +187,7 @@ class LectureHost(Connections):
         for audience, showing in self._showings.items():
             set_language(showing.language)
             poll = self._decisions.poll(showing.book)
-            showing.show(now, moved, lead and lead.view, poll, inviting)
+            showing.show(frame, poll, inviting)
             state = self._state(poll)
             for _, seat in seats:
                 if seat.audience is audience:

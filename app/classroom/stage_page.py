@@ -12,6 +12,7 @@ from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.view import View
+from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
 from app.web.audience import Audience
@@ -50,18 +51,16 @@ class StagePage:
             self.view = View(host, session, clients, lessons, look, self.book, folds=False)
             self._overlays = Overlays(host.gui, self.view)
 
-    def show(self, now: float, moved: bool, lead: View | None, poll: Poll | None, inviting: Address | None) -> None:
+    def show(self, frame: Frame, poll: Poll | None, inviting: Address | None) -> None:
         """Draw a frame.
 
         Args:
-            now: wall time [s].
-            moved: whether the simulation made a step since the last one.
-            lead: the view of the one who leads.
+            frame: of the stage's session.
             poll: the question on the stage, in this language.
             inviting: the address, while it is to be on every screen.
         """
         with self._host.atomic():
-            self.view.show(now, moved, lead)
+            self.view.show(frame)
             self._overlays.show(poll, inviting)
 
     def flush(self) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.teacher_panel import Action
 from app.lessons.lesson import LessonBook
+from app.lessons.session.lesson_actions import Choose, ResetStep
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.session.action_queue import ActionQueue
@@ -27,7 +28,6 @@ class TeacherControl:
     def __init__(self, room: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
         self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
         self.answers = ActionQueue()
-        self._ran = False
 
     @property
     def _walk(self) -> Walkthrough | None:
@@ -53,7 +53,8 @@ class TeacherControl:
             case "free":
                 room.free = True
             case "pause":
-                self._pause(not room.paused)
+                room.paused = not room.paused
+                self._session.halt.set("class", room.paused)
             case "reveal":
                 self._reveal()
             case "again":
@@ -61,14 +62,6 @@ class TeacherControl:
             case "invite":
                 room.inviting = not room.inviting
         self._decided()
-
-    def _pause(self, paused: bool) -> None:
-        room, session = self._room, self._session
-        if paused:
-            self._ran = not session.paused
-        room.paused = paused
-        if paused or self._ran:
-            session.paused = paused
 
     def _reveal(self) -> None:
         poll, lessons = self.poll(), self._lessons
@@ -78,13 +71,13 @@ class TeacherControl:
         favourite = poll.tally.favourite
         if lessons.locked and favourite is not None:
             # The prediction that the run is compared with is the class's.
-            lessons.act("choose", favourite)
+            lessons.act(Choose(favourite))
 
     def _ask_again(self) -> None:
         poll = self.poll()
         if poll is not None:
             self._room.ballots.ask_again(poll.place)
-            self._lessons.act("reset")
+            self._lessons.act(ResetStep())
 
     def _answer(self, who: str, choice: int) -> None:
         self._room.answer(self._walk, who, choice)

@@ -248,7 +248,7 @@ def run(command: RunOptions) -> int:
 
 def _person(command: RunOptions, settings: RunSettings) -> TargetSource | None:
     """Return who moves what can be moved; None for the experiment's own person."""
-    from app.session.input_sources import MODEL_REMEDY, Imitated, from_bvh
+    from app.session.input_sources import MODEL_REMEDY, PersonTarget, from_bvh
     from scenes.inputs_file import read_person
 
     given = [name for name in ("inputs", "bvh", "video") if getattr(command, name) is not None]
@@ -268,7 +268,7 @@ def _person(command: RunOptions, settings: RunSettings) -> TargetSource | None:
 
         if command.pose_model is None:
             raise BadSetting(f"A video needs a model that finds the person: {MODEL_REMEDY}.")
-        return Imitated(read_film(open_video(command.video), open_detector(command.pose_model)))
+        return PersonTarget(read_film(open_video(command.video), open_detector(command.pose_model)))
     return None
 
 

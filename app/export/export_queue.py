@@ -18,6 +18,7 @@ from app.recording.past import Past
 from app.recording.replay import RecordedFilm, Replay, film
 from app.recording.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
 from app.runtime.job_pool import Job, JobPool
+from app.session.actions import Action, Pause, Reset, SingleStep
 from app.session.session import Session
 from controllers.errors import LazyText
 from controllers.kinematics import Array
@@ -83,7 +84,6 @@ class ExportQueue:
         self._jobs: dict[Job, Callable[[Any], None]] = {}
         self._whole: Recorded | None = None
         self._run: RunSettings | None = None
-        self._was_running = False
         self._seek: float | None = None
         self._files: list[File] = []
         self._news: list[News] = []
@@ -177,9 +177,7 @@ class ExportQueue:
     def _watch(self, recorded: Recorded, whole: Recorded | None, name: str) -> None:
         self.loaded, self._whole = name, whole
         if self._run is None:
-            self._was_running = not self._session.paused
-            if self._was_running:
-                self._session.toggle_pause()
+            self._session.halt.set("replay")
         self._run = self._session.settings.run
         # Urgent jobs go first.
         self._submit("film", self._show, film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
@@ -197,31 +195,29 @@ class ExportQueue:
             self.replay.seek(before.time)
             self.replay.playing = before.playing
 
-    def leave(self, go_on: bool = True) -> None:
-        """Back to live. `go_on`: a run that went on before goes on."""
+    def leave(self) -> None:
+        """Go back to live: a run that went on before goes on."""
         self._drop("film")
         self.replay, self.loaded, self._whole, self._seek = None, "", None, None
         self._run = None
-        if go_on and self._was_running and self._session.paused:
-            self._session.toggle_pause()
-        self._was_running = False
+        self._session.halt.set("replay", False)
 
     def seek(self, time: float) -> None:
         """Pause the replay at a time [s] from the next frame on."""
         self._seek = time
 
-    def take(self, action: str) -> bool:
-        """Apply a hotkey's action to the replay; return whether it was one of the replay's."""
+    def take(self, action: Action) -> bool:
+        """Apply an action to the replay; return whether it was one of the replay's."""
         replay = self.replay
         if replay is None:
             return False
         match action:
-            case "pause":
+            case Pause():
                 replay.toggle()
-            case "step":
+            case SingleStep():
                 replay.playing = False
                 replay.seek_step(replay.step + 1)
-            case "reset":
+            case Reset():
                 self.leave()
             case _:
                 return False
@@ -235,7 +231,7 @@ class ExportQueue:
     @property
     def past(self) -> Past | None:
         """What the page draws in place of the session; None while live."""
-        return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off)
+        return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off, self.loaded)
 
     # --- every frame -----------------------------------------------------------------------------------------------------------
 
@@ -249,7 +245,7 @@ class ExportQueue:
                 done(job.result)
             elif job.state == "failed":
                 self._fail(job)
-        if self._run is not None and (not self._session.paused or self._session.settings.run is not self._run):
+        if self._run is not None and ("replay" not in self._session.halt or self._session.settings.run is not self._run):
             # After a change of the experiment the visitor wants to see the live run.
             self.leave()
         if self.replay is None:

@@ -16,15 +16,16 @@ import numpy as np
 import viser
 import zstandard
 
+from app.recording.past import Past
 from app.recording.replay import Replay
-from app.settings import PageSettings
+from app.session.frame import freeze
+from app.settings import PageSettings, Settings
 from app.stage.stage import Stage
 from app.stage.stage_camera import view_of
 from app.web.server import start_server
 from scenes.inputs import Recorded
 from scenes.rerun import Stopped, never
 from scenes.simulation import Simulation
-from scenes.targets import AnglesTarget
 
 RATE: Final = 20.0
 """Frames a simulated second."""
@@ -102,25 +103,20 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
     try:
         server.scene.world_axes.visible = False
         replay.seek(times[0])
-        stage = Stage(server.scene)
+        stage = Stage(server.scene, page)
         _look(server, replay.simulation)
-        _draw(stage, replay, page)
+        live = Settings(recorded.settings, page)
+        stage.show(freeze(Past(replay, live), times[0]))
         serializer = server.get_scene_serializer()
         for time in times[1:]:
             if stopped():
                 raise Stopped
             serializer.insert_sleep(1.0)
             replay.seek(time)
-            _draw(stage, replay, page)
+            stage.show(freeze(Past(replay, live), time))
         return _split(serializer.serialize(), times)
     finally:
         server.stop()
-
-
-def _draw(stage: Stage, replay: Replay, page: PageSettings) -> None:
-    target = replay.target
-    angles = target.angles if isinstance(target, AnglesTarget) else None
-    stage.show(replay.simulation, replay.simulation.sample(), page, None, angles)
 
 
 def _look(server: viser.ViserServer, simulation: Simulation) -> None:

@@ -18,6 +18,7 @@ from app.page.operation import Operation
 from app.page.view import View
 from app.runtime.job_pool import JobPool
 from app.session.clock import budget_of
+from app.session.frame import freeze, make_frame
 from app.session.input_sources import InputSources
 from app.session.session import Session
 from app.settings import Language, Settings
@@ -66,7 +67,6 @@ class Visitor:
         self.lessons = LessonSession(self.session, in_language(book, self._language)) if back is None else back[1]
         self.view: View
         self.operation: Operation
-        self._ran = False
 
     def build(self) -> Pieces:
         """Build the page piece by piece; the browser is sent the whole of it at once."""
@@ -76,7 +76,7 @@ class Visitor:
             self.view = View(client, self.session, lambda: [client], self.lessons)
             yield
             self._speak()
-            self.view.show(perf_counter(), False)
+            self.view.show(freeze(self.session, perf_counter()))
             yield
             self._speak()
             self.operation = Operation(client, self.session, self.view)
@@ -112,24 +112,18 @@ class Visitor:
         return self._language
 
     def halt(self, halted: bool) -> None:
-        """Have everything stand still as long as somebody else says so; afterwards it goes on if it did before."""
-        session = self.session
-        if halted and not session.halted:
-            self._ran = not session.paused
-        elif session.halted and not halted and self._ran:
-            session.paused = False
-        session.halted = halted
+        """Stop the session for the teacher, or let it go on as it did before."""
+        self.session.halt.set("teacher", halted)
 
     def frame(self, now: float, elapsed: float, sessions: int) -> None:
         """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]; `sessions`: that have a frame at this time."""
         self._speak()
-        moved = self.session.advance(elapsed, budget_of(sessions)) > 0
         if language_of(self.session.settings, self._browser) != self._language:
             self._translate()
-        self.lessons.frame()
+        frame = make_frame(self.session, self.lessons, now, elapsed, budget_of(sessions))
         with self.client.atomic():
-            self.view.show(now, moved)
-            self.operation.show()
+            self.view.show(frame)
+            self.operation.show(frame)
         self.client.flush()
 
 

@@ -1,7 +1,6 @@
 """What is operated of one session: controls, handles, keys."""
 
-from collections.abc import Callable
-from time import perf_counter
+from typing import Literal
 
 import numpy as np
 import viser
@@ -12,13 +11,26 @@ from app.page.handles.gizmos import NUDGE, SWING, Gizmos
 from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import HOTKEYS, control_of
+from app.page.panels.hotkeys import HOTKEYS, Hotkey
 from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_chooser import DetailsChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.view import View
+from app.session.actions import (
+    Action,
+    ChangeSpeed,
+    FirstView,
+    Nudge,
+    Pause,
+    Reset,
+    SetSetting,
+    SingleStep,
+    SwingElbow,
+    Toggle,
+    control_of,
+)
+from app.session.frame import Frame
 from app.session.session import Session
-from scenes.settings import RunSettings, specs
 
 
 class Operation:
@@ -31,38 +43,12 @@ class Operation:
     """
 
     def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
-        self._client, self._session, self._view = client, session, view
-        self._actions: dict[str, Callable[[], None]] = {
-            "pause": session.toggle_pause,
-            "step": session.single_step,
-            "slower": lambda: session.change_speed(-1),
-            "faster": lambda: session.change_speed(1),
-            "reset": self._reset,
-            "autopilot": lambda: session.change("autopilot", not session.settings.page.autopilot),
-            "view": lambda: view.look(client),
-            "law": lambda: session.change(
-                "law", "unprotected" if session.settings.run.law.law == "smooth_priority" else "smooth_priority"
-            ),
-            "ghost": lambda: session.change("ghost", "frozen" if session.settings.page.ghost == "off" else "off"),
-        }
-        for choice in specs(RunSettings)["scene"].choices:
-            self._actions[choice] = lambda choice=choice: session.change("scene", choice)
-        for name, right, up, away in (
-            ("left", -1, 0, 0),
-            ("right", 1, 0, 0),
-            ("up", 0, 1, 0),
-            ("down", 0, -1, 0),
-            ("away", 0, 0, 1),
-            ("near", 0, 0, -1),
-        ):
-            self._actions[name] = lambda way=(right, up, away): self._gizmos.nudge(self._in_view(*way))
-        for name, sign in (("elbow_up", 1.0), ("elbow_down", -1.0)):
-            self._actions[name] = lambda angle=sign * SWING: self._gizmos.swing(angle)
+        self._client, self._session, self._view, self._lessons = client, session, view, view.lessons
         self._controls = Controls(client.gui, session, self.act, self._notify)
         self._keep: ReplayBar | None = None
         with client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
             if session.background is not None:
-                self._keep = view.keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
+                self._keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
             self._link = LinkBox(client, session, view.lessons)
             self._lab: LabReportBox | None = None
             if self._keep is not None:
@@ -70,10 +56,9 @@ class Operation:
         self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
         self._gizmos = Gizmos(client.scene, session)
         self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._notify)
-        self._commands = [self._command(hotkey.action) for hotkey in HOTKEYS]
+        self._commands = [self._command(hotkey) for hotkey in HOTKEYS]
 
-    def _command(self, action: str) -> viser.CommandHandle:
-        hotkey = next(h for h in HOTKEYS if h.action == action)
+    def _command(self, hotkey: Hotkey[Action]) -> viser.CommandHandle:
         command = self._client.gui.add_command(
             hotkey.title,
             description=tr("Key: {key}", key=hotkey.shown) if hotkey.relayed else None,
@@ -85,33 +70,58 @@ class Operation:
         @command.on_trigger
         async def _(event: viser.CommandEvent) -> None:
             del event
-            self._session.post(lambda: self.act(action), control_of(action))
+            self._session.post(lambda: self.act(hotkey.action), control_of(hotkey.action))
 
         return command
 
-    def act(self, action: str) -> None:
-        """Do what a hotkey or a button stands for; on the session's thread."""
+    def act(self, action: Action) -> None:
+        """Do what a hotkey or a button asks for: the replay's and the lesson's meaning of it go first; on the session's thread."""
         if self._keep is not None and self._keep.take(action):
             return
+        if isinstance(action, Reset):
+            self._gizmos.forget_drag()
         if self._desk.take(action):
-            if action == "reset":
-                self._gizmos.forget_drag()
             return
-        self._actions[action]()
+        session = self._session
+        match action:
+            case Pause():
+                session.toggle_pause()
+            case SingleStep():
+                session.single_step()
+            case Reset():
+                session.reset()
+            case ChangeSpeed(by):
+                session.change_speed(by)
+            case SetSetting(key, value):
+                session.change(key, value)
+            case Toggle(what):
+                self._toggle(what)
+            case Nudge():
+                self._gizmos.nudge(self._in_view(action))
+            case SwingElbow(sign):
+                self._gizmos.swing(sign * SWING)
+            case FirstView():
+                self._view.look(self._client)
 
-    def _reset(self) -> None:
-        self._session.reset()
-        self._gizmos.forget_drag()
+    def _toggle(self, what: Literal["autopilot", "avoidance", "ghost"]) -> None:
+        session, settings = self._session, self._session.settings
+        match what:
+            case "autopilot":
+                session.change("autopilot", not settings.page.autopilot)
+            case "avoidance":
+                session.change("law", "unprotected" if settings.run.law.law == "smooth_priority" else "smooth_priority")
+            case "ghost":
+                session.change("ghost", "frozen" if settings.page.ghost == "off" else "off")
 
-    def _in_view(self, right: float, up: float, away: float) -> np.ndarray:
-        """Return a step (3,) [m] as the visitor sees it: across the view, up, and away from them, along the floor."""
+    def _in_view(self, nudge: Nudge) -> np.ndarray:
+        """Return a nudge (3,) in the world [m]: across the visitor's view, up, and away from them, along the floor."""
         camera = self._client.camera
         forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
         forward[2] = 0.0
         length = float(np.linalg.norm(forward))
         forward = forward / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
         across = np.array([forward[1], -forward[0], 0.0])
-        return NUDGE * (right * across + up * np.array([0.0, 0.0, 1.0]) + away * forward)
+        return NUDGE * (nudge.right * across + nudge.up * np.array([0.0, 0.0, 1.0]) + nudge.away * forward)
 
     def _send(self, name: str, content: bytes) -> None:
         self._client.send_file_download(name, content, save_immediately=True)
@@ -129,23 +139,21 @@ class Operation:
         for problem in book.problems[:5]:
             self._notify("A lesson was left out", str(problem))
 
-    def show(self) -> None:
-        """Bring controls and handles up to date with the session."""
-        past = self._keep.past if self._keep is not None else None
-        self._controls.show((past or self._session).paused)
-        self._chooser.show(self._view.lessons.open)
+    def show(self, frame: Frame) -> None:
+        """Bring controls and handles up to date."""
+        self._controls.show(frame)
+        self._chooser.show(self._lessons.open)
         if self._keep is not None:
-            self._keep.show()
-        self._link.show(perf_counter())
-        self._desk.show()
+            self._keep.show(frame)
+        self._link.show(frame)
+        self._desk.show(frame)
         if self._lab is not None:
             self._lab.show()
-        # Nobody can take hold of what is over.
-        self._gizmos.offer(past is None and not self._view.lessons.hands_off)
+        # A replay cannot be taken hold of.
+        self._gizmos.offer(not frame.replayed and not self._lessons.hands_off)
         self._gizmos.show()
 
     def close(self) -> None:
-        """Let go of the past, and of everything that is being made; for whoever leaves."""
+        """Go back to live, and drop every export that is being made."""
         if self._keep is not None:
-            self._view.keep = None
             self._keep.close()

@@ -1,4 +1,4 @@
-"""Who moves what can be moved in a run: a person's hand on the page, the experiment's own person, or a guest."""
+"""Where a run's target comes from: the visitor's hand on the page, a chosen source, or the experiment's own one."""
 
 from typing import Final
 
@@ -16,44 +16,40 @@ LONGEST_REACH: Final = 0.3
 
 
 class InputSource:
-    """Who moves.
+    """Gives a run its target, step by step.
 
     Attributes:
-        held: what a person holds, and where; None while nobody touches anything. Goes before everybody else.
+        held: what the visitor holds, and where; None while they hold nothing. It goes before every source.
     """
 
     def __init__(self) -> None:
         self.held: Target | None = None
-        self._guest: TargetSource | None = None
-        self._person: TargetSource | None = None
+        self._chosen: TargetSource | None = None
+        self._active: TargetSource | None = None
         self._begin = 0.0
 
-    def invite(self, guest: TargetSource | None) -> None:
-        """Let somebody else than the experiment's own person move; None for the own one again."""
-        self._guest, self._person, self.held = guest, None, None
-
-    def begin_anew(self) -> None:
-        """Have whoever stands in for a person begin from the beginning; nobody holds anything."""
-        self._person = self.held = None
+    def set_source(self, source: TargetSource | None) -> None:
+        """Take the target from a source; None for the experiment's own one. The visitor lets go."""
+        self._chosen, self._active, self.held = source, None, None
 
     def restart(self) -> None:
-        """Have whoever stands in for a person begin from the beginning."""
-        self._person = None
+        """Start the source from its beginning at the next step."""
+        self._active = None
 
     def target(self, simulation: Simulation, autopilot: bool) -> Target | None:
-        """Return what whoever moves wants now; None if nobody moves. `autopilot`: whether somebody stands in for a person."""
+        """Return the active source's target, or None. `autopilot`: whether a source stands in for the visitor."""
         if self.held is not None:
             return self.held
         if not autopilot:
             return None
-        if self._person is None:
-            self._person = self._guest or simulation.person()
+        if self._active is None:
+            self._active = self._chosen or simulation.person()
             self._begin = simulation.time
-        return self._person.target(simulation.time - self._begin)
+        return self._active.target(simulation.time - self._begin)
 
 
 def nudged(simulation: Simulation, held: Target | None, way: Array) -> Target | None:
-    """Return what a person holds after a nudge of the hand, or of the ball; None where there is neither.
+    """Return what the visitor holds after a nudge of the hand, or of the ball; None where there is neither.
 
     Args:
         simulation: the run.
@@ -78,6 +74,6 @@ def ahead(place: Array, way: Array, here: Array) -> Array:
     return np.clip(place + way, here - LONGEST_REACH, here + LONGEST_REACH)
 
 
-def who(run: RunSettings) -> tuple[object, ...]:
-    """Return what decides on who moves what in a run: another one of these is another person."""
+def source_key(run: RunSettings) -> tuple[object, ...]:
+    """Return the settings that the experiment's own source depends on: when one changes, the source starts again."""
     return (run.scene, run.rig, run.robot, run.guided, run.path, run.point, run.ball, run.clip, run.seed)

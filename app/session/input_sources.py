@@ -15,7 +15,7 @@ from scenes.targets import AnglesTarget
 MODEL_REMEDY: Final = "name a pose_landmarker model of MediaPipe (a .task file) with --pose-model FILE"
 
 
-class Imitated:
+class PersonTarget:
     """A source as a person of the experiment.
 
     Args:
@@ -31,9 +31,9 @@ class Imitated:
         return AnglesTarget(self._source.angles(time % self._loop if self._loop else time))
 
 
-def from_bvh(motion: BvhMotion) -> Imitated:
+def from_bvh(motion: BvhMotion) -> PersonTarget:
     """Return the person of a BVH file, again and again."""
-    return Imitated(motion, max(motion.duration, 1e-3))
+    return PersonTarget(motion, max(motion.duration, 1e-3))
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class InputSources:
         law_share: how long all of them together may be waited for.
     """
 
-    bvh: Imitated | None = None
+    bvh: PersonTarget | None = None
     camera: CameraSource | None = None
     law_file: Path | None = None
     law_share: LawTimeShare = field(default_factory=LawTimeShare, compare=False)

@@ -37,7 +37,7 @@ def _several_pairs(settings: Settings) -> bool:
     return settings.run.scene != "ball" or settings.run.point == "arm"
 
 
-def _somebody_moves(settings: Settings) -> bool:
+def _has_source(settings: Settings) -> bool:
     run = settings.run
     return not (run.scene == "solo" and run.path == "circle") and not (run.scene == "ball" and run.ball == "still")
 
@@ -64,8 +64,8 @@ WHEN: Final[dict[str, When]] = {
     "following": When(frozenset({"master_slave"})),
     "source": When(frozenset({"imitation"})),
     "clip": When(frozenset({"imitation"}), also=lambda s: s.page.source == "clips"),
-    "autopilot": When(also=_somebody_moves),
-    "seed": When(also=_somebody_moves),
+    "autopilot": When(also=_has_source),
+    "seed": When(also=_has_source),
     "wmax": When(_SCENES - {"imitation"}, also=lambda s: not (s.run.scene == "solo" and s.run.path == "circle")),
     "law": When(OBSTACLE),
     "dm": When(OBSTACLE, _LAWS - {"strict_priority", "potential_field", "unprotected"}),

@@ -12,8 +12,10 @@ from app.custom_law.time_share import SHARE
 from app.runtime.job_pool import JobPool
 from app.session.action_queue import ActionQueue
 from app.session.clock import BUDGET, LONGEST_GAP, Clock, Pace, next_speed
-from app.session.input_source import InputSource, nudged, who
+from app.session.halt import Halt
+from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
+from app.session.shown import Player
 from app.session.studies import SMOOTHNESS_WINDOW, Smoothness, Studies, Who
 from app.session.trade_off import TradeOffMap
 from app.settings import Settings
@@ -50,7 +52,7 @@ class Session:
         settings: of the run and of the page.
         wake: called after every `post`, so that whoever draws need not wait for the next regular frame.
         background: where "what if" and smoothness are computed; without one they are not.
-        people: who can be imitated beside the built-in person.
+        sources: what the server was started with: persons beside the built-in one, and a student's law.
     """
 
     def __init__(
@@ -58,23 +60,22 @@ class Session:
         settings: Settings,
         wake: Callable[[], None] = lambda: None,
         background: JobPool | None = None,
-        people: InputSources = NO_SOURCES,
+        sources: InputSources = NO_SOURCES,
     ) -> None:
         self.settings = settings
-        self.people = people
+        self.sources = sources
         self.background = background
         self._wake = wake
         self.simulation = Simulation(settings.run)
         self.ghost: Simulation | None = None
         """The second run, whose history has the same times as the first one's; None if there is none."""
-        self.paused = False
-        self.halted = False
-        """Whether somebody else has everything stand still: whatever the visitor asks for, no step is made."""
+        self.halt = Halt()
+        """Why no step is made, if none is."""
         self.inputs = InputsLog()
         """What the run was made with."""
         self._ghost_inputs = InputsLog(GHOST_KEEP)
         self._frozen = settings.run.law, settings.run.gain
-        self._custom_law = CustomLaw(people.law_file) if people.law_file is not None else None
+        self._custom_law = CustomLaw(sources.law_file) if sources.law_file is not None else None
         self._custom_law_runs = True
         self._law_part = SHARE
         """Part of the wall time that its calls may be waited for."""
@@ -84,27 +85,29 @@ class Session:
         """The target of a step that its law has not answered yet."""
         self.examination: Examination | None = None
         """The tests of a law of one's own; None where there is none."""
-        if people.law_file is not None and background is not None:
-            self.examination = Examination(people.law_file, background, wake)
+        if sources.law_file is not None and background is not None:
+            self.examination = Examination(sources.law_file, background, wake)
         self.simulation.use(self._law_of_run())
         # What is computed apart knows the settings' laws only, and would answer for another one.
         with_studies = background is not None and self._custom_law is None
         self._studies = Studies(background, wake) if with_studies and background is not None else None
         self.trade_off = TradeOffMap(background, wake) if with_studies and background is not None else None
         """Distance against error over n and v; None where nothing is computed apart."""
+        self.player: Player | None = None
+        """Replays in the place of the live run; None where nothing is replayed."""
         self.posts = ActionQueue()
         """What waits for the next frame."""
         self._clock = Clock(settings.page.speed)
         self._steps_asked = 0
         self._hurries_to = 0.0
-        self._mover = InputSource()
+        self._input = InputSource()
         self._raise_ghost()
         if self._studies is not None and settings.page.what_if:
             self._studies.prepare(settings)
 
     def go_on_from(self, other: "Session") -> None:
         """Go on from where another session with the same settings is, its ghost too; that one is left alone."""
-        self._frozen, self.paused = other._frozen, other.paused
+        self._frozen, self.halt = other._frozen, Halt(other.halt)
         self.simulation.resume(other.simulation.snapshot())
         self._raise_ghost()
         if self.ghost is not None and other.ghost is not None:
@@ -191,7 +194,7 @@ class Session:
     @property
     def held(self) -> Target | None:
         """What a person holds, and where; None while nobody touches anything."""
-        return self._mover.held
+        return self._input.held
 
     @property
     def pace(self) -> Pace:
@@ -216,11 +219,11 @@ class Session:
             self.simulation.apply(after.run)
         anew = self.simulation.cast is not cast
         if after.page.source != before.page.source:
-            self._mover.invite(None)
-        elif anew or who(after.run) != who(before.run):
-            self._mover.begin_anew()
+            self._input.set_source(None)
+        elif anew or source_key(after.run) != source_key(before.run):
+            self._let_go()
         if after.page.autopilot and not before.page.autopilot:
-            self._mover.restart()
+            self._input.restart()
         if after.page.ghost != before.page.ghost:
             self._frozen = after.run.law, after.run.gain
             self._raise_ghost()
@@ -267,7 +270,7 @@ class Session:
         """A person takes hold of something, moves it, or (None) lets go of it. Whoever moved it by themselves stops at once."""
         if target is not None and self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=False))
-        self._mover.held = target
+        self._input.held = target
 
     def nudge(self, way: Array) -> None:
         """Move the place where the person holds the hand, or the ball, by (3,) [m], world. A person's own arms cannot be nudged."""
@@ -275,11 +278,17 @@ class Session:
         if held is not None:
             self.hold(held)
 
-    def invite(self, person: TargetSource | None) -> None:
-        """Have somebody else than the experiment's own person move what can be moved, from now on: a file, a camera, recorded inputs;
-        None for the own one again. Whoever takes hold of something still goes first."""
-        self._mover.invite(person)
-        if person is not None and not self.settings.page.autopilot:
+    def _let_go(self) -> None:
+        self._input.held = None
+        self._input.restart()
+
+    def set_source(self, source: TargetSource | None) -> None:
+        """Take the target from a source, such as a file, a camera or recorded inputs, from now on; None for the experiment's own one.
+
+        What the visitor holds still goes first.
+        """
+        self._input.set_source(source)
+        if source is not None and not self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=True))
 
     def reset(self) -> None:
@@ -289,13 +298,14 @@ class Session:
             self.ghost.reset()
         if self._studies is not None:
             self._studies.forget()
-        self._mover.begin_anew()
+        self._let_go()
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
 
     def hurry(self, until: float) -> None:
         """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
-        self.paused, self._hurries_to = False, until
+        self.halt.go_on()
+        self._hurries_to = until
 
     def recorded(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run as it can be made again, see `InputsLog.window`."""
@@ -330,15 +340,26 @@ class Session:
             runs["ghost"] = self._ghost_inputs.window(SMOOTHNESS_WINDOW), self.ghost.settings
         self._studies.measure_smoothness(runs)
 
+    @property
+    def paused(self) -> bool:
+        """Whether the run stands still, for whatever reason."""
+        return bool(self.halt)
+
     def toggle_pause(self) -> None:
-        """Pause or go on."""
-        self.paused = not self.paused
+        """Pause or go on; nothing happens while the teacher has stopped the session."""
+        if "teacher" in self.halt:
+            return
+        if self.halt:
+            self.halt.go_on()
+        else:
+            self.halt.set("visitor")
         self._clock.forget()
         self._steps_asked = 0
 
     def single_step(self) -> None:
         """Pause, and make one step."""
-        self.paused = True
+        if not self.halt:
+            self.halt.set("visitor")
         self._steps_asked += 1
 
     def change_speed(self, by: int) -> None:
@@ -347,9 +368,9 @@ class Session:
 
     def target(self) -> Target | None:
         """Return what the person, or whoever stands in for them, wants now."""
-        return self._mover.target(self.simulation, self.settings.page.autopilot)
+        return self._input.target(self.simulation, self.settings.page.autopilot)
 
-    def _step(self) -> bool:
+    def _step_both(self) -> bool:
         """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
         target = self.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
@@ -375,31 +396,44 @@ class Session:
         if self._custom_law is None:
             return
         self._custom_law.refresh()
-        if self._calls_custom_law and not (self.paused or self.halted):
-            self._law_part = self.people.law_share.part(id(self))
+        if self._calls_custom_law and not self.paused:
+            self._law_part = self.sources.law_share.part(id(self))
         self._custom_law.allow(self._law_part * min(elapsed, LONGEST_GAP))
 
     def _make(self, due: int, budget: float) -> int:
         """Make so many steps, or as many as there is time for [s]; return how many were made."""
         deadline, made = perf_counter() + budget, 0
-        while made < due and self._step():
+        while made < due and self._step_both():
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 break
         return made
 
-    def advance(self, elapsed: float, budget: float = BUDGET) -> int:
-        """Do what was posted, then simulate `elapsed` seconds of wall time; return the number of steps made.
+    replay_time = None
+    """Live, see `app.session.shown.Shown`."""
 
-        `budget`: wall time after which no further step is made [s].
-        """
+    replayed_file = ""
+
+    def advance(self, elapsed: float, budget: float = BUDGET) -> int:
+        """Take the actions and make the steps of one frame without a page, see `take_actions` and `step`."""
+        self.take_actions(elapsed)
+        return self.step(elapsed, budget)
+
+    def take_actions(self, elapsed: float) -> None:
+        """Do what was posted, and take in what was computed. `elapsed`: wall time since the last frame [s]."""
         self._allow_custom_law(elapsed)
         if self._studies is not None:
             self._studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
         self.posts.do()
-        if self.halted:
+
+    def step(self, elapsed: float, budget: float = BUDGET) -> int:
+        """Simulate `elapsed` [s] of wall time; return the number of steps made.
+
+        `budget`: wall time after which no further step is made [s].
+        """
+        if "teacher" in self.halt:
             # What was asked for meanwhile is not made up for afterwards.
-            self.paused, self._steps_asked, self._hurries_to = True, 0, 0.0
+            self._steps_asked, self._hurries_to = 0, 0.0
             return 0
         if self.paused:
             due, self._hurries_to = self._steps_asked, 0.0

@@ -78,8 +78,7 @@ class ArmView:
 
     @visible.setter
     def visible(self, visible: bool) -> None:
-        if visible != self._root.visible:
-            self._root.visible = visible
+        self._root.visible = visible
 
     def remove(self) -> None:
         """Take the arm out of the scene."""

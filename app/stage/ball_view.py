@@ -1,20 +1,14 @@
 """The ball in the way, and the sphere about the point of the arm that keeps clear of it."""
 
-from typing import Final
-
-import numpy as np
 import pinocchio as pin
 import viser
 
+from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView
 from app.stage.poses import fresh
 from app.theme import BRAND, PALETTES, rgb
-from scenes.history import Sample
 from scenes.room import BALL_RADIUS, POINT_RADIUS, Room
-from scenes.simulation import Simulation
-
-FAR_AWAY: Final = -9.0
 
 
 class BallView:
@@ -30,7 +24,6 @@ class BallView:
         assert room.ball is not None
         self._columns = room.ball
         self._ball = scene.add_icosphere("/ball", radius=BALL_RADIUS, subdivisions=4, color=BRAND)
-        self._shown = (FAR_AWAY, FAR_AWAY, FAR_AWAY)
         self._point: viser.IcosphereHandle | None = None
         if room.point != "arm":
             name = f"control point at the {room.point}"
@@ -51,13 +44,9 @@ class BallView:
         if self._point is not None:
             self._point.color = rgb(PALETTES[page.theme].distance)
 
-    def show(self, simulation: Simulation, sample: Sample) -> None:
+    def show(self, frame: Frame) -> None:
         """Draw the ball where it is."""
-        del sample
-        x, y, z = simulation.positions[self._columns].tolist()
-        if (x, y, z) != self._shown:
-            self._shown = x, y, z
-            self._ball.position = np.array([x, y, z])
+        self._ball.position = frame.simulation.positions[self._columns]
 
     def remove(self) -> None:
         """Take both out of the scene."""

@@ -3,10 +3,9 @@
 import numpy as np
 import viser
 
+from app.session.frame import Frame
 from app.settings import PageSettings
 from app.theme import PALETTES, blend, scale
-from scenes.history import Sample
-from scenes.simulation import Simulation
 
 
 class ClosestLine:
@@ -26,8 +25,6 @@ class ClosestLine:
             for i in (0, 1)
         ]
         self._label = scene.add_label("/closest/distance", "", anchor="bottom-center", visible=False)
-        self._seen = False
-        self._width = 0.0
 
     def dress(self, page: PageSettings) -> None:
         """Take on a theme and a profile."""
@@ -36,29 +33,24 @@ class ClosestLine:
         for end in self._ends:
             end.color = (40, 44, 50) if page.theme == "light" else (235, 240, 245)
 
-    def show(self, simulation: Simulation, sample: Sample) -> None:
+    def show(self, frame: Frame) -> None:
         """Draw the pair that is closest now."""
+        sample = frame.sample
         seen = sample.pair >= 0
-        if seen != self._seen:
-            self._seen = seen
-            for part in (self._line, *self._ends, self._label):
-                part.visible = seen
+        for part in (self._line, *self._ends, self._label):
+            part.visible = seen
         if not seen:
             return
-        a, b = simulation.detector.witness_points(sample.pair)
+        a, b = frame.simulation.detector.witness_points(sample.pair)
         self._line.points = np.array([[a, b]], np.float32)
         for end, point in zip(self._ends, (a, b), strict=True):
             end.position = point
         lam = sample.activation
         self._line.colors = np.tile(np.array(blend(self._palette.calm, self._palette.activation, lam), np.uint8), (1, 2, 1))
         # The width is the second cue of λ: 2 px when the law is idle, 8 px when avoidance has full priority.
-        width = round((2.0 + 6.0 * lam) * self._scale * 2.0) / 2.0
-        if width != self._width:
-            self._line.thickness = self._width = width
+        self._line.thickness = round((2.0 + 6.0 * lam) * self._scale * 2.0) / 2.0
         self._label.position = (a + b) / 2.0 + np.array([0.0, 0.0, 0.06])
-        text = f"d = {sample.distance * 1000.0:.0f} mm"
-        if text != self._label.text:
-            self._label.text = text
+        self._label.text = f"d = {sample.distance * 1000.0:.0f} mm"
 
     def remove(self) -> None:
         """Take it out of the scene."""

@@ -1,14 +1,14 @@
-"""Arms that one can see through, drawn where they stand elsewhere than the real ones: a second run's, or how an arm ought to stand."""
+"""Translucent arms, drawn where they differ from the real ones: those of the ghost's run, and the desired posture of followers."""
 
 from typing import Final, Literal
 
 import numpy as np
 import viser
 
+from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView, robot_of
 from controllers.kinematics import Array
-from scenes.history import Sample
 from scenes.simulation import Simulation
 
 DIFFERENT: Final = 0.02
@@ -18,13 +18,13 @@ SAME: Final = 0.008
 """… and hidden below this one."""
 
 
-class GhostView:
-    """Ghosts of the arms on the stage; made when they are first seen.
+class TranslucentArms:
+    """Copies of the arms on the stage; each is made when it is first seen.
 
     Args:
         scene: where to draw.
-        palette: bluish for a second run ("ghost"), reddish for how an arm ought to stand ("wish").
-        fine: kind of picture.
+        palette: bluish for the ghost, reddish for a desired posture ("wish").
+        fine: with every triangle, see `ArmView`.
     """
 
     def __init__(self, scene: viser.SceneApi, palette: Literal["ghost", "wish"], fine: bool) -> None:
@@ -32,7 +32,7 @@ class GhostView:
         self._arms: dict[str, ArmView] = {}
 
     def show(self, simulation: Simulation, positions: Array) -> None:
-        """Draw every arm that stands elsewhere at q (nv,) [rad] than it does now; nan stands for no matter where."""
+        """Draw every arm whose joints q (nv,) [rad] differ from those of the run; nan differs from nothing."""
         room = simulation.room
         for arm, base in zip(room.arms, room.bases(), strict=True):
             q: Array = positions[arm.joints]
@@ -55,24 +55,41 @@ class GhostView:
         self._arms.clear()
 
 
-class WishView:
-    """How the followers ought to stand: q_d.
+class _Translucent:
+    """A part of the stage made of translucent arms, which look the same in every theme."""
 
-    Args:
-        scene: where to draw.
-        fine: kind of picture.
-    """
+    palette: Literal["ghost", "wish"]
 
     def __init__(self, scene: viser.SceneApi, fine: bool) -> None:
-        self._ghosts = GhostView(scene, "wish", fine)
+        self._arms = TranslucentArms(scene, self.palette, fine)
 
     def dress(self, page: PageSettings) -> None:
-        """The same in every theme."""
-
-    def show(self, simulation: Simulation, sample: Sample) -> None:
-        """Draw q_d of the newest step."""
-        self._ghosts.show(simulation, sample.desired)
+        """Leave the arms as they are."""
 
     def remove(self) -> None:
-        """Take them out of the scene."""
-        self._ghosts.remove()
+        """Take the arms out of the scene."""
+        self._arms.remove()
+
+
+class GhostView(_Translucent):
+    """The arms of the ghost's run, where there is one in the same room."""
+
+    palette = "ghost"
+
+    def show(self, frame: Frame) -> None:
+        """Draw the present posture."""
+        ghost = frame.ghost
+        if ghost is not None and ghost.room is frame.simulation.room:
+            self._arms.show(frame.simulation, ghost.positions)
+        else:
+            self._arms.remove()
+
+
+class WishView(_Translucent):
+    """The desired posture q_d of the followers."""
+
+    palette = "wish"
+
+    def show(self, frame: Frame) -> None:
+        """Draw q_d of the newest step."""
+        self._arms.show(frame.simulation, frame.sample.desired)

@@ -3,13 +3,12 @@
 import numpy as np
 import viser
 
+from app.session.frame import Frame
 from app.settings import PageSettings
 from app.theme import PALETTES, rgb, scale
 from controllers.kinematics import Array
 from scenes import solo
-from scenes.history import Sample
 from scenes.room import PATH
-from scenes.simulation import Simulation
 
 POINTS = 96
 """Of a circle."""
@@ -45,10 +44,9 @@ class PathLine:
         for label in self._labels:
             label.font_screen_scale = 1.15 * scale(page.profile)
 
-    def show(self, simulation: Simulation, sample: Sample) -> None:
+    def show(self, frame: Frame) -> None:
         """Draw the path where it begins now."""
-        del sample
-        home = simulation.home
+        home = frame.simulation.home
         if home is None or tuple(home.tolist()) == self._home:
             return
         self._home = tuple(home.tolist())

@@ -6,11 +6,10 @@ from typing import NamedTuple
 import numpy as np
 import viser
 
+from app.session.frame import Frame
 from app.settings import PageSettings
 from app.theme import PALETTES, rgb
 from controllers.kinematics import Arm, Array
-from scenes.history import Sample
-from scenes.simulation import Simulation
 
 
 class Memory(NamedTuple):
@@ -59,10 +58,10 @@ class Trace:
         fade = (bottom + (error - bottom) * share).round().astype(np.uint8)
         self._line.colors = np.stack([fade[:-1], fade[1:]], axis=1)
 
-    def show(self, simulation: Simulation, sample: Sample) -> None:
+    def show(self, frame: Frame) -> None:
         """Go on to where the hand is now."""
-        del sample
-        time, points = simulation.time, self._points
+        simulation, points = frame.simulation, self._points
+        time = simulation.time
         # A new beginning is a new trace.
         home = None if simulation.home is None else tuple(simulation.home.tolist())
         if time < self._time or home != self._home:
@@ -81,8 +80,7 @@ class Trace:
         moved = float(np.ptp(way, axis=0).max()) > 0.004
         if moved:
             self._line.points = np.stack([way[:-1], way[1:]], axis=1)
-        if moved != self._line.visible:
-            self._line.visible = moved
+        self._line.visible = moved
 
     def remove(self) -> None:
         """Take it out of the scene."""

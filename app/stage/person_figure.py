@@ -5,12 +5,14 @@ from typing import Final
 import numpy as np
 import viser
 
+from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.poses import fresh
 from app.theme import scale
 from controllers.kinematics import Array
 from scenes.person.body import SHOULDER_HEIGHT, body_parts, body_poses
 from scenes.person.source import MissingPackage
+from scenes.targets import AnglesTarget
 
 SCALE: Final = 0.92 / SHOULDER_HEIGHT
 """Of the figure: its shoulders are as high as the robots' [m/m]."""
@@ -42,7 +44,6 @@ class FigureView:
         self._parts: dict[str, viser.GlbHandle] = {}
         self._label: viser.LabelHandle | None = None
         self._angles = np.full((2, 4), np.nan)
-        self._lost = False
         try:
             parts = body_parts()
         except MissingPackage:
@@ -60,13 +61,12 @@ class FigureView:
         if self._label is not None:
             self._label.font_screen_scale = 1.15 * scale(page.profile)
 
-    def show(self, angles: Array | None) -> None:
-        """Hold both arms at these angles (2, 4) [rad]; with None they stay, and it is said that nobody is seen."""
+    def show(self, frame: Frame) -> None:
+        """Turn both arms to the person's angles; without a person they stay, and a label says so."""
         if self._label is None:
             return
-        lost = angles is None
-        if lost != self._lost:
-            self._lost = self._label.visible = lost
+        angles = frame.target.angles if isinstance(frame.target, AnglesTarget) else None
+        self._label.visible = angles is None
         if angles is None or np.array_equal(angles, self._angles):
             return
         self._angles = angles.copy()

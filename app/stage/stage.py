@@ -1,9 +1,10 @@
-"""The stage: room, light, arms, and whatever else an experiment shows; it is put up anew when the experiment changes."""
+"""The stage: room, light, arms, and the other parts of an experiment; it is rebuilt when the experiment changes."""
 
 from typing import Protocol
 
 import viser
 
+from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView, robot_of
 from app.stage.ball_view import BallView
@@ -14,8 +15,6 @@ from app.stage.hand_trace import STAY, TRAVEL, Trace
 from app.stage.person_figure import FigureView
 from app.stage.room_light import light_room
 from app.stage.target_place import TargetPlace
-from controllers.kinematics import Array
-from scenes.history import Sample
 from scenes.rigs import ALONE, Rig
 from scenes.room_shells import table_glb, torso_glb
 from scenes.simulation import Simulation
@@ -28,8 +27,8 @@ class StagePart(Protocol):
         """Take on a theme and a profile."""
         ...
 
-    def show(self, simulation: Simulation, sample: Sample) -> None:
-        """Draw a state."""
+    def show(self, frame: Frame) -> None:
+        """Draw a frame."""
         ...
 
     def remove(self) -> None:
@@ -47,40 +46,29 @@ def furniture_glb(rig: Rig, coarse: bool) -> bytes:
 
 
 class Stage:
-    """What is seen of a simulation; nothing here can be operated.
+    """Draws a simulation in 3-D; nothing here can be operated.
 
     Args:
-        scene: of one visitor, or of everybody in a lecture.
+        scene: of one visitor, or of an audience in a lecture.
+        page: theme, profile and kind of picture.
     """
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        self.scene = scene
+    def __init__(self, scene: viser.SceneApi, page: PageSettings) -> None:
+        self.scene, self._page = scene, page
         self._room: viser.GlbHandle | None = None
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
-        self._ghost: GhostView | None = None
-        self._figure: FigureView | None = None
         self._built: tuple[object, ...] | None = None
         self._lit: tuple[str, ...] | None = None
         self._dressed: tuple[str, ...] | None = None
 
-    def show(
-        self,
-        simulation: Simulation,
-        sample: Sample,
-        page: PageSettings,
-        ghost: Simulation | None = None,
-        angles: Array | None = None,
-    ) -> None:
-        """Draw one state; called by the frame loop, or once at the start.
+    def dress(self, page: PageSettings) -> None:
+        """Take on a theme, a profile and a kind of picture at the next frame."""
+        self._page = page
 
-        Args:
-            simulation: what is shown.
-            sample: its newest step.
-            page: how it is to look.
-            ghost: a second run beside it.
-            angles: of the person who is imitated (2, 4) [rad]; None while nobody is seen.
-        """
+    def show(self, frame: Frame) -> None:
+        """Draw a frame."""
+        page, simulation = self._page, frame.simulation
         if self._lit != (page.theme, page.picture):
             self._lit = page.theme, page.picture
             light_room(self.scene, page)
@@ -96,35 +84,22 @@ class Stage:
             self._dressed = look
             for part in self._parts:
                 part.dress(page)
-            if self._figure is not None:
-                self._figure.dress(page)
         positions = simulation.positions
         for arm, view in zip(simulation.room.arms, self._arms, strict=True):
             view.show(positions[arm.joints])
         for part in self._parts:
-            part.show(simulation, sample)
-        if self._ghost is not None:
-            if ghost is not None and ghost.room is simulation.room:
-                self._ghost.show(simulation, ghost.positions)
-            else:
-                self._ghost.remove()
-        if self._figure is not None:
-            self._figure.show(angles)
+            part.show(frame)
 
     def _clear(self) -> None:
         if self._room is not None:
             self._room.remove()
             self._room = None
-        # Whatever hangs on an arm goes before it.
+        # A part that hangs on an arm goes before it.
         for part in self._parts:
             part.remove()
         for arm in self._arms:
             arm.remove()
-        if self._ghost is not None:
-            self._ghost.remove()
-        if self._figure is not None:
-            self._figure.remove()
-        self._parts, self._arms, self._ghost, self._figure = (), (), None, None
+        self._parts, self._arms = (), ()
 
     def _build(self, simulation: Simulation, fine: bool) -> None:
         """Put up the room with its arms; what is yours is orange, everything else is silver."""
@@ -147,7 +122,7 @@ class Stage:
             parts.append(BallView(self.scene, room, self._arms[0]))
         if any(mover.desired is not None for mover in simulation.cast.movers):
             parts.append(WishView(self.scene, fine))
-        self._parts = tuple(parts)
-        self._ghost = GhostView(self.scene, "ghost", fine)
+        parts.append(GhostView(self.scene, fine))
         if settings.scene == "imitation":
-            self._figure = FigureView(self.scene)
+            parts.append(FigureView(self.scene))
+        self._parts = tuple(parts)

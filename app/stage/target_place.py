@@ -1,17 +1,15 @@
 """The place where a hand should be: a ball in a ring, and a line from there to the hand while the hand is elsewhere."""
 
-import math
 from typing import Final
 
 import numpy as np
 import pinocchio as pin
 import viser
 
+from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.poses import fresh
 from app.theme import PALETTES, rgb
-from scenes.history import Sample
-from scenes.simulation import Simulation
 
 AWAY: Final = 0.004
 """From this distance on the line to the hand is drawn [m]."""
@@ -40,8 +38,7 @@ class TargetPlace:
         self._error = scene.add_line_segments(
             "/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False
         )
-        self._shown: tuple[float, ...] = (math.nan,)
-        self._away = False
+        self._shown: tuple[float, ...] = ()
 
     def dress(self, page: PageSettings) -> None:
         """Take on a theme."""
@@ -49,9 +46,9 @@ class TargetPlace:
         self._ball.color = self._ring.color = error
         self._error.colors = np.tile(np.array(error, np.uint8), (1, 2, 1))
 
-    def show(self, simulation: Simulation, sample: Sample) -> None:
+    def show(self, frame: Frame) -> None:
         """Draw the place of the arm whose task is shown."""
-        del sample
+        simulation = frame.simulation
         place, rotation = simulation.place, simulation.place_rotation
         if place is None or rotation is None:
             return
@@ -62,9 +59,7 @@ class TargetPlace:
             turn = pin.Quaternion(rotation)
             self._ring.wxyz = (turn.w, turn.x, turn.y, turn.z)
         hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
-        away = float(np.linalg.norm(hand - place)) > AWAY
-        if away != self._away:
-            self._away = self._error.visible = away
+        away = self._error.visible = float(np.linalg.norm(hand - place)) > AWAY
         if away:
             self._error.points = np.array([[place, hand]], np.float32)
 

@@ -12,6 +12,7 @@ import viser
 
 from app.page.panels.compare import ComparePanel, smoothness_html, what_if_html
 from app.page.panels.controls import PICKER, TABS
+from app.session.frame import freeze
 from app.session.relevant_settings import WHEN, both_avoid, matters
 from app.session.session import Session
 from app.session.studies import Smoothness
@@ -204,9 +205,9 @@ def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(Session, name, property(lambda _, name=name: answers[name]))
 
     def seen() -> str:
-        panel.show(True)
+        panel.show(freeze(session, 0.0))
         before = [block.written for block in gui.blocks]
-        panel.show(True)
+        panel.show(freeze(session, 0.0))
         assert [block.written for block in gui.blocks] == before
         return text(" ".join(block.content for block in gui.blocks))
 
@@ -225,7 +226,8 @@ def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
     for largest in ((None, None, None, None), (0.2, None, None, 0.1), (0.2, 0.1, 0.05, 0.025)):
         answers["smoothness"] = Smoothness(Measured(run, 10.0, (0.02, 0.01, 0.005, 0.0025), largest), None)
         assert ("Measuring" in seen()) == (None in largest)
-    panel.show(False)
+    session.change("scene", "solo")
+    panel.show(freeze(session, 0.0))
     assert not any(block.visible for block in gui.blocks) and not gui.group.visible
 
 

@@ -15,6 +15,19 @@ from app.lessons import FOLDER
 from app.lessons.loading import LANGUAGES, Language, load_lessons
 from app.lessons.phases import Phase
 from app.lessons.reference_runs import person_of
+from app.lessons.session.lesson_actions import (
+    Check,
+    Choose,
+    GoBack,
+    GoOn,
+    GoTo,
+    Leave,
+    ResetStep,
+    RunAgain,
+    ShowHint,
+    ShowWhy,
+    StartOrPause,
+)
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.session.saved import SavedLesson
 from app.lessons.walkthrough import Walkthrough
@@ -72,7 +85,7 @@ def play(session: Session, run: LessonSession, frames: int = 4000) -> None:
     run._runs.wait(60.0)
     for _ in range(frames):
         session.advance(0.05)
-        run.frame()
+        run.decide()
         if session.paused and not run.computing and (run._runs.ready or session.simulation.steps == 0):
             return
     raise AssertionError("the run does not end")
@@ -80,17 +93,17 @@ def play(session: Session, run: LessonSession, frames: int = 4000) -> None:
 
 def finish(session: Session, run: LessonSession) -> None:
     """Run to the end, and measure."""
-    run.act("run")
+    run.act(StartOrPause())
     play(session, run)
-    run.frame()
+    run.decide()
 
 
 def to_challenge(session: Session, run: LessonSession) -> None:
     """Go on to the step's challenge, and skip what can be skipped."""
     while run.walk.phase is not Phase.CHALLENGE:
-        run.act("next")
+        run.act(GoOn())
         session.advance(0.0)
-        run.frame()
+        run.decide()
 
 
 # ---- a session without a page ---------------------------------------------------------------------------------------------------
@@ -98,46 +111,46 @@ def to_challenge(session: Session, run: LessonSession) -> None:
 
 def test_a_run_is_locked_until_an_answer_is_chosen() -> None:
     session, run = alone()
-    for action in ("run", "next", "why", "check"):
+    for action in (StartOrPause(), GoOn(), ShowWhy(), Check()):
         run.act(action)
         session.advance(0.1)
-        run.frame()
+        run.decide()
         assert session.paused and session.simulation.steps == 0 and run.walk.phase is Phase.PREDICT, action
     session.toggle_pause()
-    run.frame()
+    run.decide()
     assert session.paused
-    run.act("choose", 0)
+    run.act(Choose(0))
     assert run.walk.phase is Phase.DO
-    run.act("run")
+    run.act(StartOrPause())
     session.advance(0.1)
     assert session.simulation.steps > 0
 
 
 def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -> None:
     session, run = alone()
-    run.act("choose", 1)
+    run.act(Choose(1))
     finish(session, run)
     verdict = run.view().verdict
     assert run.walk.phase is Phase.OBSERVE and verdict is not None and not verdict.right and session.paused
     assert run.view().verdict is not None and not run.walk.done.outcome.reference  # type: ignore[union-attr]
-    run.act("why")
+    run.act(ShowWhy())
     assert run.view().showing and session.simulation.steps == 0
     finish(session, run)
     assert run.view().why_outcome
-    run.act("next")
+    run.act(GoOn())
     assert not run.view().showing
 
 
 def test_a_run_that_is_skipped_is_still_measured() -> None:
     session, run = alone()
-    run.act("choose", 1)
+    run.act(Choose(1))
     run._runs.wait(60.0)
-    run.act("next")
+    run.act(GoOn())
     assert run.walk.phase is Phase.DO
     while run.walk.phase is Phase.DO:
         before = session.simulation.steps
         session.advance(0.0)
-        run.frame()
+        run.decide()
         assert session.simulation.steps > before, "it hurries, whatever the clock on the wall says"
     outcome = run.walk.done.outcome
     assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.complete and not outcome.reference
@@ -146,10 +159,10 @@ def test_a_run_that_is_skipped_is_still_measured() -> None:
 
 def test_a_run_that_cannot_go_on_is_skipped_all_the_same() -> None:
     session, run = alone()
-    run.act("choose", 1)
+    run.act(Choose(1))
     run._runs.wait(60.0)
-    session.halted = True
-    run.act("next")
+    session.halt.set("teacher")
+    run.act(GoOn())
     outcome = run.walk.done.outcome
     assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.reference
 
@@ -161,10 +174,10 @@ def test_leaving_gives_the_visitors_own_settings_back() -> None:
     for lesson in range(len(BOOK.lessons)):
         run.enter(lesson)
         session.advance(0.05)
-        run.frame()
+        run.decide()
         assert values(session.settings)["scene"] == BOOK.lessons[lesson].steps[0].setup.run.scene
     session.change("theme", "dark")
-    run.act("leave")
+    run.act(Leave())
     assert session.settings == changed(before, "theme", "dark") and not session.paused and not run.open
     assert session.target() is None
 
@@ -172,39 +185,30 @@ def test_leaving_gives_the_visitors_own_settings_back() -> None:
 def test_reset_is_a_fresh_start_and_back_and_next_always_work() -> None:
     session, run = alone()
     fresh = run.walk.to_json(), values(session.settings)
-    run.act("choose", 2)
+    run.act(Choose(2))
     session.change("k", 9.0)
-    run.act("reset")
+    run.act(ResetStep())
     assert (run.walk.to_json(), values(session.settings)) == fresh
-    run.act("back")
+    run.act(GoBack())
     assert run.walk.phase is Phase.PREDICT
 
 
 def test_another_experiment_in_the_middle_of_a_lesson_begins_the_run_anew() -> None:
     session, run = alone()
-    run.act("choose", 2)
+    run.act(Choose(2))
     session.change("scene", "hold")
-    run.frame()
+    run.decide()
     assert session.settings.run.scene == "solo" and run.notes
     session.change("autopilot", False)
-    run.frame()
+    run.decide()
     assert session.settings.page.autopilot
 
 
 def test_nonsense_does_no_harm() -> None:
     session, run = alone()
-    for action, *given in (
-        ("go", 99, 0),
-        ("go", 0, 99),
-        ("choose", -1),
-        ("choose", "x"),
-        ("choose", 99),
-        ("fly",),
-        ("why",),
-        ("check",),
-    ):
-        run.act(str(action), *given)
-        run.frame()
+    for action in (GoTo(99, 0), GoTo(0, 99), Choose(-1), Choose(99), ShowWhy(), Check()):
+        run.act(action)
+        run.decide()
         session.advance(0.05)
     assert run.open and run.walk.phase is Phase.PREDICT
 
@@ -215,12 +219,12 @@ def test_a_challenge_says_what_failed() -> None:
     assert run.walk.yours and not run.hands_off and not session.paused
     for _ in range(40):
         session.advance(0.05)
-        run.frame()
-    run.act("check")
+        run.decide()
+    run.act(Check())
     attempt = run.view().attempt
     assert attempt is not None and not attempt.passed and attempt.failed
     assert any("must be" in j.text for j in attempt.judgements)
-    run.act("hint")
+    run.act(ShowHint())
     assert len(run.view().hints) == 1
 
 
@@ -231,27 +235,27 @@ def swing(session: Session, run: LessonSession) -> None:
     while session.simulation.time < trial.setup.seconds:
         session.hold(person.target(session.simulation.time))
         session.advance(0.02)
-        run.frame()
+        run.decide()
 
 
 def test_a_challenge_is_tried_again_with_the_students_own_settings() -> None:
     session, run = alone(0, 2)
     to_challenge(session, run)
     session.advance(0.05)
-    run.frame()
+    run.decide()
     session.change("k", 5.0)
     session.change("dt", 0.005)
     swing(session, run)
-    run.act("check")
+    run.act(Check())
     attempt = run.view().attempt
     assert attempt is not None and not attempt.passed and attempt.note, "settings changed in the middle of the run"
-    run.act("again")
+    run.act(RunAgain())
     assert session.simulation.steps == 0 and session.settings.run.gain == 5.0 and not session.paused
     swing(session, run)
-    run.act("check")
+    run.act(Check())
     assert run.walk.done.passed, run.view().attempt
-    run.act("reset")
-    run.act("next")
+    run.act(ResetStep())
+    run.act(GoOn())
     assert session.settings.run.gain == run.walk.setup.run.gain != 5.0
 
 
@@ -274,10 +278,10 @@ def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
     again.resume(saved, reopen=True)
     assert other.settings.run == session.settings.run and other.settings.run.law.nominal_velocity == 0.17
     assert again.said == [0.25, None, 0.5] and dict(again.walk.kept) == dict(run.walk.kept)
-    again.act("leave")
+    again.act(Leave())
     assert other.settings == Settings()
     again.enter(2, 2)
-    again.act("reset")
+    again.act(ResetStep())
     assert again.said == []
 
 

@@ -5,12 +5,27 @@ from __future__ import annotations
 import contextlib
 import math
 import random
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
+from app.lessons.session.lesson_actions import (
+    Check,
+    Choose,
+    GoBack,
+    GoOn,
+    GoTo,
+    Leave,
+    LessonAction,
+    ResetStep,
+    RunAgain,
+    ShowHint,
+    ShowWhy,
+    StartOrPause,
+)
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
@@ -19,7 +34,14 @@ from scenes.settings import Spec, specs
 from scenes.targets import BallTarget, HandTarget
 
 BOOK = load_lessons()
-ACTIONS = ("choose", "next", "next", "back", "run", "run", "again", "reset", "why", "check", "hint", "go", "leave")
+ACTIONS: tuple[Callable[[random.Random], LessonAction], ...] = (
+    lambda rng: Choose(rng.randrange(6)),
+    lambda rng: GoTo(rng.randrange(12), rng.randrange(6)),
+    *[
+        lambda _, action=action: action()
+        for action in (GoOn, GoOn, GoBack, StartOrPause, StartOrPause, RunAgain, ResetStep, ShowWhy, Check, ShowHint, Leave)
+    ],
+)
 OTHERS = ("pause", "step", "reset", "setting", "setting", "hold", "let go", "autopilot", "frames", "frames", "reload")
 
 
@@ -35,14 +57,12 @@ class Student:
     def frame(self, elapsed: float = 0.03) -> None:
         """What the frame loop does."""
         self.session.advance(elapsed)
-        self.run.frame()
+        self.run.decide()
         assert np.isfinite(self.session.simulation.positions).all()
 
     def act(self) -> None:
         """One thing a student may do in the lessons, or beside them."""
-        action = self.rng.choice(ACTIONS)
-        given = {"choose": (self.rng.randrange(6),), "go": (self.rng.randrange(12), self.rng.randrange(6))}.get(action, ())
-        self.run.act(action, *given)
+        self.run.act(self.rng.choice(ACTIONS)(self.rng))
 
     def meddle(self) -> None:
         """One thing a student may do with the controls, the handles or the tab."""
@@ -98,19 +118,19 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
     here = run.walk.step
     for _ in range(20):
         if run.walk.locked:
-            run.act("choose", 0)
+            run.act(Choose(0))
         run._runs.wait(60.0)
-        run.act("next")
+        run.act(GoOn())
         student.frame()
     assert run.walk.step is not here or (last and run.walk.phase is run.walk.phases[-1]), "next gets on"
-    run.act("reset")
+    run.act(ResetStep())
     student.frame()
     assert run.walk.phase is run.walk.phases[0] and (student.session.paused or not run.walk.locked)
     if run.walk.locked:
-        run.act("choose", 0)
+        run.act(Choose(0))
     assert run.walk.phase is Phase.DO
     student.session.change("speed", 2.0)
-    student.session.paused = False
+    student.session.halt.go_on()
     run._runs.wait(60.0)
     for _ in range(4000):
         if run.walk.phase is not Phase.DO or run.walk.yours:

@@ -6,6 +6,7 @@ import pytest
 
 from app.hosting.private_host import PrivateHost
 from app.lessons.phases import Phase
+from app.lessons.session.lesson_actions import Choose, GoOn
 from app.lessons.session.lesson_session import LessonSession
 from app.settings import Settings
 from scenes.settings import changed, values
@@ -60,9 +61,9 @@ def test_a_picture_is_seen_in_the_colours_of_the_page(
     session, run = enter(page, house(), f"lesson={lesson}&step={step}&lang={language}&theme=light")
     question = run.walk.step.question
     assert question is not None
-    ask(session, lambda _: run.act("choose", question.right))
+    ask(session, lambda _: run.act(Choose(question.right)))
     while run.walk.phase is not Phase.EXPLAIN:
-        ask(session, lambda _: run.act("next"))
+        ask(session, lambda _: run.act(GoOn()))
         until(page, lambda: run.walk.phase in (Phase.OBSERVE, Phase.EXPLAIN), "the outcome", 60.0)
     picture = page.locator(".duet-l-text svg.picture")
     picture.get_by_text(word, exact=True).wait_for()

@@ -18,6 +18,7 @@ from app.lessons.lesson import Step, Trial
 from app.lessons.phases import Phase
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import start_positions
+from app.lessons.session.lesson_actions import GoTo
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.start import App
@@ -63,7 +64,7 @@ def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
 
 def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:
     """Go to a step, from 0, and wait until it is on the page."""
-    ask(session, lambda _: run.act("go", lesson, step))
+    ask(session, lambda _: run.act(GoTo(lesson, step)))
     crumb = f"Lesson {run.book.lessons[lesson].number} · step {step + 1} "
     until(page, lambda: crumb in (page.locator(".duet-l-head .crumb").text_content() or ""), crumb, 60.0)
 

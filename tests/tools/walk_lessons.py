@@ -19,6 +19,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from app.cli.laws import NewLaw, new_law
 from app.lessons.phases import Phase
+from app.lessons.session.lesson_actions import Check, Choose, GoOn
 from app.session.input_sources import InputSources
 from app.settings import Settings
 from app.start import App, start_app
@@ -88,9 +89,9 @@ def pictures(page: Page, house: App, numbers: list[int], width: int) -> int:
             if run.walk.locked:
                 question = run.walk.step.question
                 assert question is not None
-                ask(session, lambda _: run.act("choose", (question.right + 1) % len(question.choices)))
+                ask(session, lambda _: run.act(Choose((question.right + 1) % len(question.choices))))
             elif run.walk.phase is not until_phase:
-                ask(session, lambda _: run.act("next"))
+                ask(session, lambda _: run.act(GoOn()))
             return run.walk.phase is until_phase
 
         until(page, there, str(until_phase), 60.0)
@@ -106,7 +107,7 @@ def pictures(page: Page, house: App, numbers: list[int], width: int) -> int:
                 save(f"{number:02d}-first-{phase}")
         shown_step(page, session, run, place, len(run.walk.lesson.steps) - 1)
         on(run.walk.phases[-1])
-        ask(session, lambda _: run.act("check"))
+        ask(session, lambda _: run.act(Check()))
         save(f"{number:02d}-last")
     return count
 

@@ -12,6 +12,20 @@ from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
 from app.lessons.session.further_runs import FurtherRuns
+from app.lessons.session.lesson_actions import (
+    Check,
+    Choose,
+    GoBack,
+    GoOn,
+    GoTo,
+    Leave,
+    LessonAction,
+    ResetStep,
+    RunAgain,
+    ShowHint,
+    ShowWhy,
+    StartOrPause,
+)
 from app.lessons.session.lesson_settings import asks_for_custom_law, deviation_from_lesson, with_look
 from app.lessons.session.saved import SavedLesson
 from app.lessons.session.step_runner import StepRunner
@@ -50,7 +64,7 @@ class LessonSession:
         self._errors = ThrottledLog(log)
         self._runs = FurtherRuns()
         self._runner = StepRunner(session, self._runs, self.notes)
-        self._waiting: tuple[str, tuple[object, ...]] | None = None
+        self._waiting: GoOn | Check | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
 
@@ -92,11 +106,13 @@ class LessonSession:
         self._waiting = None
         try:
             self._session.let_custom_law_run(True)
-            self._session.invite(None)
+            self._session.set_source(None)
             self._runner.apply(with_look(self._own, self._session))
             self._session.reset()
         finally:
-            self._session.paused, self.open = False, False
+            self._session.halt.go_on()
+            self._leave_replay()
+            self.open = False
             self.version += 1
 
     def saved(self) -> SavedLesson | None:
@@ -160,12 +176,12 @@ class LessonSession:
         """Return whether something waits for a further run."""
         return self._waiting is not None
 
-    def act(self, action: str, *given: object) -> None:
-        """Do what a button or a key of the lessons stands for; nothing that is asked at the wrong moment does any harm."""
+    def act(self, action: LessonAction) -> None:
+        """Do what the student asks for; an action at the wrong moment does nothing."""
         if not self.open:
             return
         self._waiting = None
-        self._guarded(lambda: self._act(action, given))
+        self._guarded(lambda: self._act(action))
         self._guarded(self._follow)
 
     def _guarded(self, what: Callable[[], None]) -> None:
@@ -177,47 +193,51 @@ class LessonSession:
             log.exception("an action of a lesson failed and was left out")
             self.notes.append(("Something went wrong", "It was left out. Reset restarts the step."))
 
-    def _act(self, action: str, given: tuple[object, ...]) -> None:
+    def _act(self, action: LessonAction) -> None:
         walk, session = self.walk, self._session
-        if action in ("next", "check") and not self._runs.ready:
-            self._waiting = action, given
+        if isinstance(action, GoOn | Check) and not self._runs.ready:
+            self._waiting = action
             return
         match action:
-            case "choose":
-                walk.choose(int(str(given[0])))
-            case "go":
-                walk.go(int(str(given[0])), int(str(given[1])))
-            case "next":
+            case Choose(answer):
+                walk.choose(answer)
+            case GoTo(lesson, step):
+                walk.go(lesson, step)
+            case GoOn():
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
                     self._runner.observe(walk)
                 if not self._fast_forwards():
                     walk.next()
-            case "back":
+            case GoBack():
                 walk.back()
-            case "reset":
+            case ResetStep():
                 walk.reset()
                 self.said.clear()
                 self._run_id = -1
-            case "again":
+            case RunAgain():
                 self._run_again()
-            case "run":
+            case StartOrPause():
                 self._run()
-            case "why":
+            case ShowWhy():
                 walk.show_why()
-            case "hint":
+            case ShowHint():
                 walk.hint()
-            case "check":
+            case Check():
                 self._check()
-            case "leave":
+            case Leave():
                 self.leave()
-            case _:
-                log.warning("a lesson knows no action %r", action[:40])
 
     def _fast_forwards(self) -> bool:
         """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
         walk, session = self.walk, self._session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not self._showing
-        if not to_measure or walk.yours or session.halted or walk.run_id == self._measured or walk.finished(session.simulation):
+        if (
+            not to_measure
+            or walk.yours
+            or "teacher" in session.halt
+            or walk.run_id == self._measured
+            or walk.finished(session.simulation)
+        ):
             return False
         session.hurry(walk.setup.seconds)
         return True
@@ -228,7 +248,7 @@ class LessonSession:
             self.notes.append(("Predict first", "Choose an answer; then the run is free."))
         elif session.paused and not walk.yours and walk.finished(session.simulation):
             self._run_again()
-            session.paused = False
+            session.halt.go_on()
         else:
             session.toggle_pause()
 
@@ -243,12 +263,12 @@ class LessonSession:
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
-    def frame(self) -> None:
-        """Look after the run, once a frame after the session has advanced; never raises."""
+    def decide(self) -> None:
+        """Begin, stop or measure the run where the step asks for it: once a frame, between the actions and the steps; never raises."""
         if not self.open:
             return
         try:
-            self._frame()
+            self._decide()
         except DuetError as error:
             self._stop_trouble(str(error))
         except Exception as error:
@@ -257,7 +277,8 @@ class LessonSession:
 
     def _stop_trouble(self, text: str) -> None:
         run_id = self.walk.run_id
-        self._session.paused, self._measured = True, run_id
+        self._session.halt.set("lesson")
+        self._measured = run_id
         if self._reported_run == run_id:
             # Said once for a run, not once for a frame.
             return
@@ -265,7 +286,7 @@ class LessonSession:
         self.notes.append(("The lesson stopped here", text))
         self.version += 1
 
-    def _frame(self) -> None:
+    def _decide(self) -> None:
         walk, session = self.walk, self._session
         note = deviation_from_lesson(session, walk)
         if note is not None:
@@ -273,14 +294,13 @@ class LessonSession:
             self._begin()
             return
         if walk.locked:
-            session.paused = True
+            session.halt.set("lesson")
         simulation = session.simulation
         walk.watch(simulation)
         if self._runner.advance_own_tests(walk):
             self.version += 1
         if self._waiting is not None and self._runs.ready:
-            action, given = self._waiting
-            self.act(action, *given)
+            self.act(self._waiting)
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation):
             return
@@ -288,7 +308,7 @@ class LessonSession:
         if not runs_out:
             return
         if not walk.yours:
-            session.paused = True
+            session.halt.set("lesson")
         if not self._runs.ready:
             return
         self._measured = walk.run_id
@@ -317,7 +337,13 @@ class LessonSession:
         walk = self.walk
         self._run_id, self._measured = walk.run_id, -1
         self._runner.begin(walk, own_settings)
+        self._leave_replay()
         self.version += 1
+
+    def _leave_replay(self) -> None:
+        """Show the run that has just begun."""
+        if self._session.player is not None:
+            self._session.player.leave()
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 

@@ -55,12 +55,13 @@ def begin(session: Session, walk: Walkthrough) -> None:
         if session.ghost is not None:
             session.ghost.reset(start)
     if walk.yours:
-        session.invite(None)
+        session.set_source(None)
         session.change("autopilot", False)
     else:
-        session.invite(walk.target_source(session.simulation))
+        session.set_source(walk.target_source(session.simulation))
     # A hand that is the visitor's answers at once; anything else waits for Run.
-    session.paused = walk.locked or not walk.yours
+    session.halt.go_on()
+    session.halt.set("lesson", walk.locked or not walk.yours)
 
 
 def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:

@@ -48,7 +48,7 @@ class FigureHandles:
         seen = present.angles if isinstance(present, AnglesTarget) else None
         self._figure = figure = Figure() if seen is None else Figure(start=seen)
         self._person = FigurePerson(figure)
-        session.invite(self._person)
+        session.set_source(self._person)
         drags = {"elbow": figure.drag_elbow, "wrist": figure.drag_wrist}
         self._grips: dict[tuple[ArmName, str], Grip] = {
             (side, joint): Grip(
@@ -70,7 +70,7 @@ class FigureHandles:
             drag(side, on_person(place))
             if not self._session.settings.page.autopilot:
                 # Whoever pulls at the figure wants it to be seen again.
-                self._session.invite(self._person)
+                self._session.set_source(self._person)
 
         return pulled
 
@@ -93,4 +93,4 @@ class FigureHandles:
             grip.remove()
         if self._session.settings.run.scene != "imitation":
             # Another source of the same experiment has shown the figure out already.
-            self._session.invite(None)
+            self._session.set_source(None)

@@ -11,6 +11,7 @@ from app.lessons.lesson import Step
 from app.lessons.measures import measure
 from app.lessons.measures.quantity import shown_parameter
 from app.lessons.session.lesson_session import LessonSession
+from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import PageSettings, Theme
 from app.stage.poses import fresh
@@ -45,8 +46,8 @@ class Marks:
         self._touched: list[bool | None] = []
         self._next = 0.0
 
-    def show(self, now: float) -> None:
-        """Bring them up to date; `now`: wall time [s]."""
+    def show(self, frame: Frame) -> None:
+        """Bring them up to date."""
         step = self._run.walk.step if self._run.open and self._run.walk.step.marks else None
         page = self._page()
         drawn = None if step is None else (step, id(self._session.simulation.room), page.theme, page.profile)
@@ -55,9 +56,9 @@ class Marks:
             self._clear()
             if step is not None:
                 self._draw()
-        if step is None or now < self._next:
+        if step is None or frame.now < self._next:
             return
-        self._next = now + PERIOD
+        self._next = frame.now + PERIOD
         for i, (angle, reach) in enumerate(zip(step.marks, reaches(step), strict=True)):
             miss = measure(Evidence(self._session.simulation), "mark_miss", (("angle", angle),))
             self._paint(i, miss is not None and miss <= reach)

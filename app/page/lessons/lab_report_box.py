@@ -82,7 +82,7 @@ class LabReportBox:
         if state == self._shown or not run.book.lessons:
             return
         self._shown = state
-        self._offer(self._of_all, run.begun)
+        self._of_all.visible = run.begun
         here: tuple[str, str] | None = None
         last = False
         if run.open and self._panel.tab is not None:
@@ -96,10 +96,6 @@ class LabReportBox:
                 with self._panel.tab:
                     self._of_lesson = self._button("Lab report on this lesson", True, _REPORT)
         for place, box in self._boxes.items():
-            self._offer(box, place == here)
+            box.visible = place == here
         if self._of_lesson is not None:
-            self._offer(self._of_lesson, last)
-
-    def _offer(self, handle: viser.GuiTextHandle | viser.GuiButtonHandle, visible: bool) -> None:
-        if handle.visible != visible:
-            handle.visible = visible
+            self._of_lesson.visible = last

@@ -7,6 +7,20 @@ import viser
 
 from app.i18n.speaking import N_, tr
 from app.lessons.phases import Phase
+from app.lessons.session.lesson_actions import (
+    Check,
+    Choose,
+    GoBack,
+    GoOn,
+    GoTo,
+    Leave,
+    LessonAction,
+    ResetStep,
+    RunAgain,
+    ShowHint,
+    ShowWhy,
+    StartOrPause,
+)
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.page.lessons.forecast_boxes import Forecasts
@@ -14,6 +28,8 @@ from app.page.lessons.lesson_html import NEXT, choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import LESSON_KEYS, Hotkey
+from app.session.actions import Action, Nudge, Pause, Reset, SetSetting, SingleStep, Toggle
+from app.session.frame import Frame
 from app.session.session import Session
 from app.text.lesson_text import plain
 
@@ -21,7 +37,6 @@ MOST_STEPS: Final = 12
 MOST_CHOICES: Final = 6
 
 _ANSWERS: Final = ("solo", "ball", "hold", "master_slave", "imitation")
-_MOVES: Final = ("left", "right", "up", "down", "away", "near")
 
 
 class LessonControls:
@@ -66,32 +81,30 @@ class LessonControls:
 
     # ---- keys --------------------------------------------------------------------------------------------------------------
 
-    def take(self, action: str) -> bool:
-        """Do what a hotkey means while a lesson is open; return whether it meant something of its own there."""
+    def take(self, action: Action) -> bool:
+        """Do what a key means while a lesson is open; return whether it has a meaning of its own there."""
         run = self._run
         if not run.open:
             return False
-        walk = run.walk
-        if action in _ANSWERS:
-            run.act("choose", _ANSWERS.index(action))
-            return True
-        if action == "pause":
-            run.act("run")
-            return True
-        if action == "reset":
-            run.act("again")
-            return True
-        if action == "step":
-            if walk.locked:
-                run.act("run")
-            return walk.locked
-        if run.hands_off and action in (*_MOVES, "autopilot"):
-            if action in ("left", "right"):
-                run.act("back" if action == "left" else "next")
-            return True
-        return False
+        match action:
+            case SetSetting("scene", scene):
+                run.act(Choose(_ANSWERS.index(str(scene))))
+            case Pause():
+                run.act(StartOrPause())
+            case Reset():
+                run.act(RunAgain())
+            case SingleStep() if run.walk.locked:
+                run.act(StartOrPause())
+            case Nudge(right) if run.hands_off:
+                if right:
+                    run.act(GoBack() if right < 0 else GoOn())
+            case Toggle("autopilot") if run.hands_off:
+                pass
+            case _:
+                return False
+        return True
 
-    def _command(self, hotkey: Hotkey) -> viser.CommandHandle:
+    def _command(self, hotkey: Hotkey[LessonAction]) -> viser.CommandHandle:
         command = self._client.gui.add_command(hotkey.title, hotkey=hotkey.key, modifier=hotkey.modifier, icon=hotkey.icon)
 
         @command.on_trigger
@@ -115,22 +128,22 @@ class LessonControls:
                 gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
             )
             for i in range(MOST_CHOICES):
-                self._choices.append(self._button(f"choice {i}", "choose", i, order=ORDER["choices"] + 1.0 + i))
-            self._button("run", "run", order=ORDER["choices"] + 8.0)
-            self._button("why", "why", order=ORDER["verdict"] + 1.0)
+                self._choices.append(self._button(f"choice {i}", Choose(i), order=ORDER["choices"] + 1.0 + i))
+            self._button("run", StartOrPause(), order=ORDER["choices"] + 8.0)
+            self._button("why", ShowWhy(), order=ORDER["verdict"] + 1.0)
             self._forecasts = Forecasts(gui, self._session, run)
-            self._button("check", "check", order=ORDER["after"] + 6.0)
-            self._button("hint", "hint", order=ORDER["hints"] + 1.0)
+            self._button("check", Check(), order=ORDER["after"] + 6.0)
+            self._button("hint", ShowHint(), order=ORDER["hints"] + 1.0)
             self._nav = ChoiceButtons(
                 gui,
                 "",
                 ("Back", "Reset step"),
                 "B goes back, N goes on. Reset begins the step anew.",
-                lambda i: self._post(("back", "reset")[i]),
+                lambda i: self._post((GoBack(), ResetStep())[i]),
                 order=ORDER["hints"] + 6.0,
             )
-            self._button("next", "next", order=ORDER["hints"] + 5.0)
-            self._button("leave", "leave", order=ORDER["hints"] + 7.0)
+            self._button("next", GoOn(), order=ORDER["hints"] + 5.0)
+            self._button("leave", Leave(), order=ORDER["hints"] + 7.0)
 
         @picker.on_update
         async def _(event: viser.GuiEvent[Any]) -> None:
@@ -139,16 +152,16 @@ class LessonControls:
             value = event.target.value
             if value in self._names:
                 index = self._names.index(value)
-                self._post("go", index, 0)
+                self._post(GoTo(index, 0))
 
     def _go_step(self, index: int) -> None:
         run = self._run
-        self._session.post(lambda: run.act("go", run.book.lessons.index(run.walk.lesson), index), ("lesson", "go"))
+        self._session.post(lambda: run.act(GoTo(run.book.lessons.index(run.walk.lesson), index)), ("lesson", GoTo))
 
-    def _post(self, action: str, *given: object) -> None:
-        self._session.post(lambda: self._run.act(action, *given), ("lesson", action))
+    def _post(self, action: LessonAction) -> None:
+        self._session.post(lambda: self._run.act(action), ("lesson", type(action)))
 
-    def _button(self, name: str, action: str, *given: object, order: float) -> viser.GuiButtonHandle:
+    def _button(self, name: str, action: LessonAction, order: float) -> viser.GuiButtonHandle:
         button = self._client.gui.add_button(name, visible=False, order=order)
         self._handles[name] = button
         self._set[name, "visible"] = False
@@ -156,14 +169,15 @@ class LessonControls:
         @button.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             del event
-            self._post(action, *given)
+            self._post(action)
 
         return button
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
-    def show(self) -> None:
-        """Bring buttons up to date, and say what the lessons have to say."""
+    def show(self, frame: Frame) -> None:
+        """Bring buttons up to date, and pass on the lesson's notices."""
+        del frame
         run = self._run
         while run.notes:
             self._notify(*run.notes.popleft())

@@ -12,6 +12,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.page.lessons.custom_law_html import law_html
 from app.page.lessons.lesson_html import BLOCKS, blocks_html
+from app.session.frame import Frame
 
 PERIOD: Final = 0.2
 """Wall time between two refreshes of the numbers [s]."""
@@ -74,8 +75,8 @@ class LessonPanel:
         panel.dock_left()
         panel.set_width(self._width)
 
-    def show(self, now: float) -> bool:
-        """Bring it up to date; return whether it was opened or closed, or is about another run, so that views have to follow."""
+    def show(self, frame: Frame) -> bool:
+        """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
         run = self._run
         if not run.open:
             if self._panel is None or not self._panel.visible:
@@ -93,8 +94,8 @@ class LessonPanel:
             self._panel.dock_left()
             self._panel.set_width(self._width)
         state = run.version, run.computing, run.custom_law_state
-        if opened or state != self._shown or now >= self._next:
-            self._next = now + PERIOD
+        if opened or state != self._shown or frame.now >= self._next:
+            self._next = frame.now + PERIOD
             self._shown = state
             view = run.view(self._book)
             numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()

@@ -57,8 +57,7 @@ class ChoiceButtons:
 
     def show(self, visible: bool) -> None:
         """Show or hide the whole row."""
-        if self._buttons.visible != visible:
-            self._buttons.visible = visible
+        self._buttons.visible = visible
 
     def _write(self) -> None:
         self._buttons.options = tuple((MARK if i == self._marked else "") + self._labels[i] for i in self._offered)

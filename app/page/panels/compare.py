@@ -7,6 +7,8 @@ import viser
 
 from app.i18n.speaking import tr
 from app.page.panels.choice_buttons import ChoiceButtons
+from app.session.frame import Frame
+from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.session.studies import Smoothness
 from scenes.experiments import EXPERIMENTS
@@ -36,9 +38,11 @@ class ComparePanel:
         self._state: tuple[object, ...] = ()
         self._answers: tuple[object, ...] = (None, None)
 
-    def show(self, visible: bool) -> None:
+    def show(self, frame: Frame) -> None:
         """Bring it up to date; hide it where there is nothing to compare."""
+        del frame
         session = self._session
+        visible = matters("ghost", session.settings)
         answers = session.what_if, session.smoothness
         state = visible, session.computing, session.study_message, session.settings.page.what_if
         # Answers are compared by identity: they hold arrays, and are never changed.

@@ -1,7 +1,6 @@
 """The controls, made from the settings' own declarations: a slider, a drop-down or a box for every field a visitor may change."""
 
 from collections.abc import Callable
-from time import perf_counter
 from typing import Any, Final
 
 import viser
@@ -9,10 +8,12 @@ import viser
 from app.i18n.speaking import spoken, tr, tr_all
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.compare import ComparePanel
-from app.page.panels.hotkeys import control_of, help_html
+from app.page.panels.hotkeys import help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources
+from app.session.actions import Action, Pause, Reset, SingleStep, control_of
 from app.session.clock import SPEEDS
+from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
@@ -60,12 +61,12 @@ class Controls:
     Args:
         gui: of whoever operates it; the caller has opened the container.
         session: what is operated.
-        act: does a hotkey's action by name.
+        act: does an action.
         notify: shows a message to the visitor.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, session: Session, act: Callable[[str], None], notify: Callable[[str, str], None]
+        self, gui: viser.GuiApi, session: Session, act: Callable[[Action], None], notify: Callable[[str, str], None]
     ) -> None:
         self._gui, self._session, self._act, self._notify = gui, session, act, notify
         self._specs: dict[str, Spec] = specs(Settings)
@@ -90,7 +91,7 @@ class Controls:
                     self._note = gui.add_html("")
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(f'<div class="duet">{help_html()}</div>')
-        self.show(session.paused)
+        self.show(freeze(session, 0.0))
 
     @property
     def below_clock(self) -> float:
@@ -99,7 +100,7 @@ class Controls:
 
     def _transport(self) -> None:
         gui, session = self._gui, self._session
-        actions = ("pause", "step", "reset")
+        actions = (Pause(), SingleStep(), Reset())
         self._clock = ChoiceButtons(
             gui,
             "clock",
@@ -157,26 +158,20 @@ class Controls:
 
         self._session.post(change, key)
 
-    def show(self, paused: bool) -> None:
-        """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter.
-
-        Args:
-            paused: whether what is seen stands still.
-        """
-        self._clock.mark(0 if paused else -1)
+    def show(self, frame: Frame) -> None:
+        """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
+        self._clock.mark(0 if frame.pace.paused else -1)
         settings = self._session.settings
-        self._sources.show()
-        self._joints.show(perf_counter())
-        self._compare.show(matters("ghost", settings))
+        self._sources.show(frame)
+        self._joints.show(frame)
+        self._compare.show(frame)
         if settings is self._settings and len(self._shown) == len(self._handles):
             return
         self._settings = settings
         present = values(settings)
         self._speed.mark(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
         for key, handle in self._handles.items():
-            visible = matters(key, settings)
-            if handle.visible != visible:
-                handle.visible = visible
+            handle.visible = matters(key, settings)
             if key in self._shown and self._shown[key] == present[key]:
                 continue
             value, spec = present[key], self._specs[key]
@@ -188,9 +183,8 @@ class Controls:
                     handle.value = _rounded(value * spec.page_scale)
             else:
                 handle.value = value
-        note = f'<div class="duet duet-tip">{tr(COMPARE) if matters("ghost", settings) else tr(NOTHING_NEAR)}</div>'
-        if self._note.content != note:
-            self._note.content = note
+        note = tr(COMPARE) if matters("ghost", settings) else tr(NOTHING_NEAR)
+        self._note.content = f'<div class="duet duet-tip">{note}</div>'
 
 
 def _rounded(value: float) -> float:

@@ -1,22 +1,38 @@
 """The hotkeys: one table of key bindings, help, and entries of the command palette."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Generic, TypeVar
 
 import viser
 from viser._messages import HotkeyKey, KeyModifier
 
 from app.i18n.speaking import N_, spoken, tr
+from app.lessons.session.lesson_actions import Check, GoBack, GoOn, Leave, LessonAction, ShowHint, ShowWhy
+from app.session.actions import (
+    Action,
+    ChangeSpeed,
+    FirstView,
+    Nudge,
+    Pause,
+    Reset,
+    SetSetting,
+    SingleStep,
+    SwingElbow,
+    Toggle,
+)
 from app.text.documents import DOCUMENTS, PREFIX
+
+AnyAction = TypeVar("AnyAction", Action, LessonAction)
 
 
 @dataclass(frozen=True)
-class Hotkey:
+class Hotkey(Generic[AnyAction]):
     """One row.
 
     Attributes:
-        action: its name in the code.
-        shown: label of the key.
+        name: its name in the code.
+        action: what it asks for.
+        shown: the key as a person knows it.
         text: what it does.
         key: the key that viser listens to, with `modifier`.
         relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its camera; the script
@@ -24,7 +40,8 @@ class Hotkey:
         icon: in the palette.
     """
 
-    action: str
+    name: str
+    action: AnyAction
     shown: str
     text: str
     key: HotkeyKey
@@ -43,47 +60,42 @@ class Hotkey:
         return text[:1].upper() + text[1:]
 
 
-HOTKEYS: Final = (
-    Hotkey("pause", "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
-    Hotkey("step", ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD),
-    Hotkey("slower", "[", "slower", "2", relayed="[", icon=viser.Icon.PLAYER_TRACK_PREV),
-    Hotkey("faster", "]", "faster", "3", relayed="]", icon=viser.Icon.PLAYER_TRACK_NEXT),
-    Hotkey("reset", "R", "start anew", "R", icon=viser.Icon.REFRESH),
+HOTKEYS: Final[tuple[Hotkey[Action], ...]] = (
+    Hotkey("pause", Pause(), "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
+    Hotkey("step", SingleStep(), ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD),
+    Hotkey("slower", ChangeSpeed(-1), "[", "slower", "2", relayed="[", icon=viser.Icon.PLAYER_TRACK_PREV),
+    Hotkey("faster", ChangeSpeed(1), "]", "faster", "3", relayed="]", icon=viser.Icon.PLAYER_TRACK_NEXT),
+    Hotkey("reset", Reset(), "R", "start anew", "R", icon=viser.Icon.REFRESH),
     # viser moves its camera by W, A, S and D.
-    Hotkey("autopilot", "A", "autopilot on or off", "8", relayed="a", icon=viser.Icon.ROBOT),
-    Hotkey("left", "←", "hand or ball 2 cm to the left", "4", relayed="ArrowLeft", icon=viser.Icon.ARROW_LEFT),
-    Hotkey("right", "→", "hand or ball 2 cm to the right", "5", relayed="ArrowRight", icon=viser.Icon.ARROW_RIGHT),
-    Hotkey("up", "↑", "hand or ball 2 cm up", "6", relayed="ArrowUp", icon=viser.Icon.ARROW_UP),
-    Hotkey("down", "↓", "hand or ball 2 cm down", "7", relayed="ArrowDown", icon=viser.Icon.ARROW_DOWN),
-    Hotkey("away", "Page ↑", "hand or ball 2 cm away from you", "pageup", icon=viser.Icon.ARROW_BAR_TO_UP),
-    Hotkey("near", "Page ↓", "hand or ball 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
-    Hotkey("elbow_up", "J", "elbow 4° to one side", "J", icon=viser.Icon.ROTATE),
-    Hotkey("elbow_down", "K", "elbow 4° to the other side", "K", icon=viser.Icon.ROTATE_CLOCKWISE),
-    Hotkey("view", "V", "the first view again", "V", icon=viser.Icon.CAMERA),
-    Hotkey("law", "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
-    Hotkey("ghost", "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),
-    Hotkey("solo", "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),
-    Hotkey("ball", "2", "a ball in the way", "2", icon=viser.Icon.NUMBER_2),
-    Hotkey("hold", "3", "hold", "3", icon=viser.Icon.NUMBER_3),
-    Hotkey("master_slave", "4", "master and slave", "4", icon=viser.Icon.NUMBER_4),
-    Hotkey("imitation", "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
+    Hotkey("autopilot", Toggle("autopilot"), "A", "autopilot on or off", "8", relayed="a", icon=viser.Icon.ROBOT),
+    Hotkey("left", Nudge(right=-1), "←", "hand or ball 2 cm to the left", "4", relayed="ArrowLeft", icon=viser.Icon.ARROW_LEFT),
+    Hotkey(
+        "right", Nudge(right=1), "→", "hand or ball 2 cm to the right", "5", relayed="ArrowRight", icon=viser.Icon.ARROW_RIGHT
+    ),
+    Hotkey("up", Nudge(up=1), "↑", "hand or ball 2 cm up", "6", relayed="ArrowUp", icon=viser.Icon.ARROW_UP),
+    Hotkey("down", Nudge(up=-1), "↓", "hand or ball 2 cm down", "7", relayed="ArrowDown", icon=viser.Icon.ARROW_DOWN),
+    Hotkey("away", Nudge(away=1), "Page ↑", "hand or ball 2 cm away from you", "pageup", icon=viser.Icon.ARROW_BAR_TO_UP),
+    Hotkey("near", Nudge(away=-1), "Page ↓", "hand or ball 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
+    Hotkey("elbow_up", SwingElbow(1), "J", "elbow 4° to one side", "J", icon=viser.Icon.ROTATE),
+    Hotkey("elbow_down", SwingElbow(-1), "K", "elbow 4° to the other side", "K", icon=viser.Icon.ROTATE_CLOCKWISE),
+    Hotkey("view", FirstView(), "V", "the first view again", "V", icon=viser.Icon.CAMERA),
+    Hotkey("law", Toggle("avoidance"), "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
+    Hotkey("ghost", Toggle("ghost"), "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),
+    Hotkey("solo", SetSetting("scene", "solo"), "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),
+    Hotkey("ball", SetSetting("scene", "ball"), "2", "a ball in the way", "2", icon=viser.Icon.NUMBER_2),
+    Hotkey("hold", SetSetting("scene", "hold"), "3", "hold", "3", icon=viser.Icon.NUMBER_3),
+    Hotkey("master_slave", SetSetting("scene", "master_slave"), "4", "master and slave", "4", icon=viser.Icon.NUMBER_4),
+    Hotkey("imitation", SetSetting("scene", "imitation"), "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
 )
 
 
-def control_of(action: str) -> str | None:
-    """Return the control that a key stands for, so that a second press changes nothing; None where every press counts."""
-    if action in ("solo", "ball", "hold", "master_slave", "imitation"):
-        return "scene"
-    return action if action in ("reset", "view") else None
-
-
-LESSON_KEYS: Final = (
-    Hotkey("next", "N", "lesson: go on", "N", icon=viser.Icon.ARROW_RIGHT),
-    Hotkey("back", "B", "lesson: go back", "B", icon=viser.Icon.ARROW_LEFT),
-    Hotkey("check", "C", "lesson: check the challenge", "C", icon=viser.Icon.CHECKS),
-    Hotkey("hint", "H", "lesson: the next hint", "H", icon=viser.Icon.BULB),
-    Hotkey("why", "Y", "lesson: the run that shows why", "Y", icon=viser.Icon.QUESTION_MARK),
-    Hotkey("leave", "X", "lesson: leave the lessons", "X", icon=viser.Icon.X),
+LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
+    Hotkey("next", GoOn(), "N", "lesson: go on", "N", icon=viser.Icon.ARROW_RIGHT),
+    Hotkey("back", GoBack(), "B", "lesson: go back", "B", icon=viser.Icon.ARROW_LEFT),
+    Hotkey("check", Check(), "C", "lesson: check the challenge", "C", icon=viser.Icon.CHECKS),
+    Hotkey("hint", ShowHint(), "H", "lesson: the next hint", "H", icon=viser.Icon.BULB),
+    Hotkey("why", ShowWhy(), "Y", "lesson: the run that shows why", "Y", icon=viser.Icon.QUESTION_MARK),
+    Hotkey("leave", Leave(), "X", "lesson: leave the lessons", "X", icon=viser.Icon.X),
 )
 """Keys of an open lesson. There 1 to 5 answer, and ← and → go back and on where the hand cannot be moved."""
 

@@ -7,6 +7,7 @@ import numpy as np
 import viser
 
 from app.i18n.speaking import tr
+from app.session.frame import Frame
 from app.session.session import Session
 from scenes.targets import JointTarget
 
@@ -75,15 +76,14 @@ class JointSliders:
         wanted[joint] = min(max(angle, float(limits[0][joint])), float(limits[1][joint]))
         self._session.hold(JointTarget(wanted))
 
-    def show(self, now: float) -> None:
-        """Follow the experiment and the arm. `now`: wall time [s]."""
+    def show(self, frame: Frame) -> None:
+        """Follow the experiment and the arm."""
         simulation = self._session.simulation
         shown = simulation.settings.scene == "master_slave"
-        if self._container.visible != shown:
-            self._container.visible = shown
-        if not shown or now < self._next:
+        self._container.visible = shown
+        if not shown or frame.now < self._next:
             return
-        self._next = now + PERIOD
+        self._next = frame.now + PERIOD
         of = simulation.room, simulation.guided.name
         if of != self._of:
             self._of = of

@@ -10,6 +10,7 @@ import viser
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.copy_button import copy_button
+from app.session.frame import Frame, freeze
 from app.session.session import Session
 from app.settings import Settings, to_query
 from app.web.request import request_address
@@ -48,20 +49,17 @@ class LinkBox:
         self._session, self._lessons = session, lessons
         self._address = request_address(client)
         self._box = client.gui.add_html("")
-        self._link = ""
         self._next = 0.0
-        self.show(0.0)
+        self.show(freeze(session, 0.0))
 
-    def show(self, now: float) -> None:
-        """Have the link say what is there now. `now`: wall time [s]."""
-        if now < self._next:
+    def show(self, frame: Frame) -> None:
+        """Bring the link up to date, every `PERIOD`."""
+        if frame.now < self._next:
             return
-        self._next = now + PERIOD
+        self._next = frame.now + PERIOD
         link = link_to(self._address, link_query(self._session.settings, self._lessons))
-        if link != self._link:
-            self._link = link
-            label = html.escape(tr("Link to this page as it is now"))
-            self._box.content = (
-                f'<div class="duet duet-link">{copy_button(tr("Copy link"), "input")}'
-                f'<input readonly value="{html.escape(link)}" aria-label="{label}"></div>'
-            )
+        label = html.escape(tr("Link to this page as it is now"))
+        self._box.content = (
+            f'<div class="duet duet-link">{copy_button(tr("Copy link"), "input")}'
+            f'<input readonly value="{html.escape(link)}" aria-label="{label}"></div>'
+        )

@@ -30,7 +30,7 @@ class DetailsChooser:
         self._session.post(lambda: self._session.change("plot", choice), "plot")
 
     def show(self, in_lesson: bool) -> None:
-        """Offer what there is to choose in this experiment, and mark the present choice; a lesson has the plots that it needs."""
+        """Offer the choices of this experiment, and mark the present one; a lesson has the plots that it needs."""
         self._buttons.show(not in_lesson)
         settings = self._session.settings
         possible = possible_details(settings.run)

@@ -15,8 +15,7 @@ from app.plots.stability_section import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, Curve, RollingSeries, drawable
 from app.plots.trade_off_chart import map_html
-from app.recording.past import Shown
-from app.session.contact import contact
+from app.session.frame import Frame
 from app.settings import Details, PageSettings
 from app.theme import PALETTES, scale
 from controllers.kinematics import Array
@@ -54,7 +53,6 @@ class Plots:
         self._what_if: WhatIf | None = None
         self._answers = 0
         self._curves: dict[str, Curve] = {}
-        self._details: Details = page.details
         with tab:
             self._layout = gui.add_html("", order=0.0)
         self._captions: dict[str, viser.GuiHtmlHandle] = {}
@@ -76,19 +74,15 @@ class Plots:
             plot.series = self._series(course)
             plot.axes = self._axes()
 
-    def choose(self, details: Details) -> None:
-        """Choose the plot beside the first two."""
-        self._details = details
-
     def only(self, names: tuple[str, ...]) -> None:
         """Replace the first two plots by these; none for the first two again."""
         self._only = names
 
-    def show(self, session: Shown, now: float) -> None:
-        """Read the newest steps, and refresh the plots that have changed and are due. `now`: wall time [s]."""
-        simulation, ghost = session.simulation, session.ghost
-        self._take(session.what_if)
-        self._arrange(simulation, ghost)
+    def show(self, frame: Frame) -> None:
+        """Read the newest steps, and refresh the plots that have changed and are due."""
+        simulation, ghost, now = frame.simulation, frame.ghost, frame.now
+        self._take(frame.shown.what_if)
+        self._arrange(simulation, ghost, frame.settings.page.details)
         if self._dressed:
             # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
             # for good. A plot that was hidden meanwhile is drawn from the start.
@@ -112,7 +106,7 @@ class Plots:
             self._drawn[name] = state
             if name in CHARTS:
                 self._next[name] = now + SLOW_PERIOD
-                self._charts[name].content = self._chart_html(name, session)
+                self._charts[name].content = self._chart_html(name, frame)
             else:
                 course, plot = self._time_plots[name]
                 self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
@@ -122,9 +116,9 @@ class Plots:
         for name in self._away:
             self._handle(name).visible = visible and name in self._cells
 
-    def _arrange(self, simulation: Simulation, ghost: Simulation | None) -> None:
+    def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
         """Show exactly the chosen plots, with the right lines and names."""
-        wanted = cells(simulation.settings, self._details, self._only)
+        wanted = cells(simulation.settings, details, self._only)
         if wanted != self._cells:
             for name in self._cells:
                 if name not in wanted:
@@ -141,8 +135,7 @@ class Plots:
             for name in self._time_plots:
                 self._redefine(name, simulation)
         for name in wanted:
-            caption = self._caption(name, ghost is not None)
-            self._captions[name].content = caption
+            self._captions[name].content = self._caption(name, ghost is not None)
 
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
         return self._charts[name] if name in CHARTS else self._time_plots[name][1]
@@ -220,24 +213,23 @@ class Plots:
                 data.append(next(found[line.run]))
         return tuple(data)
 
-    def _chart_html(self, name: str, session: Shown) -> str:
-        simulation, ghost = session.simulation, session.ghost
-        sample = simulation.sample()
+    def _chart_html(self, name: str, frame: Frame) -> str:
+        simulation, ghost, sample, trade_off = frame.simulation, frame.ghost, frame.sample, frame.shown.trade_off
         match name:
             case "curve":
                 chart = curve_html(simulation, ghost, sample, self._height)
                 return f'<div class="duet">{chart}</div>'
             case "laws":
-                return laws_html(simulation, ghost, contact(simulation, sample), self._height)
+                return laws_html(simulation, ghost, frame.contact, self._height)
             case "map":
-                if session.trade_off is None:
+                if trade_off is None:
                     return '<div class="duet duet-tip">' + tr("The trade-off map is not available for a custom law.") + "</div>"
-                points = session.trade_off.points(session.settings.run)
-                return map_html(points, session.trade_off.size, session.settings.run, self._height)
+                points = trade_off.points(frame.settings.run)
+                return map_html(points, trade_off.size, frame.settings.run, self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
             case _:
-                return section_html(simulation, sample, contact(simulation, sample))
+                return section_html(simulation, sample, frame.contact)
 
     def _series(self, course: TimePlot) -> tuple[uplot.Series, ...]:
         return (uplot.Series(), *(self._line(line) for line in course.lines))

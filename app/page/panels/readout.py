@@ -9,12 +9,12 @@ import viser
 from app.i18n.sides import side
 from app.i18n.speaking import tr
 from app.page.panels.rate_budget import live_html
-from app.recording.past import Past, Shown
 from app.session.clock import Pace
-from app.session.contact import contact
 from app.session.elbow_swivel import Swivel
+from app.session.frame import Frame
 from app.session.relevant_settings import both_avoid
-from app.settings import Theme
+from app.session.shown import Shown
+from app.settings import PageSettings, Theme
 from app.text.equations import equation_html
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
@@ -61,50 +61,49 @@ class Tile(NamedTuple):
 
 
 class Readout:
-    """The block of tiles, status and equation, each written anew only when its text changes.
+    """Tip, status, tiles, equation and budget, one block each.
 
     Args:
-        gui: of whoever sees it; the caller has opened the container.
+        gui: of the reader; the caller has opened the container.
+        page: how it looks.
     """
 
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self._blocks = {name: gui.add_html("") for name in ("tip", "status", "tiles", "equation", "live")}
-        self._texts: dict[str, str] = {}
+    def __init__(self, gui: viser.GuiApi, page: PageSettings) -> None:
+        self._tip, self._status, self._tiles, self._equation, self._live = (gui.add_html("") for _ in range(5))
+        self._theme: Theme = page.theme
         self._next = 0.0
 
-    def show(self, session: Shown, sample: Sample, now: float, theme: Theme, force: bool = False) -> None:
-        """Refresh if it is time. `now`: wall time [s]; `theme`: of the page."""
-        if now < self._next and not force:
+    def dress(self, page: PageSettings) -> None:
+        """Take on a theme at the next refresh."""
+        self._theme = page.theme
+
+    def show(self, frame: Frame) -> None:
+        """Refresh every `PERIOD` while the run goes on, and at once while it rests."""
+        if frame.now < self._next and frame.moved:
             return
-        self._next = now + PERIOD
-        simulation, run = session.simulation, session.settings.run
-        self._write("tip", f'<div class="duet duet-tip">{tip_html(session)}</div>')
-        pills = past_html(session) + status_html(session.pace, simulation, sample) + custom_law_html(session)
-        self._write("status", f'<div class="duet duet-status" role="status">{pills}</div>')
-        self._write("tiles", f'<div class="duet">{tiles_html(simulation, sample, session.ghost)}</div>')
-        if session.custom_law is not None:
-            self._write(
-                "equation", f'<div class="duet"><div class="duet-eq">q̇ = law(situation)</div>{escape(session.custom_law)}</div>'
-            )
+        self._next = frame.now + PERIOD
+        shown, simulation, sample = frame.shown, frame.simulation, frame.sample
+        self._tip.content = f'<div class="duet duet-tip">{tip_html(shown)}</div>'
+        pills = replay_html(shown) + status_html(frame.pace, simulation, sample) + custom_law_html(shown)
+        self._status.content = f'<div class="duet duet-status" role="status">{pills}</div>'
+        self._tiles.content = f'<div class="duet">{tiles_html(simulation, sample, frame.ghost)}</div>'
+        if shown.custom_law is not None:
+            law = f'<div class="duet-eq">q̇ = law(situation)</div>{escape(shown.custom_law)}'
+            self._equation.content = f'<div class="duet">{law}</div>'
             return
-        self._write("equation", f'<div class="duet">{equation_html(run, theme)}</div>')
-        self._write("live", f'<div class="duet">{live_html(simulation, sample, contact(simulation, sample))}</div>')
-
-    def _write(self, name: str, text: str) -> None:
-        if self._texts.get(name) != text:
-            self._texts[name] = text
-            self._blocks[name].content = text
+        self._equation.content = f'<div class="duet">{equation_html(frame.settings.run, self._theme)}</div>'
+        self._live.content = f'<div class="duet">{live_html(simulation, sample, frame.contact)}</div>'
 
 
-def past_html(session: Shown) -> str:
-    """Return a pill that says which moment of the past is shown; nothing while live."""
-    return (
-        f'<span class="past">{tr("the past: {time} s", time=f"{session.time:.1f}")}</span>' if isinstance(session, Past) else ""
-    )
+def replay_html(shown: Shown) -> str:
+    """Return a pill with the moment that is replayed; nothing while live."""
+    if shown.replay_time is None:
+        return ""
+    return f'<span class="past">{tr("the past: {time} s", time=f"{shown.replay_time:.1f}")}</span>'
 
 
 def custom_law_html(session: Shown) -> str:
-    """Return a pill that says who runs a law of one's own, or why nobody does; nothing where there is none."""
+    """Return a pill that says what runs the student's law, or why nothing does; nothing where there is none."""
     file = session.custom_law or session.own_ghost
     if file is None:
         return ""
@@ -198,7 +197,7 @@ def _speed(value: float) -> str:
 
 def tip_html(session: Shown) -> str:
     """Return one or two sentences on what to do and what to watch."""
-    if isinstance(session, Past):
+    if session.replay_time is not None:
         return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
     run, simulation = session.settings.run, session.simulation
     itself = session.settings.page.autopilot and session.held is None

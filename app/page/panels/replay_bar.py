@@ -14,8 +14,9 @@ from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.copy_button import copy_button
 from app.page.replay_box import KEY, MODIFIER, box_mark
-from app.recording.past import Past
 from app.runtime.job_pool import JobPool
+from app.session.actions import Action, Pause
+from app.session.frame import Frame
 from app.session.session import Session
 from scenes.inputs import KEEP
 
@@ -40,7 +41,7 @@ CROSSING: Final = 0.3
 """What was written this long ago may meet on its way what the visitor does [s]."""
 
 
-def past_style(loaded: str) -> str:
+def replay_style(loaded: str) -> str:
     """Return a style that says all over the page that this is no live run. `loaded`: name of the file that is shown, or ""."""
     words = tr("This is a loaded run") if loaded else tr("This is the past")
     rules = (STATIC / "replay.css").read_text(encoding="utf-8")
@@ -71,8 +72,8 @@ class ReplayBar:
     ) -> None:
         self._gui, self._session, self._send, self._notify = gui, session, send, notify
         self.shelf = shelf = ExportQueue(session, background)
+        session.player = shelf
         self._length = LENGTHS["30 s"]
-        self._said = ""
         self._clock = self._next = 0.0
         self._written, self._crossed = -CROSSING, False
         self._replay = ChoiceButtons(
@@ -122,34 +123,16 @@ class ReplayBar:
             file = event.target.value
             session.post(lambda: shelf.load(file.content, file.name), "load")
 
-    @property
-    def past(self) -> Past | None:
-        """What is to be drawn in the place of the session; None while live."""
-        return self.shelf.past
-
-    @property
-    def watching(self) -> bool:
-        """Whether the visitor looks at the past, or is about to."""
-        return self.shelf.watching
-
-    def advance(self, elapsed: float) -> bool:
-        """Play on; return whether there is another moment to draw. Once a frame, after the session's own `advance`."""
-        self._clock += elapsed
-        return self.shelf.advance(elapsed)
-
-    def take(self, action: str) -> bool:
-        """Do what a hotkey stands for, if it is about the replay; return whether it was."""
+    def take(self, action: Action) -> bool:
+        """Do an action if it is about the replay; return whether it was."""
         return self.shelf.take(action)
-
-    def leave(self) -> None:
-        """Back to live without touching the clock: something else than the visitor has begun another run."""
-        self.shelf.leave(go_on=False)
 
     def close(self) -> None:
         """Back to live; drop everything that is being computed."""
         self._offer_rest(False)
         self.shelf.leave()
         self.shelf.close()
+        self._session.player = None
 
     def _choose(self, index: int) -> None:
         def choose() -> None:
@@ -162,7 +145,7 @@ class ReplayBar:
         self.shelf.watch(self._length)
 
     def _toggle(self) -> None:
-        self.shelf.take("pause")
+        self.shelf.take(Pause())
 
     def _offer_rest(self, offered: bool) -> None:
         """Listen to the key of `app.page.replay_box`, or not."""
@@ -189,8 +172,9 @@ class ReplayBar:
         self._crossed = self._clock - self._written < CROSSING
         self.shelf.seek(time)
 
-    def show(self) -> None:
+    def show(self, frame: Frame) -> None:
         """Hand over what is ready, and bring the controls up to date."""
+        self._clock = frame.now
         shelf, replay = self.shelf, self.shelf.replay
         for file in shelf.take_files():
             self._send(*file)
@@ -202,8 +186,7 @@ class ReplayBar:
         self._replay.offer((0,) if replay is None else (1, 2))
         self._replay.mark(1 if replay is not None and replay.playing else -1)
         self._offer_rest(replay is not None)
-        if self._slider.visible != (replay is not None):
-            self._slider.visible = replay is not None
+        self._slider.visible = replay is not None
         if replay is not None and self._clock >= self._next:
             self._next = self._clock + WRITE
             self._write(round(replay.begin, 2), round(replay.end, 2), round(replay.time, 2))
@@ -213,10 +196,7 @@ class ReplayBar:
         slider = self._slider
         # A slider of no length has no place for its knob.
         end = max(end, begin + 0.01)
-        if slider.min != begin:
-            slider.min = begin
-        if slider.max != end:
-            slider.max = end
+        slider.min, slider.max = begin, end
         if self._crossed or abs(slider.value - time) > 0.004:
             value = min(max(time, begin), end)
             # What crossed the visitor's value on its way stands in their browser now; viser sends nothing that is no change.
@@ -234,10 +214,8 @@ class ReplayBar:
         return tr("This is the past; the live run waits.")
 
     def _say(self, text: str) -> None:
-        if text != self._said:
-            self._said = text
-            said = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
-            self._state.content = self._mark + said
+        said = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
+        self._state.content = self._mark + said
 
     def _show_snippet(self, snippet: str) -> None:
         with self._gui.add_modal(tr("This run in Python")) as modal:

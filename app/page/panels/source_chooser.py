@@ -6,7 +6,8 @@ from html import escape
 import viser
 
 from app.i18n.speaking import tr
-from app.session.input_sources import MODEL_REMEDY, Imitated, from_bvh
+from app.session.frame import Frame
+from app.session.input_sources import MODEL_REMEDY, PersonTarget, from_bvh
 from app.session.session import Session
 from app.settings import Source
 from controllers.errors import DuetError
@@ -23,10 +24,9 @@ class Sources:
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session, notify: Callable[[str, str], None]) -> None:
-        self._session, self._people, self._notify = session, session.people, notify
-        self._uploaded: Imitated | None = None
+        self._session, self._sources, self._notify = session, session.sources, notify
+        self._uploaded: PersonTarget | None = None
         self._shown: Source | None = None
-        self._said = ""
         self._upload = gui.add_upload_button(
             tr("Take in a BVH file"),
             mime_type=".bvh",
@@ -48,36 +48,35 @@ class Sources:
             self._notify("This file cannot be imitated", str(error))
             return
         if self._shown == "file":
-            self._session.invite(self._uploaded)
+            self._session.set_source(self._uploaded)
 
-    def show(self) -> None:
-        """Follow the settings; called once a frame."""
+    def show(self, frame: Frame) -> None:
+        """Follow the settings."""
+        del frame
         settings = self._session.settings
         source = settings.page.source if settings.run.scene == "imitation" else None
         if source != self._shown:
             before, self._shown = self._shown, source
             self._change(before, source)
-        if source == "camera" and self._people.camera is not None:
-            self._say(tr(self._people.camera.message))
+        if source == "camera" and self._sources.camera is not None:
+            self._say(tr(self._sources.camera.message))
 
     def _change(self, before: Source | None, source: Source | None) -> None:
         self._upload.visible = source == "file"
         self._state.visible = source in ("file", "camera")
         if source == "file":
-            person = self._uploaded or self._people.bvh
+            person = self._uploaded or self._sources.bvh
             self._say("" if person else tr("Choose a BVH file; until then the built-in clip goes on."))
-            self._session.invite(person)
+            self._session.set_source(person)
         elif source == "camera":
-            camera = self._people.camera
+            camera = self._sources.camera
             if camera is None:
                 self._say(
                     tr("No camera: start the server with --camera 0 (or --video FILE), and {remedy}.", remedy=tr(MODEL_REMEDY))
                 )
-            self._session.invite(None if camera is None else Imitated(camera))
+            self._session.set_source(None if camera is None else PersonTarget(camera))
         elif (source == "clips" and before is not None) or (source is None and before in ("file", "camera")):
-            self._session.invite(None)
+            self._session.set_source(None)
 
     def _say(self, text: str) -> None:
-        if text != self._said:
-            self._said = text
-            self._state.content = f'<div class="duet duet-tip">{escape(text)}</div>' if text else ""
+        self._state.content = f'<div class="duet duet-tip">{escape(text)}</div>' if text else ""

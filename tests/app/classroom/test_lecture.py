@@ -17,6 +17,7 @@ from app.classroom.lecture import LectureHost
 from app.classroom.teacher_panel import COMMANDS
 from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons, load_notes
+from app.lessons.session.lesson_actions import GoOn, GoTo
 from app.start import App
 from app.web.audiences import MOVED_CODE
 from app.web.index_page import ROOM_IS_FULL
@@ -164,7 +165,7 @@ def test_nobody_without_the_key_is_sent_a_byte_of_the_notes(house: OpenHouse, co
     students.append(come(opened, "ann"))
     some = [BOOK.lessons[i] for i in (5, 0)]
     for lesson in some:
-        ask(host.session, lambda _, lesson=lesson: host.lessons.act("go", BOOK.lessons.index(lesson), 0))
+        ask(host.session, lambda _, lesson=lesson: host.lessons.act(GoTo(BOOK.lessons.index(lesson), 0)))
         sees(teacher, secrets_of(lesson.id)[0])
         sees(students[2], f"Lesson {lesson.number} · step 1")
     told, heard = everything(teacher), [everything(student) for student in students]
@@ -229,7 +230,7 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
     sent = ask(host.session, lambda _: host.room.answer(host.lessons.walk, "bo", right))
     assert not sent and not [label for label in labels(bo) if label.startswith(f"{right + 1} ")]
     # The outcome stands beside the answers, and everybody gets the verdict on their own one.
-    ask(host.session, lambda _: host.lessons.act("next"))
+    ask(host.session, lambda _: host.lessons.act(GoOn()))
     for one in (ann, bo, cy):
         sees(one, "The class said", "Measured", "You said")
     sees(bo, "card wrong duet-say")
@@ -328,7 +329,7 @@ def test_explorers_begin_at_the_teachers_step_with_their_own_answers(house: Open
     ann = come(opened, "ann")
     click(ann, "2 ")
     sees(teacher, "1 answered")
-    ask(host.session, lambda _: host.lessons.act("go", 1, 1))
+    ask(host.session, lambda _: host.lessons.act(GoTo(1, 1)))
     choose(teacher, "Explore freely")
     is_sent_away(ann)
     ann = come(opened, "ann")

@@ -9,6 +9,7 @@ from app.bench.headless_client import HeadlessClient
 from app.classroom.lecture import LectureHost
 from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
+from app.lessons.session.lesson_actions import GoOn
 from app.lessons.translated_book import in_language
 from app.settings import Language, Theme
 from app.text.lesson_text import plain
@@ -90,7 +91,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     german.click(next(str(e["label"]) for e in german.mirror.gui.values() if str(e.get("label")).startswith("1   ")))
     teacher.wait_for(lambda _: host.room.ballots.tally(_place(host), 3, host.room.here).answered == 1, WAIT)
     host._decisions.post("reveal")
-    ask(host.session, lambda _: host.lessons.act("next"))
+    ask(host.session, lambda _: host.lessons.act(GoOn()))
     for visitor, language in ((english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")):
         says(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
 

@@ -15,6 +15,7 @@ from app.custom_law.trial_result import TrialResult
 from app.custom_law.trials import TRIALS, WHY
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
+from app.lessons.session.lesson_actions import Check, GoBack, GoOn
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.custom_law_html import COMMANDS, law_html
 from app.runtime.job_pool import Job, JobPool
@@ -74,7 +75,7 @@ def session_with(path: Path, desk: Desk | None = None, **settings: object) -> Se
     given = Settings()
     for key, value in settings.items():
         given = changed(given, key, value)
-    return Session(given, background=cast(JobPool | None, desk), people=InputSources(law_file=path))
+    return Session(given, background=cast(JobPool | None, desk), sources=InputSources(law_file=path))
 
 
 # ---- tested beside the page -----------------------------------------------------------------------------------------------------
@@ -167,9 +168,9 @@ def to_challenge(session: Session, run: LessonSession) -> None:
     """Open the last step, and go on to its challenge."""
     run.enter("limits", 3)
     while run.walk.phase is not Phase.CHALLENGE:
-        run.act("next")
+        run.act(GoOn())
         session.advance(0.0)
-        run.frame()
+        run.decide()
 
 
 def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
@@ -185,7 +186,7 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
         # To look back leaves the run alone.
         while run.walk.phase is not Phase.DO:
             assert session.custom_law == "my_law.py"
-            run.act("back")
+            run.act(GoBack())
         assert session.custom_law is None
         to_challenge(session, run)
         run.leave()
@@ -206,14 +207,14 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkey
 
         def check() -> None:
             until(lambda: run._runs.ready, 60.0)
-            run.act("check")
+            run.act(Check())
             for _ in range(6):
                 desk.work()
-                run.frame()
+                run.decide()
             assert run.own_tests is not None and run.own_tests.finished
 
         until(lambda: run._runs.ready, 60.0)
-        run.act("check")
+        run.act(Check())
         check()
         assert run.walk.done.attempts == 1 and not run.walk.done.passed
         attempt = run.walk.done.last
@@ -231,8 +232,8 @@ def test_without_a_file_there_is_nothing_to_check() -> None:
     run = LessonSession(session, load_lessons())
     to_challenge(session, run)
     assert run.own_tests == NO_FILE
-    run.act("check")
-    run.frame()
+    run.act(Check())
+    run.decide()
     assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
 
 

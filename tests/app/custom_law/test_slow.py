@@ -51,7 +51,7 @@ def sessions(path: Path, count: int = 1, **settings: object) -> Iterator[list[Se
     for key, value in settings.items():
         given = changed(given, key, value)
     with ExitStack() as stack:
-        made = [Session(given, people=people) for _ in range(count)]
+        made = [Session(given, sources=people) for _ in range(count)]
         for session in made:
             stack.callback(session.close)
         yield made

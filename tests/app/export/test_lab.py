@@ -16,6 +16,7 @@ from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
 from app.lessons.progress import MOST_WORDS
 from app.lessons.reference_runs import simulated
+from app.lessons.session.lesson_actions import Choose, ResetStep, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
@@ -31,13 +32,13 @@ def run() -> LessonSession:
     """Lesson 1, its first step seen to its end, with a wrong answer; only to be read."""
     run = LessonSession(Session(Settings()), BOOK)
     run.enter(0)
-    run.act("choose", 3)
+    run.act(Choose(3))
     while not run._runs.ready:
         pass
-    run.act("run")
+    run.act(StartOrPause())
     while run.walk.phase is Phase.DO:
         run._session.advance(0.05)
-        run.frame()
+        run.decide()
     run.walk.write(f"I did not expect that.\n{NASTY}")
     return run
 
@@ -124,7 +125,7 @@ def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: Lesso
     back = LessonSession(Session(Settings()), BOOK)
     assert open_link(back, query, keeper.find(query)) == ()
     assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
-    back.act("reset")
+    back.act(ResetStep())
     assert back.walk.done.words == run.walk.done.words and back.walk.done.choice is None
     back.walk.write("x" * (MOST_WORDS + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)
     assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).words) == MOST_WORDS

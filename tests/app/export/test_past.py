@@ -9,6 +9,7 @@ from app.bench.headless_client import HeadlessClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.lessons.phases import Phase
+from app.lessons.session.lesson_actions import Choose, GoOn, GoTo, StartOrPause
 from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask, live_sessions
 
 LONG = 60.0
@@ -39,9 +40,8 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
     assert session.paused
     first.wait_for(lambda v: HAND not in v.mirror.nodes, LONG)
     # Both see the same moment, and it is one of the past.
-    lead = opened.host._seats[opened.host.operator or 0].showing
-    assert lead is not None and lead.view.keep is not None
-    bar = lead.view.keep
+    assert opened.host._operation is not None and opened.host._operation._keep is not None
+    bar = opened.host._operation._keep
     first.wait_for(lambda _: bar.shelf.replay is not None and not bar.shelf.replay.playing, LONG)
     steps = ask(session, lambda s: s.simulation.steps)
     first.set_value("moment [s]", 0.25)
@@ -63,15 +63,15 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     bar = stand.operation._keep
     assert bar is not None
     guest.ask(lambda _: stand.lessons.enter(0))
-    guest.ask(lambda _: stand.lessons.act("choose", 2))
-    guest.ask(lambda _: stand.lessons.act("run"))
+    guest.ask(lambda _: stand.lessons.act(Choose(2)))
+    guest.ask(lambda _: stand.lessons.act(StartOrPause()))
     guest.wait(lambda s: s.simulation.time > 0.3, LONG)
     guest.visitor.set_value("replay", "Watch")
     guest.visitor.wait_for(says_so, LONG)
-    guest.ask(lambda _: stand.lessons.act("go", 0, 1))
+    guest.ask(lambda _: stand.lessons.act(GoTo(0, 1)))
     guest.visitor.wait_for(lambda v: not says_so(v), LONG)
     # The next step waits for an answer.
-    assert guest.ask(lambda s: (bar.watching, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
+    assert guest.ask(lambda s: (bar.shelf.watching, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
 
 
 def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None:
@@ -81,9 +81,9 @@ def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None
     with BlockingClient(opened.url, query=query) as before:
         before.wait_for(lambda v: v.mirror.replayed and len(live_sessions(opened)) == 1, LONG)
         (stand,) = opened.host._stands.values()
-        ask(stand.session, lambda _: stand.lessons.act("choose", 2))
+        ask(stand.session, lambda _: stand.lessons.act(Choose(2)))
         for phase in (Phase.OBSERVE, Phase.EXPLAIN):
-            ask(stand.session, lambda _: stand.lessons.act("next"))
+            ask(stand.session, lambda _: stand.lessons.act(GoOn()))
             before.wait_for(lambda _, phase=phase: stand.lessons.walk.phase is phase, LONG)
         before.wait_for(lambda v: [box["value"] for box in boxes(v)] == [""], LONG)
         before.set_value("in my own words", written)

@@ -9,6 +9,7 @@ from app.export import export_queue as shelf_module
 from app.export.export_queue import DRAFT, KINDS, ExportQueue, Kind
 from app.export.jobs import file_name
 from app.recording.run_file import saved_bytes, saved_from
+from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
 from app.session.input_sources import InputSources
 from app.session.session import Session
 from app.settings import Settings
@@ -23,7 +24,7 @@ class Desk:
 
     def __init__(self, people: InputSources | None = None, **settings: object) -> None:
         self.background = Inline()
-        self.session = Session(Settings(run=given_settings(**settings)), people=people or InputSources())
+        self.session = Session(Settings(run=given_settings(**settings)), sources=people or InputSources())
         self.shelf = ExportQueue(self.session, self.background)
 
     def run(self, seconds: float) -> None:
@@ -185,16 +186,16 @@ def test_any_moment_is_a_move_of_the_slider_away(desk: Desk) -> None:
 
 
 def test_keys_are_about_the_replay_while_there_is_one(desk: Desk) -> None:
-    assert not desk.shelf.take("pause")
+    assert not desk.shelf.take(Pause())
     desk.shelf.watch(KEEP)
     desk.work()
     replay = desk.shelf.replay
-    assert replay is not None and desk.shelf.take("pause") and not replay.playing
+    assert replay is not None and desk.shelf.take(Pause()) and not replay.playing
     step = replay.step
-    assert desk.shelf.take("step") and replay.step == step + 1
-    assert not desk.shelf.take("law") and not desk.shelf.take("slower")
-    assert desk.shelf.take("pause") and replay.playing
-    assert desk.shelf.take("reset") and desk.shelf.replay is None and desk.session.simulation.steps == 400
+    assert desk.shelf.take(SingleStep()) and replay.step == step + 1
+    assert not desk.shelf.take(Toggle("avoidance")) and not desk.shelf.take(ChangeSpeed(-1))
+    assert desk.shelf.take(Pause()) and replay.playing
+    assert desk.shelf.take(Reset()) and desk.shelf.replay is None and desk.session.simulation.steps == 400
 
 
 def test_the_page_s_speed_is_that_of_the_replay(desk: Desk) -> None:

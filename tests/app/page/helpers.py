@@ -69,7 +69,7 @@ def another(key: str, present: Any) -> tuple[Any, Any]:
 
 def hotkey_uuid(visitor: BlockingClient, action: str) -> str:
     """The uuid of the palette command that stands for a hotkey."""
-    text = next(h.text for h in HOTKEYS if h.action == action).capitalize()
+    text = next(h.text for h in HOTKEYS if h.name == action).capitalize()
     return next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == text)
 
 

@@ -104,7 +104,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
         until(page, lambda scene=scene: session.simulation.settings.scene == scene, scene)
         done.add(scene)
     until(page, lambda: np.allclose(page.evaluate(CAMERA), view, atol=2e-3), "the first view")
-    assert done == {hotkey.action for hotkey in HOTKEYS}
+    assert done == {hotkey.name for hotkey in HOTKEYS}
 
     # In an input they are letters and moves of the caret.
     box = control(page, "dm").locator("input[type=text]").last

@@ -12,6 +12,7 @@ from app.custom_law.custom_law import CustomLaw
 from app.plots.plot_choice import CHARTS, cells, layout_html, possible_details
 from app.plots.time_plots import colour_of, time_plot_of
 from app.plots.time_series import COLUMNS
+from app.session.frame import freeze
 from app.theme import PALETTES
 from scenes.settings import RobotName, RunSettings, SceneName
 from scenes.simulation import Simulation
@@ -58,13 +59,13 @@ def test_a_law_of_ones_own_has_no_resting_distance(tmp_path: Path) -> None:
     session = session_of("hold", "none")
     plots, gui = panel(session)
     go_on(session, 0.5)
-    plots.show(session, 0.0)
+    plots.show(freeze(session, 0.0))
     assert len(gui.plots[0].data[3]) and any("d*" in block.content for block in gui.blocks)
     with CustomLaw(path) as law:
         session.simulation.use(law)
         session.reset()
         go_on(session, 0.5)
-        plots.show(session, 1.0)
+        plots.show(freeze(session, 1.0))
     assert not len(gui.plots[0].data[3]) and not any("d*" in block.content for block in gui.blocks)
 
 

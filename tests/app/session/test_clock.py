@@ -136,7 +136,7 @@ def test_a_step_longer_than_a_frame_is_saved_up_for(session: Session) -> None:
 
 def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session: Session) -> None:
     other = Session(Settings())
-    session.paused = True
+    session.halt.set("visitor")
     session.hurry(3.0)
     while session.simulation.time < 3.0 - DT / 2:
         assert session.advance(0.0) > 0
@@ -161,9 +161,9 @@ def test_whoever_stands_still_or_begins_anew_hurries_no_longer(
         session.advance(0.0)
         session.toggle_pause()
     elif end == "halt":
-        session.halted = True
+        session.halt.set("teacher")
         session.advance(0.0)
-        session.halted = session.paused = False
+        session.halt.set("teacher", False)
     else:
         session.reset()
     assert session.advance(0.0) == 0

@@ -66,7 +66,7 @@ def test_the_newest_value_of_a_control_wins_and_the_order_of_different_ones_is_k
 
 
 def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: Session) -> None:
-    session.paused = True
+    session.halt.set("visitor")
     for _ in range(5):
         session.post(session.single_step)
     assert session.advance(0.1) == 5

@@ -132,7 +132,7 @@ def test_somebody_else_may_be_invited(session: Session) -> None:
     session.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
     guest = Pointer()
-    session.invite(guest)
+    session.set_source(guest)
     assert session.held is None and session.settings.page.autopilot
     session.advance(0.1)
     assert np.allclose(guest.asked, np.arange(20) * DT)
@@ -147,11 +147,11 @@ def test_somebody_else_may_be_invited(session: Session) -> None:
     session.reset()
     session.advance(DT)
     assert guest.asked[-1] == 0.0
-    session.invite(None)
+    session.set_source(None)
     assert isinstance(session.simulation.person().target(0.0), HandTarget)
     session.advance(DT)
     assert len(guest.asked) == 23
-    session.invite(guest)
+    session.set_source(guest)
     session.change("source", "camera")
     session.advance(DT)
     assert len(guest.asked) == 23
@@ -165,7 +165,7 @@ def test_a_recorded_run_can_be_played_again(session: Session) -> None:
     before = bits(session)
     session.reset()
     session.change("seed", 9)
-    session.invite(RecordedPerson(recorded))
+    session.set_source(RecordedPerson(recorded))
     for _ in range(12):
         session.advance(0.1)
     assert bits(session) == before

@@ -1,0 +1,66 @@
+"""What a student can ask a lesson for, as typed values."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Choose:
+    """Predict an answer, from 0."""
+
+    answer: int
+
+
+@dataclass(frozen=True)
+class GoTo:
+    """Open a step of a lesson, both from 0."""
+
+    lesson: int
+    step: int
+
+
+@dataclass(frozen=True)
+class GoOn:
+    """Go to the next phase or step; a run that is to be measured runs to its end first."""
+
+
+@dataclass(frozen=True)
+class GoBack:
+    """Go to the phase or step before."""
+
+
+@dataclass(frozen=True)
+class ResetStep:
+    """Begin the step from its first phase."""
+
+
+@dataclass(frozen=True)
+class RunAgain:
+    """Begin the present run again."""
+
+
+@dataclass(frozen=True)
+class StartOrPause:
+    """Start the run, pause it, or go on."""
+
+
+@dataclass(frozen=True)
+class ShowWhy:
+    """Show the run that explains a wrong answer."""
+
+
+@dataclass(frozen=True)
+class ShowHint:
+    """Show the next hint of the challenge."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """Check the challenge."""
+
+
+@dataclass(frozen=True)
+class Leave:
+    """Close the lessons."""
+
+
+LessonAction = Choose | GoTo | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave

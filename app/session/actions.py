@@ -1,0 +1,77 @@
+"""What a visitor can ask for with a key or a button of the clock, as typed values; each is done on the session's thread."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Pause:
+    """Pause, or go on."""
+
+
+@dataclass(frozen=True)
+class SingleStep:
+    """Pause, and make one step."""
+
+
+@dataclass(frozen=True)
+class Reset:
+    """Start the run from its beginning."""
+
+
+@dataclass(frozen=True)
+class ChangeSpeed:
+    """Take the next slower (−1) or faster (+1) speed."""
+
+    by: Literal[-1, 1]
+
+
+@dataclass(frozen=True)
+class SetSetting:
+    """Set one setting, named by its key."""
+
+    key: str
+    value: object
+
+
+@dataclass(frozen=True)
+class Toggle:
+    """Switch the autopilot, the avoidance or the ghost on or off."""
+
+    what: Literal["autopilot", "avoidance", "ghost"]
+
+
+@dataclass(frozen=True)
+class Nudge:
+    """Move the hand or the ball by one step along each axis of the visitor's view."""
+
+    right: int = 0
+    up: int = 0
+    away: int = 0
+
+
+@dataclass(frozen=True)
+class SwingElbow:
+    """Swing the elbow by one step to one side (+1) or the other (−1)."""
+
+    sign: Literal[-1, 1]
+
+
+@dataclass(frozen=True)
+class FirstView:
+    """Point the visitor's camera as at the start."""
+
+
+Action = Pause | SingleStep | Reset | ChangeSpeed | SetSetting | Toggle | Nudge | SwingElbow | FirstView
+
+
+def control_of(action: Action) -> Hashable:
+    """Return the control whose older action this one replaces while both wait; None where every press counts."""
+    match action:
+        case SetSetting(key):
+            return key
+        case Reset() | FirstView():
+            return type(action)
+        case _:
+            return None

@@ -1,0 +1,89 @@
+"""One frame of a session, from what the visitor asked for to what the page draws."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+from app.session.clock import BUDGET, Pace
+from app.session.contact import Contact, contact
+from app.session.session import Session
+from app.session.shown import Shown
+from app.settings import Settings
+from scenes.history import Sample
+from scenes.simulation import Simulation
+from scenes.targets import Target
+
+
+class Decider(Protocol):
+    """A lesson, which may change the run between the actions and the steps."""
+
+    def decide(self) -> None:
+        """Begin, stop or measure the run where the lesson asks for it."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """What every panel and every part of the stage draws at one moment.
+
+    Attributes:
+        now: wall time [s].
+        shown: the live session, or a moment of a replay.
+        simulation, ghost: its run and the second one, for plots that need their histories.
+        sample: the newest step.
+        settings: of the run that is shown, and of the page.
+        pace: how fast it goes.
+        moved: whether another moment is shown than in the frame before.
+    """
+
+    now: float
+    shown: Shown
+    simulation: Simulation
+    ghost: Simulation | None
+    sample: Sample
+    settings: Settings
+    pace: Pace
+    moved: bool
+
+    @property
+    def replayed(self) -> bool:
+        """Whether this is no live run."""
+        return self.shown.replay_time is not None
+
+    @cached_property
+    def contact(self) -> Contact:
+        """The line of contact, computed when the first panel asks for it."""
+        return contact(self.simulation, self.sample)
+
+    @cached_property
+    def target(self) -> Target | None:
+        """The target of the source that is active, asked for once."""
+        return self.shown.target()
+
+
+def make_frame(session: Session, lesson: Decider, now: float, elapsed: float, budget: float = BUDGET) -> Frame:
+    """Advance a session by one frame, and return what the page draws.
+
+    Args:
+        session: what is advanced.
+        lesson: decides on its run.
+        now: wall time [s].
+        elapsed: wall time since the last frame [s].
+        budget: wall time after which no further step is made [s].
+    """
+    session.take_actions(elapsed)
+    lesson.decide()
+    moved = session.step(elapsed, budget) > 0
+    shown: Shown = session
+    if session.player is not None:
+        replay_moved = session.player.advance(elapsed)
+        past = session.player.past
+        if past is not None:
+            shown, moved = past, replay_moved
+    return freeze(shown, now, moved)
+
+
+def freeze(shown: Shown, now: float, moved: bool = False) -> Frame:
+    """Return the present moment of a run as a frame. `now`: wall time [s]; `moved`: see `Frame`."""
+    simulation = shown.simulation
+    return Frame(now, shown, simulation, shown.ghost, simulation.sample(), shown.settings, shown.pace, moved)
