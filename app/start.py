@@ -3,6 +3,7 @@
 import logging
 import threading
 import warnings
+from functools import partial
 from pathlib import Path
 
 from app.classroom.lecture import LectureHost
@@ -24,8 +25,8 @@ from app.page.without_webgl import without_webgl_script
 from app.runtime.job_pool import JobPool
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.settings import Settings
-from app.web.server import DuetServer, start_server
-from app.web.viser_handles import make_handles_cheap
+from app.text.documents import DOCUMENTS, PREFIX, document_page
+from app.web.server import DuetServer
 
 log = logging.getLogger("duet.hosts")
 
@@ -102,10 +103,9 @@ def start_app(
         ahead: whether what is slow the first time is made ready before anybody asks for it.
 
     Raises:
-        PortInUse, BadSetting: see `app.web.server.start_server`.
+        PortInUse, BadSetting: see `app.web.server.DuetServer`.
     """
-    make_handles_cheap()
-    server = start_server(
+    server = DuetServer(
         host,
         port,
         allowed_origins=allowed_origins,
@@ -121,6 +121,7 @@ def start_app(
         + folder_script()
         + class_script(),
         body=loading_html(settings.page),
+        documents={PREFIX + name: partial(document_page, name) for name in DOCUMENTS},
     )
     server.scene.world_axes.visible = False
     background = JobPool()

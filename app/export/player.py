@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import viser
 
 from app.export.csv_table import newest
 from app.export.recorded_curves import Curves, Panel
@@ -25,6 +24,7 @@ from app.i18n.speaking import spoken, tr
 from app.page.software_rendering import software_note_script
 from app.recording.provenance import made_here
 from app.settings import PageSettings
+from app.web.viser_internals import VISER_VERSION, client_html
 from scenes.inputs import Recorded
 from scenes.rerun import never, rerun
 from scenes.settings import RunSettings, specs
@@ -67,7 +67,7 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
         run: what it says above them.
         dark: colours.
     """
-    client = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+    client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
     film = base64.b64encode(packed_film(filmed, panels)).decode()
     known = specs(RunSettings)
@@ -79,7 +79,7 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
     )
     head = (
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
-        f"<!-- The 3-D view is viser {viser.__version__}, Apache License 2.0, github.com/viser-project/viser -->"
+        f"<!-- The 3-D view is viser {VISER_VERSION}, Apache License 2.0, github.com/viser-project/viser -->"
         f'<script>window.__VISER_EMBED_DATA__="{scene}";window.__VISER_EMBED_CONFIG__={{darkMode:{str(dark).lower()}}};'
         f"document.documentElement.classList.toggle('dark',{str(dark).lower()});{client_script()}"
         f"{software_note_script()}</script>"

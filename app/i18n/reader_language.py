@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 
-import viser
-
 from app.i18n.catalogue import Words
 from app.i18n.client_texts import client_script
 from app.settings import LOOKS, Language, Look, Settings, from_query
@@ -82,11 +80,3 @@ def language_script() -> str:
         "if(document.documentElement.lang!==found.language)document.documentElement.lang=found.language;"
         "duetSpeak(found.words);},500);"
     )
-
-
-def browser_language(client: viser.ClientHandle) -> Language:
-    """Return the language of ours that a visitor's browser likes best; English if it is gone."""
-    connection = client._viser_server._websock_server._live_connections.get(client.client_id)
-    if connection is None or connection.request is None:
-        return "en"
-    return preferred(",".join(connection.request.headers.get_all("Accept-Language")))

@@ -7,9 +7,8 @@ it by a key.
 
 import html
 
-from viser._messages import HotkeyKey, KeyModifier
-
 from app.page.panels.hotkeys import pressing
+from app.web.viser_internals import HotkeyKey, KeyModifier
 
 KEY: HotkeyKey = "9"
 MODIFIER: KeyModifier = "alt+shift"

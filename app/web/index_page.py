@@ -191,7 +191,7 @@ def patched_index(client_html: str, *, title: str, run: str, script: str = "", b
 
 
 def page_query(request_path: str) -> dict[str, str]:
-    """The query in the path of a websocket request, as the browser gave it: any text, so validate every value.
+    """Return the query in the path of a request. It can hold any text: validate every value.
 
     Keys and values beyond a sensible length, repeated keys and more than 64 fields are left out.
     """
@@ -250,7 +250,7 @@ document.title = duetWord(document.title);
 
 
 def full_page(limit: int) -> str:
-    """The page for whoever comes when all `limit` places are taken; it asks again by itself and needs nothing from elsewhere.
+    """Return the page that is shown while all `limit` places are taken; it asks again by itself and loads nothing else.
 
     It speaks the language of the link, or of the browser.
     """

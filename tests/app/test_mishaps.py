@@ -12,7 +12,7 @@ from app.bench.blocking_client import BlockingClient
 from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
-from app.runtime.throttled_log import INTERVALS, ThrottledLog
+from app.runtime.throttled_log import EVER_RARER, ThrottledLog
 from app.session.session import Session
 from app.settings import Settings
 from tests.app.conftest import OpenHouse, ask
@@ -44,7 +44,7 @@ def clock() -> Clock:
 
 @pytest.fixture
 def mishaps(clock: Clock) -> ThrottledLog:
-    return ThrottledLog(LOG, clock)
+    return ThrottledLog(LOG, clock=clock)
 
 
 def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
@@ -57,52 +57,52 @@ def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
 def test_a_failure_of_every_frame_is_logged_once_and_then_counted(
     mishaps: ThrottledLog, clock: Clock, caplog: pytest.LogCaptureFixture
 ) -> None:
-    mishaps.tell("a frame failed", raised(text="at 1 s"), 7)
+    mishaps.exception("a frame failed", raised(text="at 1 s"), 7)
     assert caplog.records[0].exc_info is not None and "at 1 s" in caplog.text
     caplog.clear()
     # Twenty minutes and more at 32 frames a second; the numbers in the message change, the place does not.
     said: list[tuple[float, str]] = []
     for frame in range(1, 1300 * 32 + 1):
         clock.now = frame / 32.0
-        mishaps.tell("a frame failed", raised(text=f"at {clock.now} s"), 7)
+        mishaps.exception("a frame failed", raised(text=f"at {clock.now} s"), 7)
         said += [(clock.now, line) for line in lines(caplog)]
     times = [time for time, _ in said]
     assert times == [10.0, 70.0, 670.0, 1270.0]
     assert said[0][1] == "a frame failed: 320 times more in 10 s (ValueError)"
     assert said[1][1] == "a frame failed: 1920 times more in 60 s (ValueError)"
-    assert INTERVALS == (10.0, 60.0, 600.0)
+    assert EVER_RARER == (10.0, 60.0, 600.0)
 
 
 @pytest.mark.parametrize(
     "other",
     [
-        lambda m: m.tell("a frame failed", raised(), 8),
-        lambda m: m.tell("a frame failed", raised(KeyError), 7),
-        lambda m: m.tell("a frame failed", ValueError("from elsewhere"), 7),
-        lambda m: m.tell("the numbers failed", raised(), 7),
+        lambda m: m.exception("a frame failed", raised(), 8),
+        lambda m: m.exception("a frame failed", raised(KeyError), 7),
+        lambda m: m.exception("a frame failed", ValueError("from elsewhere"), 7),
+        lambda m: m.exception("the numbers failed", raised(), 7),
     ],
     ids=["somebody else's", "another class", "another place", "something else failed"],
 )
 def test_another_failure_is_news(
     mishaps: ThrottledLog, caplog: pytest.LogCaptureFixture, other: Callable[[ThrottledLog], None]
 ) -> None:
-    mishaps.tell("a frame failed", raised(), 7)
+    mishaps.exception("a frame failed", raised(), 7)
     assert len(lines(caplog)) == 1
     other(mishaps)
     assert len(lines(caplog)) == 1
-    mishaps.tell("a frame failed", raised(), 7)
+    mishaps.exception("a frame failed", raised(), 7)
     other(mishaps)
     assert lines(caplog) == []
 
 
 def test_what_happens_to_the_next_one_is_news(mishaps: ThrottledLog, caplog: pytest.LogCaptureFixture) -> None:
     for _ in range(2):
-        mishaps.tell("a frame failed", raised(), 7)
-        mishaps.tell("a frame failed", raised(), 8)
+        mishaps.exception("a frame failed", raised(), 7)
+        mishaps.exception("a frame failed", raised(), 8)
     assert len(lines(caplog)) == 2
     mishaps.forget(7)
-    mishaps.tell("a frame failed", raised(), 7)
-    mishaps.tell("a frame failed", raised(), 8)
+    mishaps.exception("a frame failed", raised(), 7)
+    mishaps.exception("a frame failed", raised(), 8)
     assert len(lines(caplog)) == 1
 
 

@@ -255,7 +255,7 @@ class LessonSession:
         except DuetError as error:
             self._stop_trouble(str(error))
         except Exception as error:
-            self._mishaps.tell("a frame of a lesson failed", error)
+            self._mishaps.exception("a frame of a lesson failed", error)
             self._stop_trouble("The run could not be measured. Reset begins the step anew; next goes on without it.")
 
     def _stop_trouble(self, text: str) -> None:
@@ -354,5 +354,5 @@ class LessonSession:
         try:
             return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(self._session.simulation))
         except Exception as error:
-            self._mishaps.tell("the numbers of a lesson could not be measured", error)
+            self._mishaps.exception("the numbers of a lesson could not be measured", error)
             return ()

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import viser
-from viser._messages import HotkeyKey, KeyModifier
 
 from app.i18n.speaking import N_, spoken, tr
 from app.text.documents import DOCUMENTS, PREFIX
+from app.web.viser_internals import HotkeyKey, KeyModifier
 
 
 @dataclass(frozen=True)

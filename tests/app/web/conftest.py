@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from app.bench.blocking_client import BlockingClient
-from app.web.server import DuetServer, start_server
+from app.web.server import DuetServer
 
 
 @dataclass
@@ -78,7 +78,7 @@ def start() -> Iterator[Callable[..., DuetServer]]:
     servers: list[DuetServer] = []
 
     def make(port: int = 0, **options: Any) -> DuetServer:
-        servers.append(start_server(port=port, **options))
+        servers.append(DuetServer(port=port, **options))
         return servers[-1]
 
     yield make

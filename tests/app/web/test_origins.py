@@ -62,15 +62,15 @@ def test_an_origin_is_scheme_and_name(origin: str) -> None:
 @pytest.mark.parametrize(
     ("address", "remedy"),
     [
-        ("https://duet.example.org/lab", "has a path, and an origin has none; give https://duet.example.org$"),
+        ("https://duet.example.org/lab", "has a path; give https://duet.example.org$"),
         ("https://duet.example.org:8443/lab/?n=1", "give https://duet.example.org:8443$"),
         ("https://duet.example.org?n=1", "give https://duet.example.org$"),
-        ("duet.example.org", "no web address; valid: http://name:port or https://name$"),
-        ("ftp://duet.example.org", "no web address"),
-        ("https://", "no web address"),
-        ("https://me@duet.example.org", "no web address"),
-        ("https://duet.example.org:port/lab", "no web address"),
-        ("*", "no web address"),
+        ("duet.example.org", "not a web address; valid: http://name:port or https://name$"),
+        ("ftp://duet.example.org", "not a web address"),
+        ("https://", "not a web address"),
+        ("https://me@duet.example.org", "not a web address"),
+        ("https://duet.example.org:port/lab", "not a web address"),
+        ("*", "not a web address"),
     ],
 )
 def test_what_is_no_origin_is_an_error_that_names_one(address: str, remedy: str) -> None:

@@ -87,7 +87,7 @@ def some_batches() -> list[list[viser_messages.Message]]:
 def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visers_own, "time", SimpleNamespace(perf_counter=lambda: STAMP))
     batches = some_batches()
-    ours = produced(viser_infra._message_producer, batches)
+    ours = produced(app.web.sending.send_windows, batches)
     assert ours == produced(visers_own._message_producer, batches)
     messages, _ = decode_frame(ours[1])
     assert [message["type"] for message in messages] == ["GuiUpdateMessage", "SetPositionMessage", "GuiUpdateMessage"]

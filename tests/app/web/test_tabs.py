@@ -114,13 +114,13 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
     page.add_init_script(_IN_THE_BACKGROUND)
     page.goto(server.url)
     with BlockingClient(server.url) as program:
-        program.wait_for(lambda _: len(server._taken) == 2)
-        tab = next(one for one, holder in server._taken.items() if holder[0] == "tab")
+        program.wait_for(lambda _: len(server._holders) == 2)
+        tab = next(one for one, holder in server._holders.items() if holder[0] == "tab")
         assert isinstance(tab, FilteredConnection) and tab.request is not None
         program.wait_for(lambda _: tab.introduced)
-        assert server._taken[tab] == ("tab", word_of(page_query(tab.request.path)))
+        assert server._holders[tab] == ("tab", word_of(page_query(tab.request.path)))
         # viser itself has not heard of it.
-        assert server._client_id(tab) not in server.get_clients()
+        assert server.client_id(tab) not in server.get_clients()
 
 
 def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Callable[..., DuetServer], page_at: PageAt) -> None:
