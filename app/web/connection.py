@@ -7,7 +7,7 @@ import logging
 import socket
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from typing import Any, Final, Protocol
+from typing import Any, Final, NoReturn, Protocol
 
 import msgspec
 from websockets.asyncio.server import ServerConnection
@@ -114,45 +114,42 @@ class FilteredConnection(ServerConnection):
             self.duet.log.warning("connection closed", f"client {self._client_id} sends too many small frames")
             self._ending = self.loop.create_task(self.close(1008, "too many small frames"))
 
-    async def _first(self, decode: bool | None) -> Any:
-        """Return the first message; a connection that is only held open is closed."""
-        seconds = self.duet.limits.first_message_seconds
-        try:
-            async with asyncio.timeout(seconds):
-                raw = await super().recv(decode)
-        except TimeoutError:
-            self.duet.log.warning("connection closed", f"nothing said within {seconds:g} s")
-            await self.close(1008, "nothing said")
-            raise self.protocol.close_exc from None
-        self.introduced = True
-        return raw
-
     async def recv(self, decode: bool | None = None) -> Any:
+        duet = self.duet
         while True:
-            raw = await (super().recv(decode) if self.introduced else self._first(decode))
+            try:
+                # A connection that is only held open is closed.
+                async with asyncio.timeout(None if self.introduced else duet.limits.first_message_seconds):
+                    raw = await super().recv(decode)
+            except TimeoutError:
+                await self._end("nothing said")
+            self.introduced = True
             pause = self.traffic.pause(len(raw))
             if pause > 0.0:
-                self.duet.log.warning("slowed down", f"client {self._client_id} sends too fast")
+                duet.log.warning("slowed down", f"client {self._client_id} sends too fast")
                 await asyncio.sleep(pause)
             if raw == _QUESTION:
-                if self.duet.is_at_work():
+                if duet.is_at_work():
                     await self.send(_ANSWER)
                 continue
             if raw == _HELLO:
                 continue
             if self._client_id is None:
-                self._client_id = self.duet.client_id(self)
+                self._client_id = duet.client_id(self)
             try:
-                self.duet.gate.check(self._client_id, self.traffic, raw)
+                duet.gate.check(self._client_id, self.traffic, raw)
                 return raw
             except Refused as refused:
-                self.duet.log.warning(f"message dropped ({refused.kind})", f"client {self._client_id}")
+                duet.log.warning(f"message dropped ({refused.kind})", f"client {self._client_id}")
                 # After what viser makes of the messages before: it does not know a browser until it has dealt with its first one.
-                self.loop.call_soon(self.duet.explain, self._client_id, self, refused)
+                self.loop.call_soon(duet.explain, self._client_id, self, refused)
             except Malformed as malformed:
-                self.duet.log.warning("connection closed", f"client {self._client_id} sent a malformed message ({malformed})")
-                await self.close(1008, f"malformed message ({malformed})")
-                raise self.protocol.close_exc from None
+                await self._end(f"malformed message ({malformed})")
+
+    async def _end(self, reason: str) -> NoReturn:
+        self.duet.log.warning("connection closed", f"client {self._client_id}: {reason}")
+        await self.close(1008, reason)
+        raise self.protocol.close_exc from None
 
     async def send_windows(self, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None) -> None:
         """Send what a buffer holds for this browser; see `app.web.viser_internals.adapt_viser`."""

@@ -1,8 +1,7 @@
 """Which messages of a browser are let through.
 
 viser believes every message. It lets a client overwrite any attribute of a slider, send NaN or a gigabyte, and shows all of that to all
-other browsers. The gate stops this by plain rules on the decoded message. It knows nothing of viser: a `GuiRegistry` looks up what
-exists on the page.
+other browsers. The gate stops this by plain rules on the decoded message, and looks up in a `GuiRegistry` what exists on the page.
 
 Two outcomes besides "let through":
 - `Malformed`: no real browser would send this. Its connection is closed, and no other.
@@ -13,31 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from app.web.allowance import Allowance
 from app.web.control_values import Control, Scope, check_value
 from app.web.refusal import UPLOAD_TOO_LARGE, Malformed, Refused
 from app.web.schemas import SHAPES, fields_of, kind_of
 from app.web.traffic_limits import TrafficLimits
+from app.web.viser_internals import GuiRegistry
 
 _SMALLEST_PART: Final = 64 * 1024  # viser's client cuts files into pieces of 512 kB
-
-
-class GuiRegistry(Protocol):
-    """What exists on one browser's page."""
-
-    def control(self, client_id: int, uuid: str) -> Control | None:
-        """Return the input with this uuid, or None if this browser does not have it."""
-        ...
-
-    def form(self, client_id: int, uuid: str) -> Scope | None:
-        """Return the scope of the form with this uuid, or None if this browser does not have it."""
-        ...
-
-    def command(self, client_id: int, uuid: str) -> Scope | None:
-        """Return the scope of the palette command with this uuid, or None if this browser does not have it."""
-        ...
 
 
 @dataclass

@@ -36,7 +36,7 @@ from app.web.own_pages import HTML, OWN_HEADERS, own_pages, respond
 from app.web.refusal import UPLOAD_TOO_LARGE, Refused
 from app.web.traffic_limits import TrafficLimits
 from app.web.viser_internals import (
-    ViserGuiRegistry,
+    GuiRegistry,
     adapt_viser,
     client_id_of,
     client_of,
@@ -54,6 +54,8 @@ _FOREIGN = (
 _LOG_EVERY = 10.0
 """Shortest time between two lines of a kind in the network's log [s], so that an attacker cannot fill it."""
 
+Handler = Callable[[ServerConnection], Awaitable[None]]
+Static = Callable[..., Response | None]
 Documents = Mapping[str, Callable[[Language], bytes]]
 """Path of a page, such as "/documents/model" → returns its HTML in a reader's language."""
 
@@ -114,7 +116,7 @@ class DuetServer(viser.ViserServer):
         self.max_clients = max_clients
         self.always_admits: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.run = secrets.token_hex(8)
-        self.gate = Gate(ViserGuiRegistry(self), self.limits)
+        self.gate = Gate(GuiRegistry(self), self.limits)
         self.log = ThrottledLog(log, (_LOG_EVERY,))
         self.is_at_work: Callable[[], bool] = lambda: True
         self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
@@ -150,17 +152,8 @@ class DuetServer(viser.ViserServer):
 
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
-    def _serve(
-        self,
-        listener: socket.socket,
-        handler: Callable[[ServerConnection], Awaitable[None]],
-        host: str,
-        port: int,
-        *,
-        process_request: Callable[..., Response | None],
-        **options: Any,
-    ) -> Any:
-        """Take the place of `websockets.asyncio.server.serve` for viser."""
+    def _serve(self, listener: socket.socket, handler: Handler, *address: Any, process_request: Static, **options: Any) -> Any:
+        """Take the place of `websockets.asyncio.server.serve` for viser, on a socket that is bound already."""
         # Not registered with `logging`, so that it goes with the server; viser adds a filter to it at every start.
         quiet = logging.Logger("duet.server.websockets", level=logging.WARNING)
         quiet.addHandler(Forwarder(self.log))
@@ -187,9 +180,7 @@ class DuetServer(viser.ViserServer):
         # Formulas take a second to draw; meanwhile other requests are served.
         return respond(200, HTML, await asyncio.to_thread(render, _language_of(request)), {"Vary": "Accept-Language"})
 
-    def _answer(
-        self, connection: FilteredConnection, request: Request, static: Callable[..., Response | None]
-    ) -> Response | Awaitable[Response] | None:
+    def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | Awaitable[Response] | None:
         """Answer a request, or return None to let it become a websocket."""
         path, _, query = request.path.partition("?")
         method, upgrades = connection.first_line.method, request.headers.get("Upgrade", "").lower() == "websocket"
@@ -226,7 +217,7 @@ class DuetServer(viser.ViserServer):
                 response.headers.setdefault(name, value)
         return response
 
-    async def _serve_one(self, connection: ServerConnection, handler: Callable[[ServerConnection], Awaitable[None]]) -> None:
+    async def _serve_one(self, connection: ServerConnection, handler: Handler) -> None:
         """Give a new connection a place, then leave it to viser."""
         path, address = connection.request.path if connection.request is not None else "", _address_of(connection)
         # Every page names its tab, so a class behind one address counts as many; only programs count by their address.

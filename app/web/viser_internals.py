@@ -4,7 +4,7 @@ viser has no public way to do the following, and a test in `tests/app/web` fails
 - `serving_with`: to check requests and messages before viser acts on them, and to listen on a socket that is bound already;
 - `adapt_viser`: to pack once what many browsers are sent, and to build a page without looking up types and icons again;
 - `ServerView`, `expand_for`: to show some browsers one thing and others another;
-- `ViserGuiRegistry`: to look up the element that a message is about;
+- `GuiRegistry`: to look up the element that a message is about;
 - `request_of` and what stands beside it: to find the connection, the request and the handle of one browser;
 - the types at the end of the imports: to name the keys of shortcuts and the messages.
 """
@@ -81,8 +81,8 @@ def uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
     return handle._impl.uuid
 
 
-class ViserGuiRegistry:
-    """The `GuiRegistry` of a server's pages.
+class GuiRegistry:
+    """The elements of a server's pages.
 
     Args:
         server: viser's.
@@ -177,7 +177,7 @@ def adapt_viser() -> None:
     """
     viser_infra._message_producer = _send_windows
     # A type checker knows the attribute as a cached property of every handle.
-    setattr(AssignablePropsBase, "_prop_hints", property(_hints))  # noqa: B010
+    setattr(AssignablePropsBase, "_prop_hints", _hints)  # noqa: B010
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _icon
 
@@ -192,6 +192,7 @@ async def _send_windows(
         await own(buffer, client_id, backlog_done_message)
 
 
+@property
 def _hints(handle: AssignablePropsBase[Any]) -> dict[str, Any]:
     return _hints_of(type(handle._impl.props))
 

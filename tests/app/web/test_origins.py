@@ -49,9 +49,9 @@ ORIGINS = [
 
 @pytest.mark.parametrize(("bound", "host", "origin", "admitted"), ORIGINS)
 def test_origin_rules(bound: str, host: str, origin: str | None, admitted: bool) -> None:
-    doorway = OriginPolicy(bound, 8080, ("https://lab.example.org",))
+    policy = OriginPolicy(bound, 8080, ("https://lab.example.org",))
     origins = [] if origin is None else [origin.replace("{}", "8080")]
-    assert doorway.admits(origins, [host.replace("{}", "8080")], "127.0.0.1") is admitted
+    assert policy.admits(origins, [host.replace("{}", "8080")], "127.0.0.1") is admitted
 
 
 @pytest.mark.parametrize("origin", ["https://duet.example.org", "http://duet.example.org:8443/", "http://[::1]:80"])
@@ -79,11 +79,11 @@ def test_what_is_no_origin_is_an_error_that_names_one(address: str, remedy: str)
 
 
 def test_a_program_without_origin_is_let_in_from_this_computer_only() -> None:
-    doorway = OriginPolicy("0.0.0.0", 8080)
-    assert doorway.admits([], ["192.168.1.5:8080"], "127.0.0.1")
-    assert not doorway.admits([], ["192.168.1.5:8080"], "192.168.1.77")
-    assert not doorway.admits(["http://localhost:8080"] * 2, ["localhost:8080"], "127.0.0.1")
-    assert not doorway.admits(["http://localhost:8080"], [], "127.0.0.1")
+    policy = OriginPolicy("0.0.0.0", 8080)
+    assert policy.admits([], ["192.168.1.5:8080"], "127.0.0.1")
+    assert not policy.admits([], ["192.168.1.5:8080"], "192.168.1.77")
+    assert not policy.admits(["http://localhost:8080"] * 2, ["localhost:8080"], "127.0.0.1")
+    assert not policy.admits(["http://localhost:8080"], [], "127.0.0.1")
 
 
 @pytest.mark.parametrize(
