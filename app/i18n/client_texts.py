@@ -57,9 +57,9 @@ OURS: Final = (
     # The page of a full room.
     N_("Duet – every place is taken"),
     N_("Every place is taken"),
-    N_("This Duet has one place, and somebody is in it."),
+    N_("This Duet has one place, and it is taken."),
     N_("This Duet has {name} places, and all of them are in use."),
-    N_("You needn’t do anything: this page lets you in as soon as somebody leaves."),
+    N_("You needn’t do anything: this page lets you in as soon as a place is free."),
     N_("Waiting for a place…"),
     # Keys in viser's list of commands, which writes them as they are in its code.
     "space",

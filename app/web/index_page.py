@@ -108,7 +108,7 @@ _SCRIPT = """
     if (reason === ours.later) say(ours.wait);
     if (reason === ours.full || reason === ours.elsewhere || reason === ours.later) {
       leaving = true;
-      // A class comes back in its own time, but nobody waits for long.
+      // A class comes back in its own time, but no page waits for long.
       const least = { [ours.full]: 300, [ours.later]: 1000 }[reason] ?? 0;
       setTimeout(() => location.reload(), least + 700 * Math.random());
       return;
@@ -233,7 +233,7 @@ p{margin:0 0 1em;color:var(--soft)}
 <g fill="var(--card)" stroke-width="5"><g stroke="#f26a0a"><circle cx="24" cy="62" r="6"/><circle cx="56" cy="30" r="6"/></g>
 <g stroke="var(--arm)"><circle cx="144" cy="58" r="6"/><circle cx="118" cy="26" r="6"/></g></g></svg>
 <h1>Every place is taken</h1>
-<p><span>__PLACES__</span> <span>You needn’t do anything: this page lets you in as soon as somebody leaves.</span></p>
+<p><span>__PLACES__</span> <span>You needn’t do anything: this page lets you in as soon as a place is free.</span></p>
 <div id="state" role="status"><i></i><span>Waiting for a place…</span></div>
 </main><script>
 __WORDS__
@@ -254,6 +254,6 @@ def full_page(limit: int) -> str:
 
     It speaks the language of the link, or of the browser.
     """
-    one = "This Duet has one place, and somebody is in it."
+    one = "This Duet has one place, and it is taken."
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
     return _FULL_PAGE.replace("__ICON__", _ICON).replace("__PLACES__", places).replace("__WORDS__", client_script())
