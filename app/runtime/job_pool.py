@@ -21,7 +21,7 @@ log = logging.getLogger("duet.background")
 MOST_WAITING: Final = 256
 """Jobs that may wait; one more is refused with a message."""
 
-PATIENCE: Final = 3
+NICENESS: Final = 3
 """How much lower the priority of the workers is (nice)."""
 
 ENDED: Final = LazyText("The computation was ended from outside; ask for it again.")
@@ -71,7 +71,7 @@ class JobPool:
         self._tickets = itertools.count(1)
         self._waiting: list[Job] = []
         self._running: dict[int, Job] = {}
-        self._again: set[int] = set()
+        self._requeued: set[int] = set()
         self._closed = False
 
     def submit(
@@ -148,17 +148,17 @@ class JobPool:
             place = next((i for i in range(self.workers) if i not in self._running), None)
             if place is None:
                 if job.urgent:
-                    self._put_one_back()
+                    self._preempt()
                 return
             self._waiting.remove(job)
             self._start(job, place)
 
-    def _put_one_back(self) -> None:
+    def _preempt(self) -> None:
         if any(self._stop[place] == job.ticket for place, job in self._running.items()):
             return  # A worker is about to be free.
         for place, job in self._running.items():
             if not job.urgent:
-                self._again.add(job.ticket)
+                self._requeued.add(job.ticket)
                 self._stop[place] = job.ticket
                 return
 
@@ -187,8 +187,8 @@ class JobPool:
         with self._lock:
             if self._running.get(place) is job:
                 del self._running[place]
-            again = job.ticket in self._again
-            self._again.discard(job.ticket)
+            again = job.ticket in self._requeued
+            self._requeued.discard(job.ticket)
             error = None if future.cancelled() else future.exception()
             if isinstance(error, BrokenProcessPool) and self._pool is pool:
                 # It cannot be used any more, and shuts itself down.
@@ -230,7 +230,7 @@ def _begin(stop: Any) -> None:
     global _stop
     _stop = stop
     if hasattr(os, "nice"):
-        os.nice(PATIENCE)
+        os.nice(NICENESS)
     leave_with_parent()
 
 

@@ -69,7 +69,7 @@ def test_a_worker_is_a_modest_one(shared: JobPool) -> None:
     finish(job)
     number, patience, ignores, threads = job.result
     assert number != os.getpid() and ignores and threads == "1"
-    assert patience == os.nice(0) + job_pool.PATIENCE
+    assert patience == os.nice(0) + job_pool.NICENESS
     assert [child.pid for child in multiprocessing.active_children()] == [number]
 
 

@@ -67,7 +67,7 @@ def test_unfinished_files_count_and_belong_to_their_sender(start: Callable[..., 
         upload(visitor, 100, {0: 200}, parts=1, transfer="more than said")
         roundtrip(visitor, room)
         assert set(buffers) == {"open", "more than said"} and buffers["more than said"]["parts"] == {}
-        # The same part again must not count as another one, or the books and the memory come apart.
+        # The same part again must not count as another one, or what is counted and what is stored would differ.
         file = {"source_component_uuid": room.upload._impl.uuid, "transfer_uuid": "open"}
         for index in (0, 0, 7):
             visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * 300_000})
