@@ -1,4 +1,4 @@
-"""What Duet replaces of viser: once, whatever is called how often, and given back where it is for one server only."""
+"""What Duet replaces of viser: once, in whatever order it is called; what is replaced for one server is put back."""
 
 from __future__ import annotations
 
