@@ -3,6 +3,7 @@
 import logging
 import threading
 import warnings
+from functools import partial
 from pathlib import Path
 
 from app.classroom.lecture import LectureHost
@@ -15,8 +16,8 @@ from app.page.page_scripts import loading_html, page_assets
 from app.runtime.job_pool import JobPool
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.settings import Settings
-from app.web.server import DuetServer, start_server
-from app.web.viser_handles import make_handles_cheap
+from app.text.documents import DOCUMENTS, PREFIX, document_page
+from app.web.server import DuetServer
 
 log = logging.getLogger("duet.hosts")
 
@@ -93,10 +94,9 @@ def start_app(
         ahead: whether what is slow the first time is made ready before anybody asks for it.
 
     Raises:
-        PortInUse, BadSetting: see `app.web.server.start_server`.
+        PortInUse, BadSetting: see `app.web.server.DuetServer`.
     """
-    make_handles_cheap()
-    server = start_server(
+    server = DuetServer(
         host,
         port,
         allowed_origins=allowed_origins,
@@ -104,6 +104,7 @@ def start_app(
         turn_away=Guesses(key).turn_away,
         assets=page_assets(settings.page),
         body=loading_html(),
+        documents={PREFIX + name: partial(document_page, name) for name in DOCUMENTS},
     )
     server.scene.world_axes.visible = False
     background = JobPool()

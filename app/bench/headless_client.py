@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 import msgspec
-import viser
 import websockets
 from websockets.typing import Origin, Subprotocol
 
 from app.bench.page_mirror import Mirror, decode_frame
+from app.web.viser_internals import VISER_VERSION
 
 CAMERA: Final[dict[str, Any]] = {
     "type": "ViewerCameraMessage",
@@ -100,7 +100,7 @@ class HeadlessClient:
             self.url,
             origin=None if self._origin is None else Origin(self._origin),
             additional_headers=self._headers,
-            subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
+            subprotocols=[Subprotocol(f"viser-v{VISER_VERSION}")],
             max_size=None,
             compression=None,
             ping_interval=None,

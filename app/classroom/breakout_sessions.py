@@ -143,7 +143,7 @@ class BreakoutSessions:
         except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.
             if number in self._server.get_clients():
-                self._mishaps.tell("a frame of a student's page failed", error, number)
+                self._mishaps.exception("a frame of a student's page failed", error, number)
 
     def _from_stage(self, who: str, lessons: LessonSession) -> SavedLesson | None:
         """Return the stage's lesson and step as a place to begin at, with the student's own answers; None outside the lessons."""

@@ -18,7 +18,7 @@ from app.hosting.admission import Admission, Pieces
 from app.hosting.resume import open_link, word_of
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import Connections
-from app.i18n.reader_language import browser_language, language_of, look_of, preferred
+from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.lessons.session.lesson_session import LessonSession
@@ -33,7 +33,7 @@ from app.session.session import Session
 from app.settings import LOOKS, Language, Look, Settings, from_query
 from app.web.audience import Audience
 from app.web.audiences import Audiences
-from app.web.request import request_address, request_query
+from app.web.request import browser_language, request_address, request_query
 from app.web.server import DuetServer
 from scenes.settings import values
 
@@ -183,7 +183,7 @@ class LectureHost(Connections):
             except Exception as error:
                 # Where a teacher's tab is just closing, its page has gone before we know of it; the others must not lose a frame.
                 if number in self._server.get_clients():
-                    self._mishaps.tell("a frame of a teacher's page failed", error, number)
+                    self._mishaps.exception("a frame of a teacher's page failed", error, number)
         for audience, showing in self._showings.items():
             set_language(showing.language)
             poll = self._decisions.poll(showing.book)
@@ -259,7 +259,7 @@ class LectureHost(Connections):
         assert audience is not None
         showing = self._showings[audience]
         set_language(showing.language)
-        audience.seat(client)
+        audience.contain_elements_of(client)
         showing.view.welcome(client)
         if not seat.screen:
             self.room.enter(number, who)

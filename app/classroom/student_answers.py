@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Any, Final
 
 import viser
-from viser._messages import HotkeyKey
 
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import banner_html, mine_html
@@ -13,7 +12,7 @@ from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.window_size import canvas_size
 from app.theme import NARROW
-from app.web.audiences import expand_for
+from app.web.viser_internals import HotkeyKey, expand_for
 
 PHONE: Final = 576.0
 """On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""

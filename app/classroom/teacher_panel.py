@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import viser
-from viser._messages import HotkeyKey
 
 from app.classroom.address import Address
 from app.classroom.classroom import Headcount, Poll
@@ -15,6 +14,7 @@ from app.lessons.lesson import Step
 from app.lessons.notes import Notes, read_notes
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
+from app.web.viser_internals import HotkeyKey
 
 Action = Literal["follow", "free", "pause", "reveal", "again", "invite"]
 """What a teacher decides: everybody to the stage, everybody to themselves, halt or go on, show the answers, ask anew, the address."""

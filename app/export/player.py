@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import viser
 
 from app.export.csv_table import newest
 from app.export.recorded_curves import Curves, Panel
@@ -24,6 +23,7 @@ from app.i18n.speaking import spoken, tr
 from app.recording.provenance import made_here
 from app.settings import PageSettings
 from app.web.page_assets import PageAssets, software_rendering, translation
+from app.web.viser_internals import VISER_VERSION, client_html
 from scenes.inputs import Recorded
 from scenes.rerun import never, rerun
 from scenes.settings import RunSettings, specs
@@ -66,7 +66,7 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
         run: what it says above them.
         dark: colours.
     """
-    client = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+    client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
     film = base64.b64encode(packed_film(filmed, panels)).decode()
     known = specs(RunSettings)
@@ -80,7 +80,7 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
     assets += PageAssets((_HERE / "embedded_scene.js",), constants={"scene": scene, "dark": dark})
     head = (
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
-        f"<!-- The 3-D view is viser {viser.__version__}, Apache License 2.0, github.com/viser-project/viser -->"
+        f"<!-- The 3-D view is viser {VISER_VERSION}, Apache License 2.0, github.com/viser-project/viser -->"
         f"{assets.style_html()}{assets.script_html()}"
     )
     player = PageAssets((_HERE / "player.js",), (_HERE / "player.css",))

@@ -22,7 +22,7 @@ from app.session.frame import freeze
 from app.settings import PageSettings, Settings
 from app.stage.stage import Stage
 from app.stage.stage_camera import view_of
-from app.web.server import start_server
+from app.web.server import DuetServer
 from scenes.inputs import Recorded
 from scenes.rerun import Stopped, never
 from scenes.simulation import Simulation
@@ -99,7 +99,7 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
     replay = Replay(recorded)
     first = math.ceil(max(replay.begin, replay.end - seconds) * RATE - 1e-6)
     times = tuple(i / RATE for i in range(first, math.floor(replay.end * RATE + 1e-6) + 1)) or (replay.end,)
-    server = start_server("127.0.0.1", 0, max_clients=1)
+    server = DuetServer("127.0.0.1", 0, max_clients=1)
     try:
         server.scene.world_axes.visible = False
         replay.seek(times[0])

@@ -73,7 +73,7 @@ class FrameLoop:
             try:
                 self._host.frame(now, now - last)
             except Exception as error:
-                self._mishaps.tell("a frame failed", error)
+                self._mishaps.exception("a frame failed", error)
             last = now
             if now >= due:
                 # After a late frame the beat starts anew instead of catching up.

@@ -98,7 +98,7 @@ class PrivateHost(Connections):
             except Exception as error:
                 # One broken page must not stop the others; a tab that is just closing ends up here too.
                 if number in self._server.get_clients():
-                    self._mishaps.tell("a frame of a visitor's page failed", error, number)
+                    self._mishaps.exception("a frame of a visitor's page failed", error, number)
 
     def _let_in(self, client: viser.ClientHandle) -> Pieces:
         """Build a visitor's page piece by piece; it is drawn once it is whole."""

@@ -8,7 +8,7 @@ import viser
 
 from app.hosting.admission import Pieces
 from app.hosting.resume import open_link
-from app.i18n.reader_language import browser_language, language_of
+from app.i18n.reader_language import language_of
 from app.i18n.speaking import set_language
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
@@ -22,7 +22,7 @@ from app.session.frame import freeze, make_frame
 from app.session.input_sources import InputSources
 from app.session.session import Session
 from app.settings import Language, Settings
-from app.web.request import request_query
+from app.web.request import browser_language, request_query
 from app.web.server import DuetServer
 
 

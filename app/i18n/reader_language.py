@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 
-import viser
-
 from app.i18n.catalogue import Words
 from app.settings import LOOKS, Language, Look, Settings, from_query
 
@@ -71,11 +69,3 @@ def mark_html(words: Words) -> str:
     """Return hidden HTML with the page's language, which the script `page_language.js` reads."""
     named = "en" if words.language == "pseudo" else words.language
     return f'<i class="duet-language" data-language="{named}" data-words="{words.language}"></i>'
-
-
-def browser_language(client: viser.ClientHandle) -> Language:
-    """Return the language of ours that a visitor's browser likes best; English if it is gone."""
-    connection = client._viser_server._websock_server._live_connections.get(client.client_id)
-    if connection is None or connection.request is None:
-        return "en"
-    return preferred(",".join(connection.request.headers.get_all("Accept-Language")))

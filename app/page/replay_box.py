@@ -7,7 +7,7 @@ presses a key.
 
 import html
 
-from viser._messages import HotkeyKey, KeyModifier
+from app.web.viser_internals import HotkeyKey, KeyModifier
 
 KEY: HotkeyKey = "9"
 MODIFIER: KeyModifier = "alt+shift"

@@ -1,4 +1,4 @@
-"""What takes longer than a frame is computed in other processes: few of them for all visitors, the newest request of each first served."""
+"""Jobs that take longer than a frame run in a few worker processes for all visitors; a visitor's newest request replaces older ones."""
 
 import itertools
 import logging
@@ -10,6 +10,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from ctypes import c_longlong
+from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 from controllers.errors import DuetError, LazyText
@@ -20,8 +21,8 @@ log = logging.getLogger("duet.background")
 MOST_WAITING: Final = 256
 """Jobs that may wait; one more is refused with a message."""
 
-PATIENCE: Final = 3
-"""By how much the workers let others go first (nice)."""
+NICENESS: Final = 3
+"""How much lower the priority of the workers is (nice)."""
 
 ENDED: Final = LazyText("The computation was ended from outside; ask for it again.")
 BUSY: Final = LazyText("Too many computations are waiting; ask again in a moment.")
@@ -29,28 +30,32 @@ BUSY: Final = LazyText("Too many computations are waiting; ask again in a moment
 State = Literal["waiting", "running", "done", "failed", "dropped"]
 
 
+@dataclass(eq=False)
 class Job:
     """One request.
 
     Attributes:
-        state: "dropped" if nobody wants it any more.
+        ticket: its number.
+        owner, kind, function, arguments, urgent, wake: see `JobPool.submit`.
+        state: "dropped" if the result is no longer wanted.
         result: of the function, once it is done.
         message: why it failed, for the visitor.
     """
 
-    def __init__(
-        self, ticket: int, owner: object, kind: str, function: Callable[..., Any], arguments: tuple[Any, ...], urgent: bool
-    ) -> None:
-        self.ticket, self.owner, self.kind, self.urgent = ticket, owner, kind, urgent
-        self.function, self.arguments = function, arguments
-        self.state: State = "waiting"
-        self.result: Any = None
-        self.message = ""
-        self.wake: Callable[[], None] = lambda: None
+    ticket: int
+    owner: object
+    kind: str
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    urgent: bool
+    wake: Callable[[], None]
+    state: State = "waiting"
+    result: Any = None
+    message: str = ""
 
 
 class JobPool:
-    """A queue in front of a pool of processes, which are started when they are first needed. All methods may be called from any thread.
+    """A queue in front of a pool of processes, which start with the first job. All methods may be called from any thread.
 
     Args:
         workers: processes; None for all cores but one, at most four.
@@ -66,7 +71,7 @@ class JobPool:
         self._tickets = itertools.count(1)
         self._waiting: list[Job] = []
         self._running: dict[int, Job] = {}
-        self._again: set[int] = set()
+        self._requeued: set[int] = set()
         self._closed = False
 
     def submit(
@@ -78,22 +83,21 @@ class JobPool:
         urgent: bool = False,
         wake: Callable[[], None] = lambda: None,
     ) -> Job:
-        """Have `function(*arguments, stopped)` computed; an older job of the same owner and kind is dropped.
+        """Queue a call of `function(*arguments, stopped)`; an older job of the same owner and kind is dropped.
 
         Args:
-            owner: who may `cancel` it.
-            kind: what it is for.
-            function: of a module's top level. It asks `stopped()` now and then, and raises something if that is true.
-            arguments: that can be pickled.
-            urgent: goes before others; those that run already are put back for it.
-            wake: called when there is news, from another thread.
+            owner: with which it can be cancelled.
+            kind: of which an owner has one job at a time.
+            function: at a module's top level. It calls `stopped()` now and then, and raises an exception if that is true.
+            arguments: must be picklable.
+            urgent: goes before others; a running job that is not urgent is put back for it.
+            wake: called when the state has changed, from another thread.
         """
-        job = Job(next(self._tickets), owner, kind, function, arguments, urgent)
-        job.wake = wake
+        job = Job(next(self._tickets), owner, kind, function, arguments, urgent, wake)
         with self._lock:
             place = len(self._waiting)
             for old in [j for j in (*self._waiting, *self._running.values()) if j.owner is owner and j.kind == kind]:
-                # Whoever asks again does not lose their place in the queue.
+                # A new request takes the old one's place in the queue.
                 place = min(place, self._drop(old))
             if self._closed or len(self._waiting) >= MOST_WAITING:
                 job.state, job.message = "failed", BUSY
@@ -110,7 +114,7 @@ class JobPool:
                     self._drop(job)
 
     def close(self) -> None:
-        """Drop everything and end the processes; nothing is computed any more."""
+        """Drop all jobs and end the processes; later jobs fail."""
         with self._lock:
             self._closed = True
             for job in [*self._waiting, *self._running.values()]:
@@ -121,12 +125,12 @@ class JobPool:
 
     @property
     def load(self) -> tuple[int, int]:
-        """How many jobs run, and how many wait."""
+        """The number of jobs that run, and of those that wait."""
         with self._lock:
             return len(self._running), len(self._waiting)
 
     def _drop(self, job: Job) -> int:
-        """Forget a job; return its place in the queue if it had one."""
+        """Drop a job; return its place in the queue, or the queue's end."""
         job.state = "dropped"
         if job in self._waiting:
             place = self._waiting.index(job)
@@ -138,23 +142,23 @@ class JobPool:
         return len(self._waiting)
 
     def _pump(self) -> None:
-        """Give the free workers something to do, and free one if something urgent waits."""
+        """Start waiting jobs on free workers, and free a worker for an urgent one."""
         while self._waiting and not self._closed:
             job = next((j for j in self._waiting if j.urgent), self._waiting[0])
             place = next((i for i in range(self.workers) if i not in self._running), None)
             if place is None:
                 if job.urgent:
-                    self._put_one_back()
+                    self._preempt()
                 return
             self._waiting.remove(job)
             self._start(job, place)
 
-    def _put_one_back(self) -> None:
+    def _preempt(self) -> None:
         if any(self._stop[place] == job.ticket for place, job in self._running.items()):
             return  # A worker is about to be free.
         for place, job in self._running.items():
             if not job.urgent:
-                self._again.add(job.ticket)
+                self._requeued.add(job.ticket)
                 self._stop[place] = job.ticket
                 return
 
@@ -166,11 +170,11 @@ class JobPool:
                 self._stop = self._context.RawArray(c_longlong, self.workers)
                 self._pool = ProcessPoolExecutor(self.workers, self._context, _begin, (self._stop,))
             pool = self._pool
-            self._stop[place] = 0  # It may be the very job that was put back here.
+            self._stop[place] = 0  # The job may be the one that was put back here.
             with inheriting():
                 future = pool.submit(_work, job.ticket, place, job.function, job.arguments)
         except BrokenProcessPool:
-            # Nobody had noticed that a worker was gone.
+            # A worker had died unnoticed.
             self._pool = None
             del self._running[place]
             job.state = "waiting"
@@ -183,8 +187,8 @@ class JobPool:
         with self._lock:
             if self._running.get(place) is job:
                 del self._running[place]
-            again = job.ticket in self._again
-            self._again.discard(job.ticket)
+            again = job.ticket in self._requeued
+            self._requeued.discard(job.ticket)
             error = None if future.cancelled() else future.exception()
             if isinstance(error, BrokenProcessPool) and self._pool is pool:
                 # It cannot be used any more, and shuts itself down.
@@ -222,11 +226,11 @@ _stop: Any = None
 
 
 def _begin(stop: Any) -> None:
-    """Make a process a worker: it leaves Ctrl+C to its parent, goes after it, and lets others go first."""
+    """Make a process a worker: it ignores Ctrl+C, ends with its parent, and has a low priority."""
     global _stop
     _stop = stop
     if hasattr(os, "nice"):
-        os.nice(PATIENCE)
+        os.nice(NICENESS)
     leave_with_parent()
 
 

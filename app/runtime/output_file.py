@@ -1,4 +1,4 @@
-"""Files that a command writes: whole or not at all, or one line that says why not."""
+"""Files that a command writes: whole, or not at all with one line that says why."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,11 +10,11 @@ from scenes.files import replacing
 
 @contextmanager
 def written(path: Path, option: str) -> Iterator[Path]:
-    """Give a path to write to, which is moved to `path` when all is written; see `scenes.files.replacing`.
+    """Yield a draft that replaces `path` once it is written; see `scenes.files.replacing`.
 
     Args:
         path: of the file.
-        option: that named the file or its folder.
+        option: the command's option that names it or its folder.
 
     Raises:
         BadSetting: it cannot be written.

@@ -1,4 +1,4 @@
-"""What a terminal does to a command: Ctrl+C, an output that is closed or full, an encoding without λ. Imports nothing that takes time."""
+"""A command in a terminal: Ctrl+C, an output that is closed or full, an encoding without λ. Imports nothing slow."""
 
 import codecs
 import contextlib
@@ -19,7 +19,7 @@ INTERRUPTED: Final = 130
 """Exit code after Ctrl+C, as in a shell."""
 
 _PATIENCE: Final = 3.0
-"""How long a command that is being interrupted has for tidying up before another Ctrl+C ends it at once [s]."""
+"""How long an interrupted command may clean up before another Ctrl+C ends it at once [s]."""
 
 _at_once = False
 _interrupted: float | None = None
@@ -27,7 +27,7 @@ _interrupted: float | None = None
 
 @contextlib.contextmanager
 def ending_at_once() -> Iterator[None]:
-    """Let Ctrl+C end the process on the spot, while there is nothing to tidy up: libraries that are being imported may lose a
+    """Let Ctrl+C end the process at once, while there is nothing to clean up: a library that is being imported may lose a
     KeyboardInterrupt, or print it."""
     global _at_once
     before, _at_once = _at_once, True
@@ -38,11 +38,11 @@ def ending_at_once() -> Iterator[None]:
 
 
 def run_in_terminal(command: Callable[[], int]) -> int:
-    """Run a command of a process of its own and return the exit code: 130 after Ctrl+C, 0 if the reader of its output has gone, 1 after a
-    line on stderr if the output cannot be written."""
+    """Run a process's command and return the exit code: 130 after Ctrl+C, 0 if the reader of its output has gone, 1 after a line on
+    stderr if the output cannot be written."""
     global _at_once
     _at_once = True
-    # A shell has Ctrl+C ignored by what it starts in the background.
+    # A shell makes background processes ignore Ctrl+C.
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _interrupt)
     _fill_descriptors()
@@ -88,11 +88,11 @@ class OutputLost(OSError):
 
 
 class _Raw(io.RawIOBase):
-    """A stream that drops what comes after a failed write.
+    """A stream that drops everything after a failed write.
 
     Args:
-        text: the stream as Python has made it.
-        raises: `OutputLost` at the first failed write.
+        text: Python's stream.
+        raises: whether the first failed write raises `OutputLost`.
     """
 
     def __init__(self, text: Any, raises: bool) -> None:
@@ -101,7 +101,7 @@ class _Raw(io.RawIOBase):
         self._raises, self._lost = raises, False
 
     def write(self, data: "Buffer", /) -> int | None:
-        """Write bytes; return how many were taken."""
+        """Write bytes; return their number."""
         if not self._lost:
             try:
                 return self._stream.write(data)
@@ -122,10 +122,10 @@ class _Raw(io.RawIOBase):
 
 
 def _stream(before: Any, raises: bool) -> io.TextIOWrapper:
-    """Return a standard stream that writes every text: in its own encoding, or in UTF-8 where that is ASCII, as Python's UTF-8 mode does.
+    """Return a standard stream that can write every text: in its own encoding, or in UTF-8 where that is ASCII, as in Python's UTF-8 mode.
 
     Args:
-        before: the stream that Python has made; None if the shell has closed it.
+        before: Python's stream; None if the shell has closed it.
         raises: see `_Raw`.
     """
     if before is None:
@@ -139,7 +139,7 @@ def _stream(before: Any, raises: bool) -> io.TextIOWrapper:
 
 
 def _readable(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Write what an encoding does not have as an escape, but the bytes of a file's name that the locale could not read as they are."""
+    """Escape what an encoding lacks, but keep the bytes of a file's name that the locale could not read."""
     try:
         return codecs.lookup_error("surrogateescape")(error)
     except UnicodeError:
@@ -150,7 +150,7 @@ codecs.register_error("duet-readable", _readable)
 
 
 def _fill_descriptors() -> None:
-    """Give the descriptors 0 to 2 that the shell has closed to the null device: the next file that is opened would take them."""
+    """Open the null device for those of the descriptors 0 to 2 that the shell has closed: the next file would get them."""
     while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(number, True)
     os.close(number)

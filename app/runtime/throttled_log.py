@@ -1,4 +1,4 @@
-"""What fails frame after frame, in the log: in full when it happens first, and then only how often, ever more rarely."""
+"""A log of what may happen many times a second: in full at first, and then only how often."""
 
 import logging
 from collections.abc import Callable
@@ -6,57 +6,76 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import Final
 
-INTERVALS: Final = (10.0, 60.0, 600.0)
-"""Time from one line about the same thing to the next [s]; the last one stays."""
+EVER_RARER: Final = (10.0, 60.0, 600.0)
 
 
 @dataclass
 class _Known:
-    said: float
+    logged_at: float
     lines: int = 1
-    unsaid: int = 0
+    events: int = 0
 
 
 class ThrottledLog:
-    """Logs exceptions that may come thirty times a second.
+    """Logs an event when it is new, and then how often it has happened at intervals.
 
     Args:
-        log: where they are written.
+        log: where lines are written.
+        intervals: shortest times from one line about the same event to the next [s]; the last one stays.
         clock: returns the time [s].
     """
 
-    def __init__(self, log: logging.Logger, clock: Callable[[], float] = monotonic) -> None:
-        self._log, self._clock = log, clock
-        self._known: dict[tuple[object, str, type[BaseException], str, int], _Known] = {}
+    def __init__(
+        self, log: logging.Logger, intervals: tuple[float, ...] = EVER_RARER, clock: Callable[[], float] = monotonic
+    ) -> None:
+        self._log, self._intervals, self._clock = log, intervals, clock
+        self._known: dict[tuple[object, ...], _Known] = {}
 
-    def tell(self, what: str, error: BaseException, whose: object = None) -> None:
-        """Log what has failed, unless that was done lately.
+    def warning(self, kind: str, detail: str) -> None:
+        """Log a line of a kind, unless there was one of this kind lately."""
+        due = self._due((None, kind))
+        if due is not None:
+            more = f" ({due[0] - 1} more since the last line)" if due[0] > 1 else ""
+            self._log.warning("%s: %s%s", kind, detail, more)
+
+    def exception(self, what: str, error: BaseException, source: object = None) -> None:
+        """Log an exception with its traceback when it is new, later only its count.
 
         Args:
-            what: the line; with the error's class and the place where it was raised it says which ones are the same.
-            error: as it was caught.
-            whose: session or browser; everybody's first is logged.
+            what: the line; exceptions are the same if their line, source, class and the place that raised them are.
+            error: as caught.
+            source: session or browser.
         """
-        now, key = self._clock(), (whose, what, type(error), *_place(error))
-        known = self._known.get(key)
+        due = self._due((source, what, type(error), *_place(error)))
+        if due is None:
+            return
+        events, seconds = due
+        if seconds == 0.0:
+            self._log.error(what, exc_info=error)
+        else:
+            self._log.error("%s: %d times more in %.0f s (%s)", what, events, seconds, type(error).__name__)
+
+    def forget(self, source: object) -> None:
+        """Treat the next exception of a source as new."""
+        for key in [key for key in self._known if key[0] == source]:
+            del self._known[key]
+
+    def _due(self, key: tuple[object, ...]) -> tuple[int, float] | None:
+        """Count an event; return the events since its last line and their time [s], (1, 0.0) for a new one, None if no line is due."""
+        now, known = self._clock(), self._known.get(key)
         if known is None:
             self._known[key] = _Known(now)
-            self._log.error(what, exc_info=error)
-            return
-        known.unsaid += 1
-        since = now - known.said
-        if since >= INTERVALS[min(known.lines, len(INTERVALS)) - 1]:
-            self._log.error("%s: %d times more in %.0f s (%s)", what, known.unsaid, since, type(error).__name__)
-            known.said, known.lines, known.unsaid = now, known.lines + 1, 0
-
-    def forget(self, whose: object) -> None:
-        """Somebody is gone; what happens to the next one is news."""
-        for key in [key for key in self._known if key[0] == whose]:
-            del self._known[key]
+            return 1, 0.0
+        known.events += 1
+        since = now - known.logged_at
+        if since < self._intervals[min(known.lines, len(self._intervals)) - 1]:
+            return None
+        self._known[key] = _Known(now, known.lines + 1)
+        return known.events, since
 
 
 def _place(error: BaseException) -> tuple[str, int]:
-    """Return file and line where an exception was raised; what it says may be another thing in every frame."""
+    """Return file and line where an exception was raised; its message may differ in every frame."""
     trace = error.__traceback__
     if trace is None:
         return "", 0

@@ -7,11 +7,11 @@ import time
 
 
 class Allowance:
-    """What may be spent: it grows steadily, up to a bound.
+    """A token bucket: it fills steadily, up to a bound.
 
     Args:
-        per_second: how fast it grows.
-        most: the bound, which is also what there is at first.
+        per_second: how fast it fills.
+        most: the bound; the bucket is full at first.
     """
 
     def __init__(self, per_second: float, most: float) -> None:
@@ -19,7 +19,7 @@ class Allowance:
         self._left, self._counted_at = 0.0, -math.inf
 
     def spend(self, cost: float, now: float | None = None) -> float:
-        """Take `cost` off, at once even if there is less; returns in how many seconds what is missing will have grown [s]."""
+        """Take `cost` out, also below zero; return the time until the bucket is back at zero [s]."""
         now = time.monotonic() if now is None else now
         self._left = min(self._most, self._left + (now - self._counted_at) * self._per_second) - cost
         self._counted_at = now

@@ -20,7 +20,7 @@ class Control:
     """One GUI element as far as a browser may change it.
 
     Attributes:
-        scope: "own" if only this browser has it, "shared" if everybody sees the same one.
+        scope: "own" if only this browser has it, "shared" if all browsers see the same one.
         value: its present value; a new one must be of the same kind.
         enabled: False while it is greyed out.
         low, high: bounds, a number for all components or one for each; None for none.
@@ -43,7 +43,7 @@ def _bound(bounds: object, index: int) -> float | None:
 
 
 def check_value(control: Control, sent: msgspec.Raw, limits: TrafficLimits) -> None:
-    """Decide whether `control` may take what was sent for its value; raises `Malformed` or `Refused`."""
+    """Check that `control` may take a value; raises `Malformed` or `Refused`."""
     present = control.value
     if isinstance(present, bool):
         Field(bool).read(sent)

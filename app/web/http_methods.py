@@ -1,7 +1,7 @@
-"""The methods of HTTP: HEAD is answered like GET but for the body, and others with what is possible.
+"""The methods of HTTP: HEAD is answered like GET without the body, others with 405.
 
-`websockets` knows GET only, and ends a connection that begins with anything else without a word. So the method is taken off a request
-before the library reads it.
+`websockets` knows GET only, and closes a connection that begins with another method without an answer. So the method is replaced before
+the library reads a request.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ _LONGEST: Final = 8192  # as the library's own
 
 
 class FirstLine:
-    """The first line of what a connection brings.
+    """The first line of a connection's request.
 
     Attributes:
-        method: the method it names; GET until it is known.
+        method: of the request; GET until it is known.
     """
 
     def __init__(self) -> None:
@@ -30,9 +30,9 @@ class FirstLine:
         self._begun: bytes | None = b""
 
     def take(self, data: bytes) -> bytes:
-        """Return what the library is to read, of what has come: a request by GET in place of one by another method."""
+        """Return the bytes for the library: a request by GET in place of one by another method."""
         if self._begun is None:
-            # The rest of a request that is turned away, such as its body.
+            # The rest of a refused request, such as its body.
             return data if self.method in ALLOWED else b""
         self._begun += data
         if b"\n" not in self._begun and len(self._begun) <= _LONGEST:
@@ -45,5 +45,5 @@ class FirstLine:
         return b"GET" + begun[line.end(1) :] if self.method in ALLOWED else b"GET / HTTP/1.1\r\n\r\n"
 
     def answer(self, response: Response) -> Response:
-        """Return what is sent of the answer to a GET."""
+        """Return the response to send, given the one to a GET."""
         return dataclasses.replace(response, body=b"") if self.method == "HEAD" else response

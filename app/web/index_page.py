@@ -65,7 +65,7 @@ def _connection(run: str) -> PageAssets:
 
 
 def page_query(request_path: str) -> dict[str, str]:
-    """The query in the path of a websocket request, as the browser gave it: any text, so validate every value.
+    """Return the query in the path of a request. It can hold any text: validate every value.
 
     Keys and values beyond a sensible length, repeated keys and more than 64 fields are left out.
     """

@@ -1,4 +1,4 @@
-"""The port: bound before viser starts, where a failure can be told."""
+"""The listening socket: bound before viser starts, so that a failure can be reported."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class PortInUse(DuetError):
     """Another program listens on the port; the message names a port to try instead."""
 
 
-def somebody_answers(host: str, port: int) -> bool:
-    """Return whether a program takes connections there."""
+def port_answers(host: str, port: int) -> bool:
+    """Return whether a program accepts connections on a port."""
     with contextlib.suppress(OSError), socket.create_connection((host, port), timeout=0.25):
         return True
     return False
@@ -29,7 +29,7 @@ def listen(host: str, port: int) -> socket.socket:
         BadSetting: the host or the port can't be used at all.
     """
     if not isinstance(port, int) or not 0 <= port <= 65535:
-        raise BadSetting(f"port {port!r} is no port; valid: 1 to 65535, or 0 for any free one")
+        raise BadSetting(f"port {port!r} is out of range; valid: 1 to 65535, or 0 for any free one")
     in_use = PortInUse(
         f"port {port} on {host} is already in use, perhaps by another Duet; choose another one: --port {port % 65535 + 1}"
     )
@@ -38,7 +38,7 @@ def listen(host: str, port: int) -> socket.socket:
     except (OSError, UnicodeError) as error:
         raise BadSetting(f"host {host!r} is unknown; valid: 127.0.0.1, 0.0.0.0 or an address of this computer") from error
     # macOS lets a second program take the loopback side of a port that is held for all addresses.
-    if port and sys.platform == "darwin" and somebody_answers("127.0.0.1" if host in ("0.0.0.0", "::", "") else host, port):
+    if port and sys.platform == "darwin" and port_answers("127.0.0.1" if host in ("0.0.0.0", "::", "") else host, port):
         raise in_use
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:

@@ -1,43 +1,27 @@
-"""What a browser may say to the server: which of its messages are let through.
+"""Which messages of a browser are let through.
 
-viser believes every message. It lets a client overwrite any attribute of a slider, send NaN or a gigabyte, and show all of
-that to everybody else. The gate stops this by plain rules on the decoded message. It knows nothing of viser: what exists on the page
-is asked of `GuiRegistry`.
+viser believes every message. It lets a client overwrite any attribute of a slider, send NaN or a gigabyte, and shows all of that to all
+other browsers. The gate stops this by plain rules on the decoded message, and looks up in a `GuiRegistry` what exists on the page.
 
 Two outcomes besides "let through":
-- `Malformed`: no real browser would send this. The connection is closed, nobody else notices.
-- `Refused`: well formed, yet not allowed (or out of range). The message is dropped, the connection lives on.
+- `Malformed`: no real browser would send this. Its connection is closed, and no other.
+- `Refused`: well formed, yet not allowed or out of range. The message is dropped, the connection stays open.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from app.web.allowance import Allowance
 from app.web.control_values import Control, Scope, check_value
 from app.web.refusal import UPLOAD_TOO_LARGE, Malformed, Refused
 from app.web.schemas import SHAPES, fields_of, kind_of
 from app.web.traffic_limits import TrafficLimits
+from app.web.viser_internals import GuiRegistry
 
 _SMALLEST_PART: Final = 64 * 1024  # viser's client cuts files into pieces of 512 kB
-
-
-class GuiRegistry(Protocol):
-    """What exists on one browser's page."""
-
-    def control(self, client_id: int, uuid: str) -> Control | None:
-        """The input with this uuid, if this browser has it."""
-        ...
-
-    def form(self, client_id: int, uuid: str) -> Scope | None:
-        """Where the form with this uuid belongs, if this browser has it."""
-        ...
-
-    def command(self, client_id: int, uuid: str) -> Scope | None:
-        """Where the palette command with this uuid belongs, if this browser has it."""
-        ...
 
 
 @dataclass
@@ -49,7 +33,7 @@ class _Upload:
 
 
 class Traffic:
-    """What one connection has sent so far: its uploads under way, and how fast it sends.
+    """The uploads of one connection that are under way, and how fast it sends.
 
     Args:
         limits: how much a browser may ask for.
@@ -60,26 +44,26 @@ class Traffic:
         self._bytes_per_message = limits.bytes_per_second / limits.messages_per_second
         # Half a second's worth may come at once: a page that was held up sends in bursts.
         self._messages = Allowance(limits.messages_per_second, limits.messages_per_second / 2)
-        self._scraps = Allowance(limits.scraps_per_second, limits.scraps_per_second)
+        self._small_frames = Allowance(limits.small_frames_per_second, limits.small_frames_per_second)
 
     def pause(self, size: int) -> float:
-        """Count a message of so many bytes; returns for how many seconds the next one should be left unread."""
+        """Count a message of `size` bytes; return how long the next one should be left unread [s]."""
         return self._messages.spend(max(1.0, size / self._bytes_per_message))
 
-    def takes_scrap(self) -> bool:
-        """Count a small frame that ends no message, such as a ping; returns whether there may be another one now."""
-        return self._scraps.spend(1.0) == 0.0
+    def takes_small_frame(self) -> bool:
+        """Count a small frame that ends no message, such as a ping; return whether there may be another one now."""
+        return self._small_frames.spend(1.0) == 0.0
 
 
 class Gate:
     """The filter that every message of every browser passes.
 
     Args:
-        elements: what exists on the pages.
+        elements: the elements of all pages.
         limits: how much a browser may ask for.
 
     Attributes:
-        may_share: whether a browser (by client id) may operate what everybody sees; a lecture hands this to one browser.
+        may_share: whether a browser, by client id, may operate what all browsers see; a lecture permits it to none.
     """
 
     def __init__(self, elements: GuiRegistry, limits: TrafficLimits) -> None:
@@ -89,7 +73,7 @@ class Gate:
         self.may_share: Callable[[int], bool] = lambda client_id: True
 
     def check(self, client_id: int, traffic: Traffic, raw: bytes | str) -> None:
-        """Let one message through by returning.
+        """Return if a message may pass.
 
         Raises:
             Malformed: the connection should be closed.
@@ -123,14 +107,14 @@ class Gate:
         elif "owner" in SHAPES[kind]:
             self._permit(client_id, "shared" if message.get("owner", "") == "" else "own")
         elif kind == "ScenePointerMessage":
-            # Reaches both scenes and names no owner; its callbacks get the client and can tell for themselves.
+            # Reaches both scenes and names no owner; its callbacks get the client and decide themselves.
             return
 
     def _permit(self, client_id: int, scope: Scope | None) -> None:
         if scope is None:
             raise Refused("unknown element")
         if scope == "shared" and not self.may_share(client_id):
-            raise Refused("operated by somebody else")
+            raise Refused("operated by another browser")
 
     def _control(self, client_id: int, uuid: str) -> Control:
         control = self._elements.control(client_id, uuid)

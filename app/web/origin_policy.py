@@ -22,7 +22,7 @@ _NAME = re.compile(r"[\w.:-]+", re.ASCII)
 
 
 def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | None] | None:
-    """Split `host[:port]` (also `[::1]:80`); None if it is no such thing."""
+    """Split `host[:port]`, also `[::1]:80`; return None for another text."""
     try:
         parts = urlsplit(f"//{address}")
         name, port = parts.hostname, parts.port
@@ -34,29 +34,29 @@ def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | N
 
 
 def _parse(origin: str) -> tuple[str, str, int | None] | None:
-    """Split an origin into scheme, name and port; None if it is no web page's."""
+    """Split an origin into scheme, name and port; return None if it is not that of a web page."""
     scheme, _, rest = origin.strip().lower().partition("://")
-    place = _host_and_port(rest.removesuffix("/"), _PORTS[scheme]) if scheme in _PORTS else None
-    return place and (scheme, *place)
+    address = _host_and_port(rest.removesuffix("/"), _PORTS[scheme]) if scheme in _PORTS else None
+    return address and (scheme, *address)
 
 
 def check_origin(address: str) -> None:
     """Check that an address is an origin: scheme, name, and perhaps a port.
 
     Raises:
-        BadSetting: it is none; the message says what is.
+        BadSetting: it is not; the message names one.
     """
     if _parse(address) is not None:
         return
     parts = urlsplit(address) if address.startswith(("http://", "https://")) else None
     short = f"{parts.scheme}://{parts.netloc}" if parts is not None else ""
     if short and _parse(short) is not None:
-        raise BadSetting(f"allowed origin {address!r} has a path, and an origin has none; give {short}")
-    raise BadSetting(f"allowed origin {address!r} is no web address; valid: http://name:port or https://name")
+        raise BadSetting(f"allowed origin {address!r} has a path; give {short}")
+    raise BadSetting(f"allowed origin {address!r} is not a web address; valid: http://name:port or https://name")
 
 
 def _may_name_us(name: str) -> bool:
-    """Whether `name` can only mean a machine nearby: a stranger can't point such a name at us (DNS rebinding)."""
+    """Return whether `name` can only mean a machine nearby, so that DNS rebinding cannot use it."""
     if name in LOOPBACK_NAMES or "." not in name or name.endswith(".local") or name == socket.gethostname().lower():
         return True
     try:
@@ -73,7 +73,7 @@ class OriginPolicy:
     Attributes:
         host: the address that the server is bound to.
         port: its port.
-        extra: further origins that are let in, such as `https://duet.example.org` behind a proxy.
+        extra: further allowed origins, such as `https://duet.example.org` behind a proxy.
     """
 
     host: str
@@ -86,7 +86,7 @@ class OriginPolicy:
         return self.host in LOOPBACK_NAMES or self.host.startswith("127.")
 
     def remedy(self, origins: Sequence[str]) -> str:
-        """Return what lets a refused page in, for the log; "" if nothing does."""
+        """Return how to let a refused page in, for the log; "" if it cannot be."""
         if len(origins) != 1 or _parse(origins[0]) is None:
             return ""
         return f"; if this is where Duet is opened, start it with --allow-origin {origins[0].strip()}"
@@ -111,7 +111,7 @@ class OriginPolicy:
         page, asked = origin[1:], _host_and_port(hosts[0].strip().lower(), _PORTS[origin[0]])
         if asked is None:
             return False
-        # A loopback server that is asked for by another name is being tricked by somebody's name server.
+        # A loopback server that is addressed by another name is the target of DNS rebinding.
         if self.is_private and not (asked[0] in LOOPBACK_NAMES or asked[0] == self.host):
             return False
         if page[1] == self.port and (page[0] in LOOPBACK_NAMES or page[0] == self.host):

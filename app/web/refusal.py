@@ -1,4 +1,4 @@
-"""What becomes of a message that is not let through."""
+"""The errors for messages that are not let through."""
 
 from typing import Final
 

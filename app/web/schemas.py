@@ -1,7 +1,7 @@
 """What the messages of viser's own client look like: the fields of each kind, and what may stand in them.
 
-A field is decoded as its type and nothing else, so that what a message costs is bounded by its kind, and not by what it holds: a
-quarter of a megabyte of empty lists is refused at the first of them.
+A field is decoded as its type and nothing else, so the cost of a message is bounded by its kind and not by its content: 250 kB of
+empty lists are refused at the first of them.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Field:
     check: Callable[[Any], None] = lambda value: None
 
     def read(self, raw: msgspec.Raw) -> Any:
-        """The value in its encoded form `raw`; raises `Malformed` or `Refused`."""
+        """Return the value of its encoded form; raises `Malformed` or `Refused`."""
         try:
             value = msgspec.msgpack.decode(raw, type=self.type)
         except _UNDECODABLE as error:
@@ -52,7 +52,7 @@ def number(low: float = -_LARGEST, high: float = _LARGEST) -> Field:
 
 
 def row(length: int | None, item: Field) -> Field:
-    """A row of so many items (None: up to 64), each checked by itself."""
+    """A row of `length` items (None: up to 64), each checked by itself."""
 
     def check(value: list[Any]) -> None:
         for entry in value:
@@ -63,7 +63,7 @@ def row(length: int | None, item: Field) -> Field:
 
 
 def text(longest: int) -> Field:
-    """A text of so many bytes at most."""
+    """A text of at most `longest` bytes."""
 
     def check(value: str) -> None:
         if len(value) > longest or len(value.encode()) > longest:
@@ -172,7 +172,7 @@ class _Head(msgspec.Struct):
 
 
 def _decoder(kind: str, fields: Mapping[str, Field]) -> msgspec.msgpack.Decoder[Any]:
-    # Older fields have no default; `owner` has one, and means everybody's scene.
+    # Older fields have no default; `owner` has one, which means the shared scene.
     described = [(name, field.type, "") if name == "owner" else (name, field.type) for name, field in fields.items()]
     struct = msgspec.defstruct(kind, described, tag_field="type", tag=kind, forbid_unknown_fields=True, kw_only=True)
     return msgspec.msgpack.Decoder(struct)
@@ -183,10 +183,10 @@ _DECODERS: Final = {kind: _decoder(kind, fields) for kind, fields in SHAPES.item
 
 
 def kind_of(raw: bytes) -> str:
-    """The kind of a message; whatever else it holds is skipped, and not decoded.
+    """Return the kind of a message; its other fields are skipped, and not decoded.
 
     Raises:
-        Malformed: it has none.
+        Malformed: there is none.
         Refused: viser's client sends no such kind.
     """
     try:
@@ -199,7 +199,7 @@ def kind_of(raw: bytes) -> str:
 
 
 def fields_of(kind: str, raw: bytes) -> dict[str, Any]:
-    """The fields of a message of a kind, checked one by one; raises `Malformed` or `Refused`."""
+    """Return the fields of a message of a kind, each checked; raises `Malformed` or `Refused`."""
     try:
         message = msgspec.structs.asdict(_DECODERS[kind].decode(raw))
     except _UNDECODABLE as error:

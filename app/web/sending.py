@@ -1,4 +1,4 @@
-"""What the server sends: viser's messages in viser's format, packed once for everybody who is sent the same."""
+"""What the server sends: viser's messages in viser's format, packed once for all browsers that are sent the same."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from collections import deque
 from collections.abc import Sequence
 
 import msgspec
-import viser.infra._infra as viser_infra
 import zstandard
-from viser.infra._async_message_buffer import AsyncMessageBuffer
-from viser.infra._messages import Message
 from websockets.asyncio.server import ServerConnection
 
+from app.web.viser_internals import Message, MessageBuffer, append_aligned_buffers
+
 STAMP = 0.0
-"""When everything is sent, as far as the page is told [s]. viser's page goes by this clock and holds back what comes early, to even out
-a stream; at our beat that makes what a hand does wait for up to 40 ms. A clock that stands still lets everything through at once."""
+"""When a window is sent, as the page reads it [s]. viser's page goes by this clock and holds back what comes early, to even out a
+stream; at our rate a drag would wait for up to 40 ms. A clock that stands still lets everything through at once."""
 
 
 def pack(messages: Sequence[Message]) -> bytes:
@@ -29,12 +28,12 @@ def pack(messages: Sequence[Message]) -> bytes:
     inner = msgspec.msgpack.encode(content)
     packed = zstandard.ZstdCompressor(level=1).compress(inner)
     parts: list[bytes | memoryview] = [len(inner).to_bytes(8, "little"), len(packed).to_bytes(8, "little"), packed]
-    viser_infra._append_aligned_buffers(parts, arrays, 16 + len(packed))
+    append_aligned_buffers(parts, arrays, 16 + len(packed))
     return b"".join(parts)
 
 
 class Packed:
-    """What was packed last, so that what everybody is sent is packed once, and not once for everybody."""
+    """A memory of what was packed last, so that what many browsers are sent is packed once."""
 
     def __init__(self) -> None:
         self._last: deque[tuple[Sequence[Message], bytes]] = deque(maxlen=4)
@@ -45,16 +44,16 @@ class Packed:
             if len(known) == len(messages) and all(map(operator.is_, known, messages)):
                 return data
         data = pack(messages)
-        # What makes an element keeps its properties up to date afterwards, so that it may read otherwise for whoever comes later.
+        # The message that creates an element keeps its properties up to date afterwards, so a newcomer may have to be sent another one.
         if all(message.lifecycle_phase != "create" for message in messages):
             self._last.append((messages, data))
         return data
 
 
-async def produce(
-    connection: ServerConnection, buffer: AsyncMessageBuffer, client_id: int, backlog_done_message: Message | None = None
+async def send_windows(
+    connection: ServerConnection, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None = None
 ) -> None:
-    """Send one browser what a buffer holds for it, window by window; stands in for viser's `_message_producer`."""
+    """Send one browser what a buffer holds for it, window by window."""
     windows = buffer.window_generator(client_id, backlog_done_message)
     shared: Packed | None = vars(buffer).setdefault("duet_packed", Packed()) if buffer.persistent_messages else None
     try:

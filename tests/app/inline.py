@@ -33,8 +33,7 @@ class Inline(JobPool):
     ) -> Job:
         """Note a job; an older one of the same owner and kind is dropped."""
         self.cancel(owner, kind)
-        job = Job(next(self._count), owner, kind, function, arguments, urgent)
-        job.wake = wake
+        job = Job(next(self._count), owner, kind, function, arguments, urgent, wake)
         self.jobs.append(job)
         return job
 

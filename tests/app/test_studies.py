@@ -23,7 +23,7 @@ from scenes.rerun import rerun
 from scenes.settings import RunSettings
 from scenes.smoothness import SUBSTEPS
 from tests.app.inline import Inline
-from tests.app.test_background import TIMEOUT, until
+from tests.app.runtime.processes import until
 
 
 @pytest.fixture(autouse=True)
@@ -302,7 +302,7 @@ def test_many_visitors_are_all_answered_by_one_process(background: JobPool) -> N
             session.advance(0.0)
         return all(session.what_if is not None and not session.computing for session in sessions)
 
-    until(answered, TIMEOUT)
+    until(answered)
     for session in sessions:
         answer = session.what_if
         assert answer is not None and answer.stride == 1
@@ -321,7 +321,7 @@ def test_positive_control_a_wrong_override_would_be_told(background: JobPool) ->
     recorded = session.recorded()
     assert recorded is not None
     job = background.submit("me", "a", rerun, recorded, {"dm": 9.0}, 1, 1)
-    until(lambda: job.state in ("done", "failed"), TIMEOUT)
+    until(lambda: job.state in ("done", "failed"))
     with pytest.raises(BadSetting) as caught:
         rerun(recorded, {"dm": 9.0})
     assert (job.state, job.message) == ("failed", str(caught.value))

@@ -272,7 +272,7 @@ class LessonSession:
         except DuetError as error:
             self._stop_trouble(str(error))
         except Exception as error:
-            self._errors.tell("a frame of a lesson failed", error)
+            self._errors.exception("a frame of a lesson failed", error)
             self._stop_trouble("The run could not be measured. Reset restarts the step; Next goes on without it.")
 
     def _stop_trouble(self, text: str) -> None:
@@ -377,5 +377,5 @@ class LessonSession:
         try:
             return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(self._session.simulation))
         except Exception as error:
-            self._errors.tell("the numbers of a lesson could not be measured", error)
+            self._errors.exception("the numbers of a lesson could not be measured", error)
             return ()

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Final, Generic, TypeVar
 
 import viser
-from viser._messages import HotkeyKey, KeyModifier
 
 from app.i18n.speaking import N_, spoken, tr
 from app.lessons.session.lesson_actions import Check, GoBack, GoOn, Leave, LessonAction, ShowHint, ShowWhy
@@ -21,6 +20,7 @@ from app.session.actions import (
     Toggle,
 )
 from app.text.documents import DOCUMENTS, PREFIX
+from app.web.viser_internals import HotkeyKey, KeyModifier
 
 AnyAction = TypeVar("AnyAction", Action, LessonAction)
 

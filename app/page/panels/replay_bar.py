@@ -18,6 +18,7 @@ from app.runtime.job_pool import JobPool
 from app.session.actions import Action, Pause
 from app.session.frame import Frame
 from app.session.session import Session
+from app.web.viser_internals import uuid_of
 from scenes.inputs import KEEP
 
 LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, "All": KEEP}
@@ -93,7 +94,7 @@ class ReplayBar:
             visible=False,
             hint=tr("Any moment of what is kept, on the clock of the run."),
         )
-        self._mark = box_mark(self._slider._impl.uuid)
+        self._mark = box_mark(uuid_of(self._slider))
         self._state = gui.add_html(self._mark)
         self._rest_key: viser.CommandHandle | None = None
         lengths = tuple(LENGTHS)

@@ -1,4 +1,4 @@
-"""A server with one of everything on it, and the visitors, programs that speak viser's protocol, whom it meets."""
+"""A server with one of everything on it, and clients that speak viser's protocol."""
 
 from __future__ import annotations
 
@@ -6,71 +6,44 @@ import itertools
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from contextlib import contextmanager
 from typing import Any
 
 import pytest
 
 from app.bench.blocking_client import BlockingClient
-from app.web.server import DuetServer, start_server
+from app.web.server import DuetServer
 
 
-@dataclass
 class Room:
     """A server with one of everything on it, and what its callbacks have seen."""
 
-    server: DuetServer
-    slider: Any
-    text: Any
-    choice: Any
-    pair: Any
-    locked: Any
-    form: Any
-    upload: Any
-    gizmo: Any
-    seen: list[tuple[str, Any]] = field(default_factory=list)
+    def __init__(self, server: DuetServer) -> None:
+        self.server, gui = server, server.gui
+        self.seen: list[tuple[str, Any]] = []
+        with gui.add_form("form") as self.form:
+            inner = gui.add_number("inner", 0.0)
+        self.slider = gui.add_slider("d_m", min=0.05, max=0.3, step=0.01, initial_value=0.1)
+        self.text = gui.add_text("note", "")
+        self.choice = gui.add_dropdown("law", ("smooth", "strict"), initial_value="smooth")
+        self.pair = gui.add_vector2("pair", (0.0, 0.0), min=(-1.0, -1.0), max=(1.0, 1.0))
+        self.upload = gui.add_upload_button("file")
+        self.gizmo = server.scene.add_transform_controls("/hand", scale=0.3, position=(0.0, 0.0, 0.5))
+        locked = gui.add_slider("locked", min=0.0, max=1.0, step=0.1, initial_value=0.5, disabled=True)
+        named = {"d_m": self.slider, "note": self.text, "law": self.choice, "pair": self.pair, "inner": inner, "locked": locked}
+        for name, handle in named.items():
+            self._watch(handle.on_update, name, lambda event: event.target.value)
+        self._watch(gui.add_button("go").on_click, "go", lambda event: event.client_id)
+        self._watch(self.upload.on_upload, "file", lambda event: len(event.target.value.content))
+        self._watch(self.gizmo.on_update, "hand", lambda event: tuple(event.target.position))
+
+    def _watch(self, register: Any, name: str, value: Callable[[Any], Any]) -> None:
+        @register
+        async def _(event: Any) -> None:
+            self.seen.append((name, value(event)))
 
     def values(self, name: str) -> list[Any]:
         return [value for what, value in self.seen if what == name]
-
-
-def furnish(server: DuetServer) -> Room:
-    gui = server.gui
-    with gui.add_form("form") as form:
-        inner = gui.add_number("inner", 0.0)
-    room = Room(
-        server,
-        slider=gui.add_slider("d_m", min=0.05, max=0.3, step=0.01, initial_value=0.1),
-        text=gui.add_text("note", ""),
-        choice=gui.add_dropdown("law", ("smooth", "strict"), initial_value="smooth"),
-        pair=gui.add_vector2("pair", (0.0, 0.0), min=(-1.0, -1.0), max=(1.0, 1.0)),
-        locked=gui.add_slider("locked", min=0.0, max=1.0, step=0.1, initial_value=0.5, disabled=True),
-        form=form,
-        upload=gui.add_upload_button("file"),
-        gizmo=server.scene.add_transform_controls("/hand", scale=0.3, position=(0.0, 0.0, 0.5)),
-    )
-    button = gui.add_button("go")
-    watched = {"d_m": room.slider, "note": room.text, "law": room.choice, "pair": room.pair, "inner": inner}
-    watched["locked"] = room.locked
-    for name, handle in watched.items():
-
-        @handle.on_update
-        async def _(event: Any, name: str = name) -> None:
-            room.seen.append((name, event.target.value))
-
-    @button.on_click
-    async def _(event: Any) -> None:
-        room.seen.append(("go", event.client_id))
-
-    @room.upload.on_upload
-    async def _(event: Any) -> None:
-        room.seen.append(("file", len(event.target.value.content)))
-
-    @room.gizmo.on_update
-    async def _(event: Any) -> None:
-        room.seen.append(("hand", tuple(event.target.position)))
-
-    return room
 
 
 @pytest.fixture
@@ -78,7 +51,7 @@ def start() -> Iterator[Callable[..., DuetServer]]:
     servers: list[DuetServer] = []
 
     def make(port: int = 0, **options: Any) -> DuetServer:
-        servers.append(start_server(port=port, **options))
+        servers.append(DuetServer(port=port, **options))
         return servers[-1]
 
     yield make
@@ -88,7 +61,7 @@ def start() -> Iterator[Callable[..., DuetServer]]:
 
 @pytest.fixture
 def room(start: Callable[..., DuetServer]) -> Room:
-    return furnish(start())
+    return Room(start())
 
 
 @pytest.fixture
@@ -120,12 +93,27 @@ def write(visitor: BlockingClient, frames: bytes) -> None:
     visitor._loop.call_soon_threadsafe(opened.transport.write, frames)
 
 
-_pings = itertools.count(1)
+_marks = itertools.count(1)
 
 
 def roundtrip(visitor: BlockingClient, room: Room) -> None:
-    """Returns when the server has dealt with all that `visitor` said before: a connection's messages are read in order."""
-    mark = f"mark {next(_pings)}"
+    """Return when the server has read all that `visitor` has sent: a connection's messages are read in order."""
+    mark = f"mark {next(_marks)}"
     visitor.set_value("note", mark)
     visitor.wait_for(lambda v: mark in room.values("note") or v.closed)
     assert mark in room.values("note")
+
+
+@contextmanager
+def visiting(server: DuetServer, **options: Any) -> Iterator[BlockingClient]:
+    """A client that has been sent what is on the page."""
+    with BlockingClient(server.url, **options) as visitor:
+        visitor.wait_for(lambda v: v.mirror.replayed)
+        yield visitor
+
+
+def ended(visitor: BlockingClient) -> tuple[int, str]:
+    """Code and reason by which the server closes a connection."""
+    visitor.wait_for(lambda v: v.closed)
+    assert visitor.closed is not None and visitor.closed.rcvd is not None
+    return visitor.closed.rcvd.code, visitor.closed.rcvd.reason

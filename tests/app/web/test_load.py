@@ -1,4 +1,4 @@
-"""Visitors who send too much, read too little, or come and go: the server slows them down, lets them go, and keeps nothing."""
+"""Connections that send too much, read too little, say nothing, are too many, or come and go."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ import viser
 from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import HeadlessClient
 from app.web.allowance import Allowance
+from app.web.index_page import OPEN_TOO_OFTEN
 from app.web.message_gate import Traffic
 from app.web.server import DuetServer
 from app.web.traffic_limits import TrafficLimits
-from tests.app.web.conftest import Room, roundtrip
+from tests.app.web.conftest import Room, ended, roundtrip, visiting
 
 
 def test_a_flood_is_slowed_down() -> None:
@@ -40,8 +41,7 @@ def test_messages_count_by_their_size_too() -> None:
 def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Callable[..., DuetServer]) -> None:
     server = start(limits=TrafficLimits(stall_seconds=0.5))
     picture = server.gui.add_html("")
-    with BlockingClient(server.url) as witness:
-        witness.wait_for(lambda v: v.mirror.replayed)
+    with visiting(server) as witness:
         (live,) = server._websock_server._live_connections.values()
         size = live.transport.get_extra_info("socket").getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF)
         assert size <= 2 * 64 * 1024  # Linux doubles what is asked for
@@ -89,3 +89,27 @@ def test_fifty_visits_leave_nothing_behind(room: Room, join: Callable[..., Block
     assert len(handles) <= 2  # the witness, and one that a local variable of the loop may still hold
     assert len(room.server.get_clients()) == 1
     assert len(room.server.scene._active_transform_drag_handles) == 0
+
+
+def test_a_connection_that_says_nothing_is_closed_and_one_that_falls_silent_is_not(start: Callable[..., DuetServer]) -> None:
+    room = Room(start(limits=TrafficLimits(first_message_seconds=0.3)))
+    with visiting(room.server) as quiet:
+        with BlockingClient(room.server.url, camera=False) as mute:
+            assert ended(mute) == (1008, "nothing said")
+        quiet.wait_for(lambda _: room.server.count_clients() == 1)
+        roundtrip(quiet, room)
+
+
+@pytest.mark.parametrize("query", ["resume=0123456789abcdef", ""], ids=["one tab", "one address"])
+def test_a_tab_has_so_many_connections_and_an_address_for_programs(
+    room: Room, join: Callable[..., BlockingClient], query: str
+) -> None:
+    eight = [join(query=query) for _ in range(8)]
+    with BlockingClient(room.server.url, query=query) as ninth:
+        assert ended(ninth) == (1013, OPEN_TOO_OFTEN)
+    # A class behind one address is let in: every page names its own tab.
+    pages = [join(query=f"resume=fedcba987654321{number}") for number in range(9)]
+    eight.pop().close()
+    eight[0].wait_for(lambda _: room.server.count_clients() == 16)
+    eight.append(join(query=query))
+    assert all(one.closed is None for one in (*eight, *pages))

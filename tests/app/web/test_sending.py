@@ -1,14 +1,12 @@
-"""What is sent: what viser would send, under a stamp that stands still, and packed once for everybody."""
+"""What is sent: what viser would send, under a stamp that stands still, and packed once for all browsers."""
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import importlib.util
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -16,12 +14,12 @@ import numpy as np
 import pytest
 import viser.infra._infra as viser_infra
 from viser import _messages as viser_messages
-from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 import app.web.sending
 from app.bench.blocking_client import BlockingClient
 from app.bench.page_mirror import decode_frame
 from app.web.sending import STAMP, Packed
+from app.web.viser_internals import MessageBuffer, adapt_viser
 from tests.app.web.conftest import Room
 
 
@@ -38,33 +36,27 @@ def visers_own(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return module
 
 
-@dataclass
-class Line:
-    """The end of a connection, as far as whoever sends needs one."""
-
-    sent: list[bytes] = field(default_factory=list)
-
-    async def send(self, data: bytes) -> None:
-        self.sent.append(data)
-
-
 def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Message]], client_id: int = 1) -> list[bytes]:
-    """What somebody is sent of these batches, one after another, by `produce`."""
+    """The frames that `produce` sends of these batches, one after another."""
 
     async def run() -> list[bytes]:
-        line, buffer = Line(), AsyncMessageBuffer(asyncio.get_running_loop(), persistent_messages=True, window_duration_sec=0.0)
-        work = asyncio.create_task(produce(line, buffer, client_id))
+        sent: list[bytes] = []
+
+        async def send(data: bytes) -> None:
+            sent.append(data)
+
+        buffer = MessageBuffer(asyncio.get_running_loop(), persistent_messages=True, window_duration_sec=0.0)
+        work = asyncio.create_task(produce(SimpleNamespace(send=send), buffer, client_id))
         for number, batch in enumerate(batches, 1):
-            with contextlib.ExitStack() as stack:
-                buffer.atomic_start()
-                stack.callback(buffer.atomic_end)
-                for message in batch:
-                    buffer.push(message)
-            while len(line.sent) < number:
+            buffer.atomic_start()
+            for message in batch:
+                buffer.push(message)
+            buffer.atomic_end()
+            while len(sent) < number:
                 await asyncio.sleep(0)
         buffer.set_done()
         await work
-        return line.sent
+        return sent
 
     # A thread of its own: where a browser is driven, this one has an event loop that is at work.
     with ThreadPoolExecutor(1) as thread:
@@ -87,8 +79,11 @@ def some_batches() -> list[list[viser_messages.Message]]:
 def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visers_own, "time", SimpleNamespace(perf_counter=lambda: STAMP))
     batches = some_batches()
-    ours = produced(viser_infra._message_producer, batches)
+    ours = produced(app.web.sending.send_windows, batches)
     assert ours == produced(visers_own._message_producer, batches)
+    # A connection that is not ours gets viser's own loop, clock and all.
+    adapt_viser()
+    assert produced(viser_infra._message_producer, batches) != ours
     messages, _ = decode_frame(ours[1])
     assert [message["type"] for message in messages] == ["GuiUpdateMessage", "SetPositionMessage", "GuiUpdateMessage"]
     np.testing.assert_array_equal(messages[0]["updates"]["data"][1], [0.0, 1.0, 2.0])
@@ -115,7 +110,7 @@ def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
     assert len(stamps) >= 4 and len(set(stamps)) == 1
 
 
-def test_what_everybody_is_sent_is_packed_once(
+def test_what_all_are_sent_is_packed_once(
     room: Room, join: Callable[..., BlockingClient], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     visitors = [join() for _ in range(5)]
@@ -134,7 +129,7 @@ def test_what_everybody_is_sent_is_packed_once(
             visitor.wait_for(lambda v, value=value: v.mirror.labelled("d_m")["value"] == value)
     assert packed == [[f"GuiUpdateMessage {{'value': {value}}}"] for value in (0.11, 0.12, 0.13)]
 
-    # One's own doing is sent to all others; what it has changed by then is not said to the newcomer in its old form.
+    # A browser's own change is sent to all others, and to a newcomer as it is by then.
     packed.clear()
     visitors[0].set_value("d_m", 0.2)
     for visitor in visitors[1:]:

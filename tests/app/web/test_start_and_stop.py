@@ -11,8 +11,8 @@ import pytest
 from viser import infra
 
 from app.bench.blocking_client import BlockingClient
-from app.web.listening import PortInUse, somebody_answers
-from app.web.server import DuetServer, start_server
+from app.web.listening import PortInUse, port_answers
+from app.web.server import DuetServer
 from controllers.errors import BadSetting, DuetError
 
 
@@ -23,17 +23,17 @@ def test_a_busy_port_is_an_error_that_names_the_remedy(other_host: str) -> None:
         other.listen()
         port = other.getsockname()[1]
         with pytest.raises(PortInUse, match=rf"port {port} .*--port {port % 65535 + 1}") as error:
-            start_server(port=port)
+            DuetServer(port=port)
         assert isinstance(error.value, DuetError) and "\n" not in str(error.value)
-    start_server(port=port).stop()
+    DuetServer(port=port).stop()
 
 
 def test_who_answers_on_a_port_is_found_by_asking() -> None:
     # What macOS needs; the rule itself is the same everywhere.
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
-        assert somebody_answers("127.0.0.1", port)
-    assert not somebody_answers("127.0.0.1", port)
+        assert port_answers("127.0.0.1", port)
+    assert not port_answers("127.0.0.1", port)
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_who_answers_on_a_port_is_found_by_asking() -> None:
 )
 def test_impossible_settings_are_explained(options: dict[str, Any]) -> None:
     with pytest.raises(BadSetting, match="valid: "):
-        start_server(**{"port": 0, **options})
+        DuetServer(**{"port": 0, **options})
 
 
 def test_stopping_releases_port_thread_and_page(start: Callable[..., DuetServer], capfd: pytest.CaptureFixture[str]) -> None:

@@ -14,7 +14,7 @@ from app.bench.headless_client import CAMERA
 from app.web.server import DuetServer
 from app.web.traffic_limits import TrafficLimits
 from tests.app.page.helpers import notes
-from tests.app.web.conftest import furnish, roundtrip, write
+from tests.app.web.conftest import Room, roundtrip, visiting, write
 
 
 def announcement(visitor: BlockingClient, size: int, *, parts: int, transfer: str = "t") -> dict[str, Any]:
@@ -33,9 +33,8 @@ def upload(visitor: BlockingClient, size: int, pieces: dict[int, int], *, parts:
 
 
 def test_files_up_to_the_cap_arrive(start: Callable[..., DuetServer]) -> None:
-    room = furnish(start(limits=TrafficLimits(upload_bytes=2_000_000)))
-    with BlockingClient(room.server.url) as visitor:
-        visitor.wait_for(lambda v: v.mirror.replayed)
+    room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
+    with visiting(room.server) as visitor:
         upload(visitor, 1_000_000, {0: 524_288, 1: 475_712}, parts=2)
         visitor.wait_for(lambda v: room.values("file") == [1_000_000])
         upload(visitor, 0, {}, parts=0, transfer="empty")
@@ -50,9 +49,8 @@ def test_files_up_to_the_cap_arrive(start: Callable[..., DuetServer]) -> None:
 def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(
     start: Callable[..., DuetServer], query: str, said: str
 ) -> None:
-    room = furnish(start(limits=TrafficLimits(upload_bytes=2_000_000)))
-    with BlockingClient(room.server.url, query=query, camera=False) as visitor:
-        visitor.wait_for(lambda v: v.mirror.replayed)
+    room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
+    with visiting(room.server, query=query, camera=False) as visitor:
         # In one piece with the first message: on a busy server they wait side by side.
         messages = (CAMERA, announcement(visitor, 2_000_001, parts=4))
         write(visitor, b"".join(Frame(OP_BINARY, msgspec.msgpack.encode(one)).serialize(mask=True) for one in messages))
@@ -61,17 +59,15 @@ def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(
 
 
 def test_unfinished_files_count_and_belong_to_their_sender(start: Callable[..., DuetServer]) -> None:
-    room = furnish(start(limits=TrafficLimits(upload_bytes=2_000_000)))
+    room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
     buffers = room.server.gui._current_file_upload_states
-    with BlockingClient(room.server.url) as visitor, BlockingClient(room.server.url) as other:
-        for one in (visitor, other):
-            one.wait_for(lambda v: v.mirror.replayed)
+    with visiting(room.server) as visitor, visiting(room.server) as other:
         upload(visitor, 1_500_000, {0: 500_000}, parts=3, transfer="open")
         upload(visitor, 600_000, {0: 500_000}, parts=2, transfer="above the cap together")
         upload(visitor, 100, {0: 200}, parts=1, transfer="more than said")
         roundtrip(visitor, room)
         assert set(buffers) == {"open", "more than said"} and buffers["more than said"]["parts"] == {}
-        # The same part again must not count as another one, or the books and the memory come apart.
+        # The same part again must not count as another one, or what is counted and what is stored would differ.
         file = {"source_component_uuid": room.upload._impl.uuid, "transfer_uuid": "open"}
         for index in (0, 0, 7):
             visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * 300_000})

@@ -1,9 +1,11 @@
-"""The server's own pages: the index with its headers and its query, the state of health, and the page of a full room."""
+"""The answers to requests: the index with its headers and its query, the state of health, the page of a full server, and all methods."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
+import socket
 from collections.abc import Callable
 
 import pytest
@@ -13,7 +15,7 @@ from app.bench.blocking_client import BlockingClient
 from app.web.index_page import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
 from app.web.request import request_query
 from app.web.server import DuetServer
-from tests.app.web.conftest import Room, get
+from tests.app.web.conftest import Room, ended, get
 
 
 def test_health(room: Room, join: Callable[..., BlockingClient]) -> None:
@@ -98,12 +100,9 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Callable[...,
         status, headers, body = get(server.url + "/?dm=0.1")
         assert status == 503 and headers["retry-after"] == "10" and "8 places" in body.decode()
         assert json.loads(get(server.url + "/healthz")[2])["room"] is False
-        # Somebody whose page was loaded while there was room.
-        late = BlockingClient(server.url)
-        late.wait_for(lambda v: v.closed)
-        assert late.closed is not None and late.closed.rcvd is not None
-        assert (late.closed.rcvd.code, late.closed.rcvd.reason) == (1013, ROOM_IS_FULL)
-        late.close()
+        # A page that was loaded while there was room.
+        with BlockingClient(server.url) as late:
+            assert ended(late) == (1013, ROOM_IS_FULL)
         eight.pop().close()
         eight[0].wait_for(lambda v: server.count_clients() == 7)
         assert get(server.url + "/")[0] == 200
@@ -115,7 +114,74 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Callable[...,
             visitor.close()
 
 
+def test_documents_are_served_in_the_language_that_is_asked_for(start: Callable[..., DuetServer]) -> None:
+    url = start(documents={"/documents/model": lambda language: f"<p>{language}".encode()}).url + "/documents/model"
+    for address, accept, language in ((url, "sl", "sl"), (f"{url}?lang=de", "sl", "de")):
+        status, headers, body = get(address, **{"Accept-Language": accept})
+        assert (status, headers["vary"], body) == (200, "Accept-Language", f"<p>{language}".encode())
+        assert headers["content-type"].startswith("text/html") and headers["x-content-type-options"] == "nosniff"
+    assert get(f"{url}s")[0] == 404
+
+
 def test_full_page_needs_nothing_from_elsewhere() -> None:
     page = full_page(8)
     assert "8 places" in page and "one place" in full_page(1)
     assert not re.search(r"(href|src)=.https?:|@import|url\(", page)
+
+
+def ask(room: Room, *pieces: bytes) -> tuple[int, dict[str, str], bytes]:
+    """Send pieces of a request, one by one, and return status, headers and body of what comes until the server closes."""
+    with socket.create_connection(("127.0.0.1", room.server.get_port()), timeout=60) as line:
+        line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        for piece in pieces:
+            line.sendall(piece)
+        answer = b"".join(iter(lambda: line.recv(65536), b""))
+    head, _, body = answer.partition(b"\r\n\r\n")
+    first, *rest = head.decode().split("\r\n")
+    headers = {name.lower(): value for name, _, value in (entry.partition(": ") for entry in rest)}
+    return int(first.split()[1]), headers, body
+
+
+def request(method: str, path: str = "/", *headers: str) -> bytes:
+    return "\r\n".join((f"{method} {path} HTTP/1.1", "Host: localhost", *headers, "", "")).encode()
+
+
+@pytest.mark.parametrize("path", ["/", "/?dm=0.1", "/healthz", "/nothing", "/index.html"])
+def test_head_is_get_without_the_body(room: Room, path: str) -> None:
+    status, headers, body = ask(room, request("GET", path))
+    empty = ask(room, request("HEAD", path))
+    assert empty == (status, headers, b"")
+    assert int(headers.get("content-length", len(body))) == len(body)
+
+
+def test_a_request_may_come_letter_by_letter(room: Room) -> None:
+    whole = request("HEAD", "/healthz")
+    status, headers, body = ask(room, *(whole[at : at + 1] for at in range(len(whole))))
+    assert (status, headers["content-type"], body) == (200, "application/json", b"")
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "M-SEARCH"])
+def test_other_methods_are_answered_with_what_is_possible(room: Room, method: str) -> None:
+    for headers, sent in (
+        ((), b""),
+        (("Content-Length: 9",), b"some=data"),
+        (("Transfer-Encoding: chunked",), b"1\r\nx\r\n0\r\n\r\n"),
+    ):
+        status, answered, body = ask(room, request(method, "/", *headers) + sent[:3], sent[3:])
+        assert (status, answered["allow"], body) == (405, "GET, HEAD", b"Only GET and HEAD are possible.\n")
+        assert answered["x-content-type-options"] == "nosniff"
+
+
+def test_only_get_becomes_a_websocket(room: Room) -> None:
+    upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: " + "A" * 22 + "==")
+    for method in ("HEAD", "POST"):
+        assert ask(room, request(method, "/", *upgrade))[0] == 405
+
+
+def test_what_is_no_request_is_not_answered(room: Room) -> None:
+    for noise in (b"\x16\x03\x01\x02\x00\x01\r\n\r\n", b"HEAD\r\n\r\n", b"get / HTTP/1.1\r\n\r\n", b"x" * 9000):
+        with socket.create_connection(("127.0.0.1", room.server.get_port()), timeout=60) as line:
+            line.sendall(noise)
+            with contextlib.suppress(ConnectionResetError):
+                assert line.recv(100) == b""
+    assert ask(room, request("HEAD"))[0] == 200

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-import select
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -19,13 +17,12 @@ import pytest
 
 from app.cli.laws import NewLaw, new_law
 from app.runtime.terminal import INTERRUPTED
-from tests.app.test_background import alive
+from tests.app.runtime.processes import PATIENCE, alive, until
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and descriptors as POSIX has them")
 
-ROOT: Final = Path(__file__).parents[2]
+ROOT: Final = Path(__file__).parents[3]
 OURS: Final = tuple(str(ROOT / room) for room in ("app", "scenes", "controllers"))
-PATIENCE: Final = 120.0
 # Where the tests run in the background, Ctrl+C is ignored, and would be by what they start.
 HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 ENTRY: Final = HEARS + "from app.__main__ import entry; entry()"
@@ -67,14 +64,6 @@ def started(command: Sequence[str], folder: Path) -> Iterator[tuple[Process, Pat
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
-
-
-def until(true: Callable[[], object], process: Process | None = None) -> None:
-    """Return as soon as something is true, while a process lives."""
-    deadline = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < deadline and (process is None or process.poll() is None)
-        select.select([], [], [], 0.005)
 
 
 def group(number: int) -> list[int]:

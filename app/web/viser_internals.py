@@ -1,0 +1,273 @@
+"""viser's private side. Fits viser 1.1.x; no other file of Duet names it.
+
+viser has no public way to do the following, and a test in `tests/app/web` fails for each where a new version of viser differs:
+- `serving_with`: to check requests and messages before viser acts on them, and to listen on a socket that is bound already;
+- `adapt_viser`: to pack once what many browsers are sent, and to build a page without looking up types and icons again;
+- `ServerView`, `expand_for`: to show some browsers one thing and others another;
+- `GuiRegistry`: to look up the element that a message is about;
+- `request_of` and what stands beside it: to find the connection, the request and the handle of one browser;
+- the types at the end of the imports: to name the keys of shortcuts and the messages.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import types
+from collections.abc import Awaitable, Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, cast, get_type_hints
+from zipfile import ZipFile
+
+import viser
+import viser.infra._infra as viser_infra
+import websockets
+from viser import _gui_api, _gui_handles, _messages
+from viser._assignable_props_api import AssignablePropsBase
+from viser._icons import ICONS_DIR
+from viser._messages import HotkeyKey as HotkeyKey
+from viser._messages import KeyModifier as KeyModifier
+from viser.infra._async_message_buffer import AsyncMessageBuffer as MessageBuffer
+from viser.infra._messages import Message as Message
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request
+
+from app.web.control_values import Control, Scope
+
+VISER_VERSION: Final = viser.__version__
+append_aligned_buffers: Final = viser_infra._append_aligned_buffers
+
+
+def client_html() -> str:
+    """Return the page of viser's client."""
+    return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+
+
+# --- one browser ---------------------------------------------------------------------------------------------------------------
+
+
+def connection_of(server: viser.ViserServer, client_id: int) -> ServerConnection | None:
+    """Return a browser's connection, or None if it is gone."""
+    return server._websock_server._live_connections.get(cast(Any, client_id))
+
+
+def client_id_of(server: viser.ViserServer, connection: ServerConnection) -> int:
+    """Return the client id that viser has given to a connection, −1 for none."""
+    return next((i for i, live in server._websock_server._live_connections.items() if live is connection), -1)
+
+
+def client_of(server: viser.ViserServer, client_id: int) -> viser.ClientHandle | None:
+    """Return a browser's handle, also while viser still calls the functions that are registered for its arrival."""
+    return server._connected_clients.get(client_id)
+
+
+def server_of(client: viser.ClientHandle) -> viser.ViserServer:
+    """Return the server that a browser is connected to."""
+    return client._viser_server
+
+
+def request_of(client: viser.ClientHandle) -> Request | None:
+    """Return the request by which a browser opened its connection, or None if it is gone."""
+    connection = connection_of(client._viser_server, client.client_id)
+    return None if connection is None else connection.request
+
+
+# --- elements ------------------------------------------------------------------------------------------------------------------
+
+
+def uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
+    """Return the name under which the page knows an input."""
+    return handle._impl.uuid
+
+
+class GuiRegistry:
+    """The elements of a server's pages.
+
+    Args:
+        server: viser's.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+
+    def _guis(self, client_id: int) -> Iterator[tuple[viser.GuiApi, Scope]]:
+        client = client_of(self._server, client_id)
+        if client is not None:
+            yield client.gui, "own"
+        yield self._server.gui, "shared"
+
+    def control(self, client_id: int, uuid: str) -> Control | None:
+        """Return the input with this uuid, or None if this browser does not have it."""
+        for gui, scope in self._guis(client_id):
+            handle = gui._gui_input_handle_from_uuid.get(uuid)
+            if handle is None or handle._impl.removed:
+                continue
+            props = handle._impl.props
+            takes_files = isinstance(handle, viser.GuiUploadButtonHandle)
+            return Control(
+                scope=scope,
+                value=None if takes_files else handle._impl.value,
+                enabled=not getattr(props, "disabled", False),
+                low=getattr(props, "min", None),
+                high=getattr(props, "max", None),
+                options=getattr(props, "options", None),
+                takes_files=takes_files,
+            )
+        return None
+
+    def form(self, client_id: int, uuid: str) -> Scope | None:
+        """Return the scope of the form with this uuid, or None if this browser does not have it."""
+        for gui, scope in self._guis(client_id):
+            if isinstance(gui._container_handle_from_uuid.get(uuid), viser.GuiFormHandle):
+                return scope
+        return None
+
+    def command(self, client_id: int, uuid: str) -> Scope | None:
+        """Return the scope of the palette command with this uuid, or None if this browser does not have it."""
+        return next((scope for gui, scope in self._guis(client_id) if uuid in gui._command_handle_from_uuid), None)
+
+
+# --- the server ----------------------------------------------------------------------------------------------------------------
+
+_construction: Final = threading.Lock()
+
+
+@contextlib.contextmanager
+def serving_with(serve: Callable[..., Any]) -> Iterator[None]:
+    """While open, a server that viser builds is served by `serve`; afterwards viser has its own function back.
+
+    Args:
+        serve: called in place of `websockets.asyncio.server.serve`, with the same arguments. The library itself stays untouched: in the one
+            module of viser that serves, another object has its name.
+    """
+    stand_in = types.SimpleNamespace(
+        asyncio=types.SimpleNamespace(server=types.SimpleNamespace(serve=serve, ServerConnection=ServerConnection)),
+        exceptions=websockets.exceptions,
+        datastructures=websockets.datastructures,
+    )
+    with _construction:
+        names = cast(dict[str, Any], vars(viser_infra))
+        original, names["websockets"] = names["websockets"], stand_in
+        try:
+            yield
+        finally:
+            names["websockets"] = original
+
+
+def remove_share_handlers(server: viser.ViserServer) -> None:
+    """Make a server deaf to requests for a public tunnel."""
+    for kind in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._websock_server.unregister_handler(kind)
+
+
+# --- for all servers of the process --------------------------------------------------------------------------------------------
+
+_Produce = Callable[[ServerConnection, MessageBuffer, int, Message | None], Awaitable[None]]
+_produce: Final[_Produce] = viser_infra._message_producer
+_hints_of: Final = cache(get_type_hints)
+
+
+def adapt_viser() -> None:
+    """Replace three functions of viser for the whole process; calling it again changes nothing.
+
+    - A connection with a method `send_windows` sends messages by it instead of by viser's loop.
+    - The types of an element's properties are looked up once per class instead of once per handle.
+    - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon, and keeps 32 icons.
+    """
+    viser_infra._message_producer = _send_windows
+    # A type checker knows the attribute as a cached property of every handle.
+    setattr(AssignablePropsBase, "_prop_hints", _hints)  # noqa: B010
+    for module in (_gui_api, _gui_handles):
+        vars(module)["svg_from_icon"] = _icon
+
+
+async def _send_windows(
+    connection: ServerConnection, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None = None
+) -> None:
+    own = getattr(connection, "send_windows", None)
+    if own is None:
+        await _produce(connection, buffer, client_id, backlog_done_message)
+    else:
+        await own(buffer, client_id, backlog_done_message)
+
+
+@property
+def _hints(handle: AssignablePropsBase[Any]) -> dict[str, Any]:
+    return _hints_of(type(handle._impl.props))
+
+
+@cache
+def _icon(name: str) -> str:
+    return _icons().read(f"{name}.svg").decode("utf-8")
+
+
+@cache
+def _icons() -> ZipFile:
+    return ZipFile(ICONS_DIR / "tabler-icons.zip")
+
+
+# --- what only some browsers see -----------------------------------------------------------------------------------------------
+
+
+def shared_messages(server: viser.ViserServer) -> list[Message]:
+    """Return what every browser of a server is sent at first."""
+    buffer = server._websock_server._broadcast_buffer
+    with buffer.buffer_lock:
+        return list(buffer.message_from_id.values())
+
+
+class _Channel(viser_infra.WebsockMessageHandler):
+    """Takes the place of viser's websocket server in a `ServerView`, which receives nothing."""
+
+    def __init__(self, buffer: MessageBuffer) -> None:
+        super().__init__()
+        self._broadcast_buffer = buffer
+
+    def get_message_buffer(self) -> MessageBuffer:
+        return self._broadcast_buffer
+
+    def flush(self) -> None:
+        self._broadcast_buffer.flush()
+
+
+class ServerView(viser.ViserServer):
+    """A scene and a GUI with a buffer of their own, for some of a server's browsers; starts no server.
+
+    Args:
+        server: that the browsers are connected to.
+        before: what every browser is sent first.
+
+    Attributes:
+        buffer: what the browsers are sent.
+    """
+
+    def __init__(self, server: viser.ViserServer, before: list[Message]) -> None:
+        self.buffer = MessageBuffer(server.get_event_loop(), persistent_messages=True)
+        for message in before:
+            self.buffer.push(message)
+        self._websock_server = _Channel(self.buffer)  # type: ignore[assignment]
+        self._connected_clients = server._connected_clients
+        self._scene_lifecycle_lock = server._scene_lifecycle_lock
+        self._thread_executor, self._event_loop = server._thread_executor, server._event_loop
+        self.scene = viser.SceneApi(self, self._thread_executor, self._event_loop)
+        self.gui = viser.GuiApi(self, self._thread_executor, self._event_loop)
+
+    def contain_elements_of(self, client: viser.ClientHandle) -> None:
+        """Let a browser have elements of its own inside the panels of this view."""
+        # viser looks for the panels around a client's elements on the server that the client came to.
+        client.gui._root_server = lambda: self
+
+    def drop_removed(self) -> None:
+        """Drop messages about elements that are gone, which newcomers need not be sent."""
+        self._run_garbage_collector()
+
+
+class _PlacedForOne(_gui_handles._PlacementMixin):
+    def __init__(self, client: viser.ClientHandle, panel: viser.PanelHandle) -> None:
+        self._placement_uuid, self._placement_gui_api = panel._placement_uuid, client.gui
+
+
+def expand_for(client: viser.ClientHandle, panel: viser.PanelHandle) -> None:
+    """Unfold a panel of a `ServerView` for one browser only."""
+    _PlacedForOne(client, panel).expand()

@@ -1,0 +1,168 @@
+"""What happens many times a second is in the log once, and then as a count at intervals."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from app.bench.blocking_client import BlockingClient
+from app.hosting.private_host import PrivateHost
+from app.lessons.loading import load_lessons
+from app.lessons.session.lesson_session import LessonSession
+from app.runtime.throttled_log import EVER_RARER, ThrottledLog
+from app.session.session import Session
+from app.settings import Settings
+from tests.app.conftest import OpenHouse, ask
+
+LOG = logging.getLogger("duet.tests.throttled")
+FRAMES = 32
+"""A second."""
+
+
+class Clock:
+    """A clock that is set by hand."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def raised(kind: type[Exception] = ValueError, text: str = "") -> Exception:
+    """An exception as it is caught: always from the same place."""
+    try:
+        raise kind(text)
+    except Exception as error:
+        return error
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def throttled(clock: Clock) -> ThrottledLog:
+    return ThrottledLog(LOG, clock=clock)
+
+
+def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
+    """What was logged since the last call."""
+    logged = [record.getMessage() for record in caplog.records]
+    caplog.clear()
+    return logged
+
+
+def over_time(clock: Clock, seconds: int, caplog: pytest.LogCaptureFixture, event: Callable[[], None]) -> list[tuple[float, str]]:
+    """When which lines were logged by an event in every frame."""
+    logged: list[tuple[float, str]] = []
+    for frame in range(1, seconds * FRAMES + 1):
+        clock.now = frame / FRAMES
+        event()
+        logged += [(clock.now, line) for line in lines(caplog)]
+    return logged
+
+
+def test_an_exception_of_every_frame_is_logged_once_and_then_counted(
+    throttled: ThrottledLog, clock: Clock, caplog: pytest.LogCaptureFixture
+) -> None:
+    throttled.exception("a frame failed", raised(text="at 1 s"), 7)
+    assert caplog.records[0].exc_info is not None and "at 1 s" in caplog.text
+    caplog.clear()
+    # The numbers in the message change, the place does not.
+    logged = over_time(clock, 1300, caplog, lambda: throttled.exception("a frame failed", raised(text=f"at {clock.now} s"), 7))
+    assert [time for time, _ in logged] == [10.0, 70.0, 670.0, 1270.0] and EVER_RARER == (10.0, 60.0, 600.0)
+    assert logged[0][1] == "a frame failed: 320 times more in 10 s (ValueError)"
+    assert logged[1][1] == "a frame failed: 1920 times more in 60 s (ValueError)"
+
+
+def test_a_warning_has_one_line_a_kind_and_interval(clock: Clock, caplog: pytest.LogCaptureFixture) -> None:
+    throttled = ThrottledLog(LOG, (10.0,), clock)
+    throttled.warning("slowed down", "client 1")
+    throttled.warning("refused origin", "evil.example")
+    assert lines(caplog) == ["slowed down: client 1", "refused origin: evil.example"]
+    logged = over_time(clock, 35, caplog, lambda: throttled.warning("slowed down", "client 2"))
+    assert logged == [(10.0 * k, "slowed down: client 2 (319 more since the last line)") for k in (1, 2, 3)]
+    clock.now = 100.0
+    throttled.warning("refused origin", "evil.example")
+    assert lines(caplog) == ["refused origin: evil.example"]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        lambda log: log.exception("a frame failed", raised(), 8),
+        lambda log: log.exception("a frame failed", raised(KeyError), 7),
+        lambda log: log.exception("a frame failed", ValueError("from elsewhere"), 7),
+        lambda log: log.exception("the numbers failed", raised(), 7),
+    ],
+    ids=["another source", "another class", "another place", "another line"],
+)
+def test_another_exception_is_new(
+    throttled: ThrottledLog, caplog: pytest.LogCaptureFixture, other: Callable[[ThrottledLog], None]
+) -> None:
+    counts: list[int] = []
+    for _ in range(2):
+        throttled.exception("a frame failed", raised(), 7)
+        counts.append(len(lines(caplog)))
+        other(throttled)
+        counts.append(len(lines(caplog)))
+    assert counts == [1, 1, 0, 0]
+
+
+def test_a_forgotten_source_is_new(throttled: ThrottledLog, caplog: pytest.LogCaptureFixture) -> None:
+    counts: list[int] = []
+    for source in (7, 8, 7, 8, None, 7, 8):
+        if source is None:
+            throttled.forget(7)
+        else:
+            throttled.exception("a frame failed", raised(), source)
+        counts.append(len(lines(caplog)))
+    assert counts == [1, 1, 0, 0, 0, 1, 0]
+
+
+def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse, caplog: pytest.LogCaptureFixture) -> None:
+    opened = house()
+    frames = 0
+
+    def fail(*_: Any) -> None:
+        nonlocal frames
+        frames += 1
+        raise RuntimeError(f"frame {frames}")
+
+    with BlockingClient(opened.url) as visitor:
+        visitor.wait_for(lambda _: visitor.mirror.replayed)
+        host = opened.host
+        assert isinstance(host, PrivateHost)
+        visitor.wait_for(lambda _: len(host.sessions) == 1)
+        (stand,) = host._stands.values()
+        ask(stand.session, lambda _: setattr(stand, "frame", fail))
+        visitor.wait_for(lambda _: frames > 5)
+        # What a busy machine takes for it may be ten seconds, and then there is a count.
+        logged = [line for line in lines(caplog) if line.startswith("a frame of a visitor's page failed")]
+        assert logged[0] == "a frame of a visitor's page failed" and len(logged) < 3
+
+
+def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    session = Session(Settings())
+    run = LessonSession(session, load_lessons())
+    run.enter(0)
+
+    def fail(_: Any) -> None:
+        raise RuntimeError
+
+    monkeypatch.setattr(run.walk, "watch", fail)
+    monkeypatch.setattr(run.walk, "live", fail)
+    for _ in range(5):
+        run.frame()
+        assert run.live() == ()
+    assert len(lines(caplog)) == 2
+    assert [title for title, _ in run.notes] == ["The lesson stopped here"]
+    run.act("reset")
+    run.frame()
+    assert len(run.notes) == 2
