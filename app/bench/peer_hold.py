@@ -111,7 +111,7 @@ class BakedArm:
         self._step = 0
 
     def begin(self) -> None:
-        """Begin anew."""
+        """Start from the first step."""
         self._step = 0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:

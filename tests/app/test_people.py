@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.commands import main
+from app.cli.main import main
 from app.session.input_sources import InputSources, find_input_sources, from_bvh
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
