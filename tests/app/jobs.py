@@ -12,7 +12,7 @@ from controllers.errors import BadSetting
 
 
 class Unwanted(Exception):
-    """Nobody wants the result."""
+    """The result is not wanted any more."""
 
 
 def double(number: float, stopped: Callable[[], bool]) -> float:
