@@ -12,7 +12,7 @@ def entry() -> None:
 
 def _command() -> int:
     with ending_at_once():
-        from app.cli.commands import main
+        from app.cli.main import main
     return main()
 
 

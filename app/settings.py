@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final, Literal, NamedTuple, get_args
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings, Spec, changed, values
@@ -34,119 +34,105 @@ Source = Literal["clips", "figure", "file", "camera"]
 """Who is imitated: a built-in clip, the figure on the stage, a BVH file, or a camera at the server."""
 
 
+def _declared(default: Any, spec: Spec) -> Any:
+    return field(default=default, metadata={"spec": spec})
+
+
 @dataclass(frozen=True)
 class PageSettings:
-    """How the page looks and who moves at the start; none of it reaches the simulation's numbers."""
+    """How the page looks and what moves at the start; none of it changes the simulation's numbers."""
 
-    theme: Theme = field(
-        default="light",
-        metadata={"spec": Spec("theme", "colours", "Light or dark.", choices=("light", "dark"), choice_labels=("Light", "Dark"))},
+    theme: Theme = _declared(
+        "light", Spec("theme", "colours", "Light or dark.", choices=("light", "dark"), choice_labels=("Light", "Dark"))
     )
-    profile: Profile = field(
-        default="desk",
-        metadata={
-            "spec": Spec(
-                "profile",
-                "text",
-                "Larger text and stronger lines for a projector.",
-                choices=("desk", "projector"),
-                choice_labels=("Desk", "Projector"),
-            )
-        },
+    profile: Profile = _declared(
+        "desk",
+        Spec(
+            "profile",
+            "text",
+            "Larger text and stronger lines for a projector.",
+            choices=("desk", "projector"),
+            choice_labels=("Desk", "Projector"),
+        ),
     )
-    picture: Picture = field(
-        default="fine",
-        metadata={
-            "spec": Spec(
-                "picture",
-                "picture",
-                "Fast leaves out shadows and reflections; a browser without a graphics card starts with it.",
-                choices=("fine", "fast"),
-                choice_labels=("Fine", "Fast"),
-            )
-        },
+    picture: Picture = _declared(
+        "fine",
+        Spec(
+            "picture",
+            "picture",
+            "Fast leaves out shadows and reflections; a browser without a graphics card starts with it.",
+            choices=("fine", "fast"),
+            choice_labels=("Fine", "Fast"),
+        ),
     )
-    language: Language = field(
-        default="auto",
-        metadata={
-            "spec": Spec(
-                "lang",
-                "language",
-                "Of everything on the page, and of lessons 1 to 3.",
-                choices=("auto", "en", "de", "sl", "pseudo"),
-                choice_labels=("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
-            )
-        },
+    language: Language = _declared(
+        "auto",
+        Spec(
+            "lang",
+            "language",
+            "Of everything on the page, and of lessons 1 to 3.",
+            choices=("auto", "en", "de", "sl", "pseudo"),
+            choice_labels=("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
+        ),
     )
-    autopilot: bool = field(
-        default=True,
-        metadata={"spec": Spec("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.")},
+    autopilot: bool = _declared(
+        True, Spec("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.")
     )
-    speed: float = field(
-        default=1.0, metadata={"spec": Spec("speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)}
+    speed: float = _declared(1.0, Spec("speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25))
+    details: Details = _declared(
+        "none",
+        Spec(
+            "plot",
+            "more plots",
+            "A third plot.",
+            choices=get_args(Details),
+            choice_labels=("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "Pairs", "M"),
+        ),
     )
-    details: Details = field(
-        default="none",
-        metadata={
-            "spec": Spec(
-                "plot",
-                "more plots",
-                "A third plot.",
-                choices=get_args(Details),
-                choice_labels=("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "Pairs", "M"),
-            )
-        },
+    ghost: Ghost = _declared(
+        "off",
+        Spec(
+            "ghost",
+            "ghost",
+            "A second, translucent run on the very same inputs: with the settings of this moment, or with another law.",
+            choices=get_args(Ghost),
+            choice_labels=(
+                "Off",
+                "These settings, frozen",
+                "Smooth priority",
+                "Strict, always on",
+                "Strict, switched at d_m",
+                "Null-space avoidance",
+                "Potential field",
+                "Barrier QP",
+                "Intermediate value",
+                "Unprotected",
+                "My own law (--law-file)",
+            ),
+        ),
     )
-    ghost: Ghost = field(
-        default="off",
-        metadata={
-            "spec": Spec(
-                "ghost",
-                "ghost",
-                "A second, translucent run on the very same inputs: with the settings of this moment, or with another law.",
-                choices=get_args(Ghost),
-                choice_labels=(
-                    "Off",
-                    "These settings, frozen",
-                    "Smooth priority",
-                    "Strict, always on",
-                    "Strict, switched at d_m",
-                    "Null-space avoidance",
-                    "Potential field",
-                    "Barrier QP",
-                    "Intermediate value",
-                    "Unprotected",
-                    "My own law (--law-file)",
-                ),
-            )
-        },
+    what_if: bool = _declared(
+        False,
+        Spec(
+            "whatif",
+            "what if",
+            "Moving d_m, n, v or K computes the last 30 s again and draws the new curves over the old ones.",
+        ),
     )
-    what_if: bool = field(
-        default=False,
-        metadata={
-            "spec": Spec(
-                "whatif",
-                "what if",
-                "Moving d_m, n, v or K computes the last 30 s anew and draws the new curves over the old ones.",
-            )
-        },
-    )
-    source: Source = field(
-        default="clips",
-        metadata={
-            "spec": Spec(
-                "source",
-                "person",
-                "Who is imitated.",
-                choices=get_args(Source),
-                choice_labels=("Built-in clip", "The figure: drag it", "A BVH file", "A camera at the server"),
-            )
-        },
+    source: Source = _declared(
+        "clips",
+        Spec(
+            "source",
+            "person",
+            "Who is imitated.",
+            choices=get_args(Source),
+            choice_labels=("Built-in clip", "The figure: drag it", "A BVH file", "A camera at the server"),
+        ),
     )
 
 
 class Look(NamedTuple):
-    """What of the page's settings is about how it looks, and not about what it shows: in a lecture every tab has its own."""
+    """The settings of how the page looks, not of what it shows: in a lecture every tab has its own."""
 
     theme: Theme
     profile: Profile
@@ -171,7 +157,7 @@ class Settings:
 
 
 def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tuple[str, ...]]:
-    """Return the settings that a link asks for, and a message for every part of it that is not possible and was left as it was.
+    """Return the settings of a link, and a message for every part of it that is not possible and was left out.
 
     Args:
         query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Keys that are viser's own are skipped.
@@ -191,20 +177,20 @@ def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tup
 
 
 def to_query(settings: Settings, but: Settings | None = None) -> dict[str, str]:
-    """Return what a link says so that `from_query` gives these settings again, however a server was started.
+    """Return the query of a link from which `from_query` gives these settings again, however a server was started.
 
     Args:
-        settings: any.
-        but: what it need not say because whoever opens it knows; None for what Duet starts with.
+        settings: of the link.
+        but: settings that the reader of the link has already; None for Duet's own.
     """
     known = values(but or Settings())
-    told = {key: value for key, value in values(settings).items() if value != known[key]}
-    texts = {key: str(int(value)) if isinstance(value, bool) else str(value) for key, value in told.items()}
+    changes = {key: value for key, value in values(settings).items() if value != known[key]}
+    texts = {key: str(int(value)) if isinstance(value, bool) else str(value) for key, value in changes.items()}
     return {**texts, WHOLE: "1"}
 
 
 WHOLE = "whole"
-"""Key of a link that says all that is not as Duet starts by itself."""
+"""Key of a link that says all that differs from Duet's own settings."""
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}

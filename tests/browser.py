@@ -51,7 +51,7 @@ _HARMLESS = (
 
 
 def free_port() -> int:
-    """A port that nobody listens on now."""
+    """A free port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
@@ -188,7 +188,7 @@ def artefacts() -> Path:
 
 
 def close_software_note(page: Page) -> None:
-    """Close viser's note about software rendering, which nobody with a graphics card gets."""
+    """Close viser's note about software rendering, which a machine with a graphics card does not show."""
     page.evaluate(
         """() => { for (const note of document.querySelectorAll('[class*=Notification-root]'))
              if (/webgl/i.test(note.textContent)) note.querySelector('button')?.click(); }"""
@@ -293,7 +293,7 @@ def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], ob
     Args:
         page: a tab wider than 576 px.
         point: where to take it, in the scene; asked before every attempt.
-        held: whether somebody has hold of it.
+        held: whether it is dragged.
         attempts: after the last one, an AssertionError.
     """
     for attempt in range(1, attempts + 1):

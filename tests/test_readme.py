@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.commands import COMMANDS
+from app.cli.main import COMMANDS
 from app.page.panels.hotkeys import HOTKEYS
 from app.settings import Settings, from_query
 

@@ -1,1 +1,1 @@
-"""A visitor without a browser, for tests and for the benchmark. Knows viser's wire format, not its Python classes."""
+"""What is measured: step, run, visitors, fairness, peers; and a client without a browser, which tests use, too."""

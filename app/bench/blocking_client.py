@@ -1,4 +1,4 @@
-"""A visitor for plain functions."""
+"""The headless client for synchronous code."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ T = TypeVar("T")
 
 
 class BlockingClient:
-    """A `HeadlessClient` for plain functions: its loop runs in a thread of its own.
+    """A `HeadlessClient` for synchronous code: its event loop runs in a separate thread.
 
     Needed where the calling thread already has a running loop, as it does while Playwright's synchronous interface is open.
 
     Raises, when made:
-        websockets.InvalidStatus: turned away.
+        websockets.InvalidStatus: the server refuses the connection.
     """
 
     def __init__(self, url: str, origin: str | None = None, query: str = "", *, camera: bool = True, **options: Any) -> None:

@@ -1,4 +1,4 @@
-"""One connection: speaks viser's protocol, keeps a mirror of the page, counts what arrives."""
+"""A client without a browser: speaks viser's protocol, mirrors the page and counts what arrives."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ CAMERA: Final[dict[str, Any]] = {
 
 @dataclass
 class Received:
-    """What has arrived since the counters were last reset.
+    """Counters of what has arrived since the last reset.
 
     Attributes:
         frames: websocket messages (viser calls them windows; one is one update of the page).
@@ -58,7 +58,7 @@ class HeadlessClient:
         origin: what to send as Origin; None for none, as programs do.
         query: the deep link's query without `?`.
         decode: False only counts frames and bytes, which costs next to nothing.
-        read_pause: seconds to wait between frames, to play a slow one.
+        read_pause: seconds to wait between frames, to act as a slow client.
         language: what to send as Accept-Language; "" for none, as programs do.
 
     Attributes:
@@ -91,10 +91,10 @@ class HeadlessClient:
         self._socket: websockets.ClientConnection | None = None
 
     async def connect(self, timeout: float = 10.0, *, camera: bool = True) -> HeadlessClient:
-        """Connect, and say where we look from, after which the server counts us in.
+        """Connect and send a camera, after which the server takes us for a visitor.
 
         Raises:
-            websockets.InvalidStatus: turned away (wrong Origin).
+            websockets.InvalidStatus: the server refuses the connection (wrong Origin).
         """
         self._socket = await websockets.connect(
             self.url,
@@ -109,7 +109,7 @@ class HeadlessClient:
             proxy=None,
         )
         if camera:
-            # A full room closes at once; the reader will tell.
+            # A full server closes at once; the reader sets `closed`.
             with contextlib.suppress(websockets.ConnectionClosed):
                 await self.send(CAMERA)
         self._reader = asyncio.create_task(self._read())
@@ -139,7 +139,7 @@ class HeadlessClient:
             self._news.set()
 
     def reset_counters(self) -> None:
-        """Count from here."""
+        """Set the counters to zero."""
         self.received = Received()
 
     async def send(self, message: dict[str, Any]) -> None:
@@ -147,7 +147,7 @@ class HeadlessClient:
         await self.send_raw(msgspec.msgpack.encode(message))
 
     async def send_raw(self, data: bytes | str) -> None:
-        """Send anything at all."""
+        """Send raw data."""
         assert self._socket is not None
         await self._socket.send(data)
 
@@ -191,7 +191,7 @@ class HeadlessClient:
             raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}") from error
 
     async def break_off(self, unfinished: bytes = b"") -> None:
-        """End the connection as a lost line does, without a word; `unfinished`: a message of which only a part is sent before."""
+        """End the connection like a lost line, without a closing handshake; `unfinished`: a message of which only a part is sent before."""
         assert self._socket is not None
         if unfinished:
             # A masked binary frame (RFC 6455, section 5.2) that promises all, and half of it.
@@ -201,7 +201,7 @@ class HeadlessClient:
         self._socket.transport.abort()
 
     async def close(self) -> None:
-        """Leave. May be called twice."""
+        """Close the connection. May be called twice."""
         if self._socket is not None:
             await self._socket.close()
         if self._reader is not None:

@@ -1,4 +1,4 @@
-"""The page as a visitor without a browser has it: what the server's messages have built so far.
+"""The page in a client without a browser, as the server's messages have built it.
 
 A frame is two 8-byte little-endian sizes, zstd-compressed msgpack, and raw arrays aligned to 8 bytes.
 """
@@ -42,7 +42,7 @@ class Mirror:
         gui: uuid → properties of a GUI element, with `type`, `value` (if it has one) and `container_uuid`.
         nodes: name → properties of a scene node, with `type`, `owner`, `wxyz`, `position`.
         commands: uuid → properties of a palette command.
-        replayed: whether the server has sent everything that existed before we came.
+        replayed: whether the server has sent everything that existed before the client connected.
     """
 
     def __init__(self) -> None:
@@ -93,5 +93,5 @@ class Mirror:
         for element in self.gui.values():
             if element.get("label") == label and kind in ("", element["type"]):
                 return element
-        there_are = sorted({str(element.get("label")) for element in self.gui.values()})
-        raise KeyError(f"no {kind or 'element'} labelled {label!r}; there are {there_are}")
+        labels = sorted({str(element.get("label")) for element in self.gui.values()})
+        raise KeyError(f"no {kind or 'element'} labelled {label!r}; there are {labels}")

@@ -1,4 +1,4 @@
-"""The hold experiment without its person: what everybody who is compared in `app.bench.peers` gets, and our own part in it."""
+"""The hold experiment without its person: what every method of `app.bench.peers` gets, and our own methods."""
 
 from dataclasses import dataclass, replace
 from typing import Final, Protocol
@@ -20,7 +20,7 @@ PEER_GAIN: Final = 10.0
 
 @dataclass(frozen=True)
 class Baked:
-    """The hold experiment without its person: what everybody who is compared gets.
+    """The hold experiment without its person: what every compared method gets.
 
     Attributes:
         settings: of the run that the guided arm's motion is from.
@@ -44,12 +44,12 @@ class Baked:
 
     @property
     def steps(self) -> int:
-        """How many there are."""
+        """Number of recorded steps."""
         return len(self.guided_positions)
 
 
 class Method(Protocol):
-    """Somebody who moves the avoiding arm."""
+    """A method that moves the avoiding arm."""
 
     unsolved: int
     """Steps in which it found no solution."""
@@ -69,7 +69,7 @@ class Method(Protocol):
 
 
 class Engine(Protocol):
-    """Somebody's own way to compute distances and the hand's pose."""
+    """An engine that computes distances and the hand's pose."""
 
     def distances(self, positions: Array) -> dict[tuple[str, str], float]:
         """Return the distance of every pair of bodies, left body first, at q (nv,) [m]."""
@@ -81,7 +81,7 @@ class Engine(Protocol):
 
 
 def bake(settings: RunSettings, steps: int) -> Baked:
-    """Run the hold experiment once, and keep what its person does."""
+    """Run the hold experiment once, and record the guided arm."""
     done = run(settings, steps * settings.dt)
     simulation, table = done.simulation, done.table
     guided, avoiding = simulation.guided, simulation.avoiding
@@ -100,7 +100,7 @@ def bake(settings: RunSettings, steps: int) -> Baked:
 
 
 class BakedArm:
-    """The guided arm, moving as it did: a mover for `Simulation` in the place of the arm that follows a person's hand."""
+    """The guided arm, moving as it did: a task for `Simulation` instead of the arm that follows a person's hand."""
 
     def __init__(self, baked: Baked) -> None:
         self.joints = baked.guided
@@ -111,7 +111,7 @@ class BakedArm:
         self._step = 0
 
     def begin(self) -> None:
-        """Begin anew."""
+        """Start from the first step."""
         self._step = 0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
@@ -155,7 +155,7 @@ class Ours:
 
 
 def our_laws(base: LawSettings) -> dict[str, LawSettings]:
-    """Return what of ours is measured."""
+    """Return name → law of our measured methods."""
     return {
         "ours, single pair (paper)": replace(base, law="smooth_priority", pairs="single"),
         "ours, soft minimum": replace(base, law="smooth_priority", pairs="soft"),

@@ -4,7 +4,7 @@ Settings: the task's gain is the share of the error to be removed in one step, K
 in mink's examples; pairs are looked at from 2 d_m. Joint stops are approached as ours are. The guided arm has no bounds, as its motion
 is given.
 
-To be known: `CollisionAvoidanceLimit` bounds the displacement of a step by gain · (d − d_m) / dt, metres a second against metres, so
+Note: `CollisionAvoidanceLimit` bounds the displacement of a step by gain · (d − d_m) / dt, metres a second against metres, so
 that its documented range of gains, (0, 1], lets two bodies come closer than d_m within one step. `matched_gain` is what means
 10/s. Below d_m it forbids further approach and asks for no retreat.
 """
@@ -23,7 +23,7 @@ from controllers.kinematics import Array
 SOLVER: Final = "daqp"
 DAMPING: Final = 1e-3
 FAR: Final = 100.0
-"""Farther than anything is from anything [m]."""
+"""Larger than any distance [m]."""
 
 
 def matched_gain(dt: float) -> float:
@@ -83,7 +83,7 @@ def _axes(model: pin.Model) -> list[Array]:
 
 
 class MinkGivenMotion(mink.Task):
-    """Joints that move as they are told: Δq = q̇ dt, for the constraints of `mink.solve_ik`."""
+    """Joints with a given motion: Δq = q̇ dt, for the constraints of `mink.solve_ik`."""
 
     def __init__(self, columns: slice, nv: int) -> None:
         self._jacobian = np.eye(nv)[columns]

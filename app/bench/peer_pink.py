@@ -4,8 +4,8 @@ Settings: the task's gain is the share of the error to be removed in one step, K
 gain is in 1/s; its safe displacement gain and the damping are pink's defaults. Joint stops are approached as ours are: at most g dt
 of the way that is left in one step. The guided arm has no bounds, as its motion is given.
 
-To be known: the barrier's row changes its sign where two bodies overlap (`SelfCollisionBarrier.compute_jacobian` takes the normal
-from the closest points), so that it would pull them together; this run keeps them apart. Rows are kept from the step before
+Note: the barrier's row changes its sign where two bodies overlap (`SelfCollisionBarrier.compute_jacobian` takes the normal
+from the closest points), so that it would pull them together; no bodies overlap in this run. Rows are kept from the step before
 when no joint has moved by more than about 1e-5 of its angle.
 """
 
@@ -28,7 +28,7 @@ UNBOUNDED: Final = 1e30
 
 
 class PinkGivenMotion(Task):
-    """Joints that move as they are told: Δq = q̇ dt, for the constraints of `pink.solve_ik`."""
+    """Joints with a given motion: Δq = q̇ dt, for the constraints of `pink.solve_ik`."""
 
     def __init__(self, columns: slice, nv: int) -> None:
         super().__init__(cost=None, gain=1.0)

@@ -1,11 +1,11 @@
 """`lwr-duet bench --peers`: the hold experiment with two QP libraries beside our laws, in one interleaved run.
 
-Everybody has the same two arms, capsules and pairs, the same pose to hold with the same gain, the same joint bounds, and the same
-obstacle: the guided arm's joints are taken from a run of ours. The peers are told its velocity, as an equality constraint; our own
-laws are not, except where "+w" is said. What is timed is one whole step from q to the next q; ours includes writing it into the
+Every method has the same two arms, capsules and pairs, the same pose to hold with the same gain, the same joint bounds, and the same
+obstacle: the guided arm's joints are taken from a run of ours. The peers know its velocity, as an equality constraint; our own
+laws do not, except where the name ends in "+w". What is timed is one whole step from q to the next q; ours includes writing it into the
 history.
 
-It is no contest of equals. The peers solve a general quadratic programme with many options, ours are one row. Their settings are
+The methods are not equals. The peers solve a general quadratic programme with many options, ours are one row. Their settings are
 those of their documentation where they have a meaning here; every one of them is in `app.bench.peer_pink` and `app.bench.peer_mink`.
 """
 
@@ -40,7 +40,7 @@ BLOCK: Final = 100
 
 
 def needs_peers() -> None:
-    """Do nothing if the peers can be measured.
+    """Check that the peers can be measured.
 
     Raises:
         BadSetting: a package is not installed.
@@ -175,7 +175,7 @@ def _interleaved(methods: dict[str, Method], baked: Baked) -> dict[str, _Record]
 def _summary(record: _Record, baked: Baked) -> dict[str, float]:
     off = float(np.abs(record.positions[:, baked.guided] - baked.guided_positions).max())
     if off > AGREEMENT:
-        raise DuetError(f"Peers: an obstacle was {off:.1e} rad off; everybody must meet the same one.")
+        raise DuetError(f"Peers: the obstacle was {off:.1e} rad off; all methods must have the same one.")
     engine = OurEngine(baked)
     d = np.array([engine.nearest(q) for q in record.positions])
     misses = np.array([engine.hand_pose(q)[0] - baked.place for q in record.positions])

@@ -1,102 +1,91 @@
-"""A house full of visitors, for the benchmark: the server in a process of its own, which notes what takes its time, and the visitors
-in further ones, so that what they cost themselves is not counted."""
+"""What visitors cost the server: one of them, or many at once."""
 
 from __future__ import annotations
 
 import asyncio
-import multiprocessing
 import os
 import secrets
-import threading
+import subprocess
+import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
-from typing import Any, Final
+from pathlib import Path
+from typing import Final
 
-from scenes.children import deaf, leave_with_parent
+from app.bench.headless_client import HeadlessClient
+from app.bench.processes import REQUEST, TIMEOUT, process, receive, request, serve_app
+from app.bench.server_times import PARTS
+from scenes.children import leave_with_parent
 
 WARM_UP: Final = 60
-"""Frames that every visitor has had before they are watched: their pages have been built by then."""
+"""Frames that every visitor receives before the measurement: by then their pages have been built."""
 
 SETTLING: Final = 2.0
-"""Time they are left alone then [s]."""
+"""Pause before the measurement of several visitors [s]."""
 
-PATIENCE: Final = 120.0
-"""How long a process may take for its start [s]."""
+SERVE_WARM_UP: Final = 3.0
+"""Pause before the measurement of one visitor [s]."""
 
-PARTS: Final[tuple[str, ...]] = ("step", "drawing", "packing", "sending")
-"""What the server's time is divided into; the rest is "other": asyncio, viser's windows, threads that take turns."""
+FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
+"""Link to a page with a ghost and four plots over time."""
 
 CLASS: Final = ("", "lang=de&picture=fast", "lang=sl", "screen=1&profile=projector&theme=dark&lang=de")
-"""Links of those who watch a lecture, in turn: each of these looks is drawn for itself."""
+"""Links of the watchers of a lecture, in turn; the server draws each of these looks separately."""
 
-ASIDE: Final = 2
-"""Processes that play visitors."""
+CLIENT_PROCESSES: Final = 2
 
 
-class Shares:
-    """Processor time of the server by what it is used for; takes the place of the functions that do it.
+def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
+    """Return what one visitor costs a server that was started by `lwr-duet serve`: CPU, messages, bytes and frames.
 
-    Attributes:
-        seconds: of every part so far [s].
-        longest: one call that counts for the frames has taken, with all that it called, since this was set to 0 [s].
+    Args:
+        seconds: duration of the measurement [s].
+        query: of the visitor's link.
+
+    Returns:
+        Also the time from the command until the server answers, and until the visitor has the arms [s].
     """
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = dict.fromkeys(PARTS, 0.0)
-        self.longest = 0.0
-        self._open = threading.local()
-
-    def timed(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
-        """Return a function whose time counts for a part, but for what another part takes of it."""
-        seconds, open_parts, clock = self.seconds, self._open, time.thread_time
-
-        def call(*args: Any, **kwargs: Any) -> Any:
-            around: float = getattr(open_parts, "inside", 0.0)
-            open_parts.inside = 0.0
-            begin = clock()
-            try:
-                return function(*args, **kwargs)
-            finally:
-                whole = clock() - begin
-                seconds[part] += whole - open_parts.inside
-                open_parts.inside = around + whole
-                if part == "drawing":
-                    self.longest = max(self.longest, whole)
-
-        return call
-
-    def watch(self) -> None:
-        """Time the program from now on; there is no way back, so only in a process that is made for it."""
-        from app.classroom.lecture import LectureHost
-        from app.hosting.private_host import PrivateHost
-        from app.session.session import Session
-        from app.web import sending
-        from app.web.connection import FilteredConnection
-
-        for host in (PrivateHost, LectureHost):
-            host.frame = self.timed(host.frame, "drawing")
-        Session.advance = self.timed(Session.advance, "step")
-        sending.pack = self.timed(sending.pack, "packing")
-        FilteredConnection.send_data = self.timed(FilteredConnection.send_data, "sending")
+    command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:
+        try:
+            assert server.stdout is not None
+            begin = time.perf_counter()
+            line = server.stdout.readline()
+            started = time.perf_counter() - begin
+            url = next(word for word in line.split() if word.startswith("http"))
+            return {"start_s": started, **asyncio.run(_watch(url, server.pid, seconds, query, begin))}
+        finally:
+            server.terminate()
 
 
-def keep_house(pipe: Connection, lecture: bool, sessions: int) -> None:
-    leave_with_parent()
-    from app.settings import Settings
-    from app.start import start_app
+async def _watch(url: str, pid: int, seconds: float, query: str, started: float) -> dict[str, float]:
+    visitor = await HeadlessClient(url, query=query).connect()
+    await visitor.wait_for(lambda v: v.mirror.replayed and any(name.endswith("/j7") for name in v.mirror.nodes))
+    seen = time.perf_counter() - started
+    await asyncio.sleep(SERVE_WARM_UP)
+    visitor.reset_counters()
+    cpu, begin = _cpu_seconds(pid), time.perf_counter()
+    await asyncio.sleep(seconds)
+    cpu, elapsed = _cpu_seconds(pid) - cpu, time.perf_counter() - begin
+    received = visitor.received
+    figures = {
+        "arms_s": seen,
+        "cpu_percent_of_a_core": 100.0 * cpu / elapsed,
+        "frames_per_s": received.frames / elapsed,
+        "messages_per_s": received.messages.total() / elapsed,
+        "kB_per_s": received.bytes / elapsed / 1000.0,
+    }
+    await visitor.close()
+    return figures
 
-    shares = Shares()
-    shares.watch()
-    house = start_app("127.0.0.1", 0, Settings(), sessions, lecture, ahead=True)
-    pipe.send(house.url)
-    while pipe.recv() == "tell":
-        pipe.send((time.process_time(), dict(shares.seconds), shares.longest))
-        shares.longest = 0.0
-    house.close()
-    pipe.send("closed")
-    os._exit(0)
+
+def _cpu_seconds(pid: int) -> float:
+    """Return the processor time that a process has used [s]; nan without /proc."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace").rsplit(")", 1)[1].split()
+    except OSError:
+        return float("nan")
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
@@ -105,80 +94,54 @@ def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
 
 
 async def _visit_all(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
-    from app.bench.headless_client import HeadlessClient
-
-    # Each is a tab of its own, as it is in a class.
+    # Every visitor is a separate tab.
     tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
-    visitors = [await HeadlessClient(url, query=tab, decode=False).connect(PATIENCE) for tab in tabs]
+    visitors = [await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT) for tab in tabs]
     for visitor in visitors:
-        await visitor.wait_for(lambda one: one.received.frames >= WARM_UP, PATIENCE)
-    pipe.send("here")
-    while await asyncio.to_thread(pipe.recv) == "tell":
+        await visitor.wait_for(lambda one: one.received.frames >= WARM_UP, TIMEOUT)
+    pipe.send("ready")
+    while await asyncio.to_thread(pipe.recv) == REQUEST:
         pipe.send([(visitor.received.frames, visitor.received.bytes, visitor.closed is None) for visitor in visitors])
     for visitor in visitors:
         await visitor.close()
 
 
-@contextmanager
-def process(work: Callable[..., None], *given: Any) -> Iterator[Connection]:
-    # Nothing of this process may be in the server's, whose time is measured.
-    context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
-    process = context.Process(target=work, args=(theirs, *given), daemon=False)
-    try:
-        with deaf():
-            process.start()
-        theirs.close()
-        yield ours
-        with suppress(OSError):
-            ours.send("leave")
-            process.join(10.0)
-    finally:
-        if process.pid is not None:
-            process.kill()
-            process.join()
-
-
-def answer(pipe: Connection) -> Any:
-    if not pipe.poll(PATIENCE):
-        raise TimeoutError("a process of the benchmark does not answer")
-    return pipe.recv()
-
-
-def ask(pipe: Connection) -> Any:
-    pipe.send("tell")
-    return answer(pipe)
-
-
 def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, float]:
-    """Return what visitors cost a server, what reaches them, and what takes the time.
+    """Return what visitors cost a server, what they receive, and what takes the time.
 
     Args:
-        visitors: how many at once.
-        seconds: how long they are watched.
+        visitors: number of visitors at once.
+        seconds: duration of the measurement [s].
         lecture: whether they watch one stage, in the looks of `CLASS`; otherwise each has a session.
 
     Returns:
         CPU of the server in percent of one core, and for one update of all pages (which a busy machine changes least);
         frames a second at the average visitor and at the worst; kB a second of each; the
         percents of a core of every part of `PARTS`, and of the rest. The server's clocks cost it about half a percent.
+
+    Raises:
+        RuntimeError: a visitor lost the connection.
     """
-    with process(keep_house, lecture, visitors) as house:
-        url = answer(house)
-        queries = tuple(CLASS[i // ASIDE % len(CLASS)] if lecture else "" for i in range(visitors))
-        share = [queries[i::ASIDE] for i in range(ASIDE)]
-        with process(_visit, url, share[0]) as here, process(_visit, url, share[1]) as there:
+    with process(serve_app, lecture, visitors) as server:
+        url = receive(server)
+        queries = tuple(CLASS[i // CLIENT_PROCESSES % len(CLASS)] if lecture else "" for i in range(visitors))
+        shares = [queries[i::CLIENT_PROCESSES] for i in range(CLIENT_PROCESSES)]
+        with process(_visit, url, shares[0]) as here, process(_visit, url, shares[1]) as there:
             crowds = here, there
             for crowd in crowds:
-                answer(crowd)
+                receive(crowd)
             time.sleep(SETTLING)
-            (cpu, parts, _), got, begin = ask(house), [one for crowd in crowds for one in ask(crowd)], time.perf_counter()
+            (cpu, parts, _), got, begin = (
+                request(server),
+                [one for crowd in crowds for one in request(crowd)],
+                time.perf_counter(),
+            )
             time.sleep(seconds)
-            (cpu_end, parts_end, _), got_end = ask(house), [one for crowd in crowds for one in ask(crowd)]
+            (cpu_end, parts_end, _), got_end = request(server), [one for crowd in crowds for one in request(crowd)]
             elapsed = time.perf_counter() - begin
     lost = sum(not alive for *_, alive in got_end)
     if lost:
-        raise RuntimeError(f"{lost} of {visitors} visitors lost their connection while they were watched")
+        raise RuntimeError(f"{lost} of {visitors} visitors lost their connection during the measurement")
     frames = [(after[0] - before[0]) / elapsed for before, after in zip(got, got_end, strict=True)]
     sizes = [(after[1] - before[1]) / elapsed for before, after in zip(got, got_end, strict=True)]
     used = {part: 100.0 * (parts_end[part] - parts[part]) / elapsed for part in PARTS}
@@ -192,15 +155,3 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
         **{f"{part}_percent": value for part, value in used.items()},
         "other_percent": total - sum(used.values()),
     }
-
-
-def limit_of(figures: dict[str, float]) -> str:
-    """Return in words which part takes most of the server's time; "" of figures without parts."""
-    parts = {name: figures.get(f"{name}_percent") for name in (*PARTS, "other")}
-    known = {name: value for name, value in parts.items() if value is not None}
-    total = figures.get("cpu_percent_of_a_core", 0.0)
-    if not known or total <= 0.0:
-        return ""
-    shares = sorted(known.items(), key=lambda entry: -entry[1])
-    words = ", ".join(f"{name} {100.0 * value / total:.0f} %" for name, value in shares)
-    return f"of {total:.0f} % of a core: {words}"

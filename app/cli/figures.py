@@ -1,18 +1,27 @@
-"""`lwr-duet figures`: which figures, where to, and how thoroughly."""
+"""`lwr-duet figures`: the paper's figures and ours."""
 
-import matplotlib
+from dataclasses import dataclass
+from pathlib import Path
+
 from tqdm import tqdm
 
-from app.cli.figures_options import Figures
-from app.figures.drawn_figure import save
-from app.figures.figure_list import chosen
-from app.figures.figure_style import STYLE
-from app.figures.figures_report import Section, report
-from app.figures.run_plan import Plan
 from app.runtime.output_file import written
-from app.version import duet_version
+from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
-from scenes.settings import RunSettings, checked, specs
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Draw the paper's figures and ours from runs of this call: PNG, SVG, CSV and a report."""
+
+    only: str = ""
+    """Numbers of the paper's figures or names, such as 2,5,laws; all without it."""
+    out: Path = Path("figures")
+    """Folder for the files; it is made if it does not exist."""
+    seed: int = 1
+    """Seed of every random person."""
+    quick: bool = False
+    """Shorter runs and fewer points."""
 
 
 def figures(command: Figures) -> int:
@@ -21,6 +30,17 @@ def figures(command: Figures) -> int:
     Raises:
         BadSetting: no such figure, a bad seed, or a folder that cannot be written to.
     """
+    with ending_at_once():
+        import matplotlib
+
+        from app.figures.drawn_figure import save
+        from app.figures.figure_list import chosen
+        from app.figures.figure_style import STYLE
+        from app.figures.figures_report import Section, report
+        from app.figures.run_plan import Plan
+        from app.version import duet_version
+        from scenes.settings import RunSettings, checked, specs
+
     entries = chosen(command.only)
     seed = checked(specs(RunSettings)["seed"], 1, command.seed)
     try:
@@ -28,12 +48,15 @@ def figures(command: Figures) -> int:
     except OSError as error:
         raise BadSetting(f"out = {command.out}: cannot be made ({error.strerror}); give another folder.") from None
     sections: list[Section] = []
-    with tqdm(total=len(entries), unit="figure", disable=None, leave=False) as bar, _steps() as steps:
+    bar = tqdm(total=len(entries), unit="figure", disable=None, leave=False)
+    # The second bar counts the simulated steps of one figure.
+    steps = tqdm(unit="step", unit_scale=True, disable=None, leave=False, position=1, mininterval=0.2)
+    with bar, steps:
         plan = Plan(seed, command.quick, steps.update)
         for entry in entries:
             bar.set_description(entry.name)
             steps.reset()
-            # The style belongs to these figures, not to others that are drawn in this process.
+            # The style is for these figures only, not for others of the same process.
             with matplotlib.rc_context(STYLE):
                 drawn = entry.draw(plan)
                 save(drawn, command.out, entry.stem)
@@ -44,8 +67,3 @@ def figures(command: Figures) -> int:
         new.write_text(report(sections, plan, duet_version()), encoding="utf-8", newline="\n")
     print(f"{len(sections)} figures and {path}")
     return 0
-
-
-def _steps() -> tqdm:  # type: ignore[type-arg]
-    """Return the second bar: steps simulated for the figure at work."""
-    return tqdm(unit="step", unit_scale=True, disable=None, leave=False, position=1, mininterval=0.2)

@@ -1,4 +1,4 @@
-"""`lwr-duet new-law` and `lwr-duet law-test`: a file to begin with, and what it is worth."""
+"""`lwr-duet new-law` and `lwr-duet law-test`: a law file to begin with, and its test."""
 
 import os
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ def new_law(command: NewLaw) -> int:
     """Write the file; return the exit code.
 
     Raises:
-        BadSetting: it is there already, or cannot be written.
+        BadSetting: the file exists, or cannot be written.
     """
     path = command.path
     text = (
@@ -51,7 +51,7 @@ def new_law(command: NewLaw) -> int:
 
 
 def law_test(command: LawTest) -> int:
-    """Print a line a test; return the exit code, 0 if all are passed, else 1.
+    """Print one line for each test; return the exit code, 0 if all are passed, else 1.
 
     Raises:
         BadInputFile: there is no such file, or it cannot be read.

@@ -56,4 +56,4 @@ def chosen(options: object, start: Any) -> Any:
 
 
 Flat = tyro.conf.OmitArgPrefixes
-"""Of a command's field: its options bear no prefix."""
+"""Type of a command's field: its options have no prefix."""

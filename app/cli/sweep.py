@@ -1,22 +1,24 @@
 """`lwr-duet sweep`: a grid of settings over a scene, on all cores, as one table and its maps."""
 
+from __future__ import annotations
+
 import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 from tqdm import tqdm
 
 from app.cli.options import Flat, RunOptions, chosen
-from app.runtime.terminal import INTERRUPTED
-from app.sweep.heatmaps import draw_maps
-from app.sweep.sweep_files import Format, SweepFiles
+from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
-from scenes.grids import Grid, read_grid
 from scenes.settings import RunSettings
-from scenes.sweep import run_points
+
+if TYPE_CHECKING:
+    from app.sweep.sweep_files import SweepFiles
+    from scenes.grids import Grid
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Sweep:
     """Simulated time of each run [s]."""
     out: Path = Path("sweep")
     """Folder for the table and the maps."""
-    format: Format = "csv"
+    format: Literal["csv", "parquet"] = "csv"
     """Of the table; parquet needs pyarrow."""
     workers: int = 0
     """Processes; 0 takes one a core. The figures do not depend on it."""
@@ -40,11 +42,16 @@ class Sweep:
 
 
 def sweep(command: Sweep) -> int:
-    """Run what is missing, write the table, draw the maps. Returns the exit code.
+    """Run what is missing, write the table, draw the maps; return the exit code.
 
     Raises:
         BadSetting, BadInputFile: before anything runs.
     """
+    with ending_at_once():
+        from app.sweep.heatmaps import draw_maps
+        from app.sweep.sweep_files import SweepFiles
+        from scenes.grids import read_grid
+
     settings: RunSettings = chosen(command.settings, RunSettings())
     if command.workers < 0:
         raise BadSetting(f"workers = {command.workers} cannot be; give a number from 1, or 0 for one a core.")
@@ -66,6 +73,8 @@ def sweep(command: Sweep) -> int:
 
 
 def _complete(grid: Grid, files: SweepFiles, workers: int) -> None:
+    from scenes.sweep import run_points
+
     missing = files.missing()
     kept = grid.size - len(missing)
     if missing:

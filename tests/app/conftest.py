@@ -1,4 +1,4 @@
-"""Houses that are closed at the end, visitors that leave at the end, and a way to ask a session something between two frames."""
+"""Apps and visitors that are closed at the end, and a way to ask a session something between two frames."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def live_sessions(house: App) -> dict[int, Session]:
         return {-1: host.session}
     assert isinstance(host, PrivateHost)
     while True:
-        # The frame thread may let somebody in meanwhile.
+        # The frame thread may add a session meanwhile.
         with suppress(RuntimeError):
             return host.sessions
 

@@ -1,4 +1,4 @@
-"""A background that computes in this very process, when it is told to."""
+"""A job pool that computes in this process, when `work` is called."""
 
 from __future__ import annotations
 

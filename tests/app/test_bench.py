@@ -1,4 +1,4 @@
-"""The benchmark of a house full of visitors: that it measures what it says, and whom time is charged to."""
+"""The benchmark of many visitors: what it measures, and to which part a time is charged."""
 
 from __future__ import annotations
 
@@ -7,40 +7,40 @@ from typing import Any
 
 import pytest
 
-from app.bench import fairness
-from app.bench import visitors as crowd
-from app.bench.fairness import FRAMES, GAP
+from app.bench import fairness, server_times, visitors
+from app.bench.fairness import LEAST_FRAMES, LONGEST_GAP
 from app.bench.measurements import compare, measure_fairness, table_text
-from app.bench.visitors import PARTS, Shares, limit_of, measure_crowd
+from app.bench.server_times import PARTS, ServerTimes, limit_of
+from app.bench.visitors import measure_crowd
 
 
 def test_time_is_charged_to_the_innermost_part(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = itertools.count()
-    monkeypatch.setattr(crowd.time, "thread_time", lambda: float(next(clock)))
-    shares = Shares()
-    step = shares.timed(lambda: None, "step")
+    monkeypatch.setattr(server_times.time, "thread_time", lambda: float(next(clock)))
+    times = ServerTimes()
+    step = times.timed(lambda: None, "step")
 
-    def draw(times: int) -> int:
-        for _ in range(times):
+    def draw(steps: int) -> int:
+        for _ in range(steps):
             step()
-        return times
+        return steps
 
-    frame = shares.timed(draw, "drawing")
+    frame = times.timed(draw, "drawing")
     # Every look at the clock takes a second of it: a step has one, a frame one more than it has steps.
     assert frame(2) == 2
-    assert shares.seconds == {"step": 2.0, "drawing": 3.0, "packing": 0.0, "sending": 0.0}
+    assert times.seconds == {"step": 2.0, "drawing": 3.0, "packing": 0.0, "sending": 0.0}
     assert frame(1) == 1
-    assert shares.seconds["drawing"] == 5.0
+    assert times.seconds["drawing"] == 5.0
 
     def fail() -> None:
         step()
         raise ValueError
 
     with pytest.raises(ValueError):
-        shares.timed(fail, "packing")()
-    assert shares.seconds["packing"] == 2.0
+        times.timed(fail, "packing")()
+    assert times.seconds["packing"] == 2.0
     step()
-    assert shares.seconds["step"] == 5.0
+    assert times.seconds["step"] == 5.0
 
 
 def test_what_limits_is_said_below_the_table() -> None:
@@ -56,7 +56,7 @@ def test_what_limits_is_said_below_the_table() -> None:
 
 
 def test_a_lecture_is_measured_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(crowd, "SETTLING", 0.0)
+    monkeypatch.setattr(visitors, "SETTLING", 0.0)
     figures = measure_crowd(3, 1.0, lecture=True)
     assert 0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] and figures["kB_per_s"] > 0.0
     assert all(figures[f"{part}_percent"] > 0.0 for part in PARTS)
@@ -64,9 +64,9 @@ def test_a_lecture_is_measured_from_outside(monkeypatch: pytest.MonkeyPatch) -> 
     assert parts == pytest.approx(figures["cpu_percent_of_a_core"])
 
 
-def test_a_neighbour_is_watched_while_somebody_else_does_something(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_neighbour_is_measured_during_a_disturbance(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fairness, "SETTLING", 0.0)
     quiet, flooded = (measure_fairness(1.0, [name])["figures"][name] for name in ("nothing", "600/s of a slider"))
     for figures in (quiet, flooded):
         assert figures["frames_per_s"] > 0.0 and figures["longest_gap_ms"] > 0.0 and figures["longest_work_ms"] > 0.0
-        assert figures["fair"] == (figures["frames_per_s"] >= FRAMES and figures["longest_gap_ms"] <= 1000.0 * GAP)
+        assert figures["fair"] == (figures["frames_per_s"] >= LEAST_FRAMES and figures["longest_gap_ms"] <= 1000.0 * LONGEST_GAP)

@@ -1,4 +1,4 @@
-"""A few seconds with a visitor who does anything at all; `python -m tests.monkey --seeds 1 2 3 4 5 --seconds 60` takes its time."""
+"""A few seconds with a visitor who does anything at all; `python -m tests.tools.monkey --seeds 1 2 3 4 5 --seconds 60` takes its time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from playwright.sync_api import Browser
 
 from app.session.session import Session
 from app.settings import Settings
-from tests.monkey.visitor import let_loose
-from tests.monkey.watch import Trouble, assert_sound, watching
+from tests.tools.monkey.visitor import let_loose
+from tests.tools.monkey.watch import Trouble, assert_sound, watching
 
 
 def test_five_seconds_of_anything(browser: Browser) -> None:

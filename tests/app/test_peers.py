@@ -1,4 +1,4 @@
-"""`lwr-duet bench --peers`: that everybody is compared on the very same thing, and that nothing is compared otherwise."""
+"""`lwr-duet bench --peers`: all methods have the same experiment, and engines that disagree are refused."""
 
 from __future__ import annotations
 
@@ -43,6 +43,8 @@ class Wrong:
         last = next(reversed(found))
         if self._spoilt == "distance":
             found[last] += 2e-9
+        if self._spoilt == "nan":
+            found[last] = float("nan")
         if self._spoilt == "pair":
             del found[last]
         return found
@@ -52,25 +54,17 @@ class Wrong:
         return (place + 2e-9 if self._spoilt == "pose" else place), rotation
 
 
-def test_the_gate_lets_equals_through_and_nobody_else() -> None:
+def test_only_engines_that_agree_pass_the_gate() -> None:
     found = gate(baked(), {"itself": Wrong("nothing")})["itself"]
     assert found["distance"] == found["hand_pose"] == 0.0
     for spoilt, named in (
         ("distance", "distance of it"),
+        ("nan", "distance of it"),
         ("pose", "hand pose of it"),
         ("pair", "left hand / right hand is a pair"),
     ):
         with pytest.raises(DuetError, match=named):
             gate(baked(), {"it": Wrong(spoilt)})
-
-
-def test_an_engine_that_fails_is_not_let_through() -> None:
-    class Nan(Wrong):
-        def distances(self, positions: Array) -> dict[tuple[str, str], float]:
-            return dict.fromkeys(super().distances(positions), float("nan"))
-
-    with pytest.raises(DuetError):
-        gate(baked(), {"it": Nan("nothing")})
 
 
 @needs_extra
@@ -164,12 +158,10 @@ def test_measured() -> None:
     figures = result["figures"]
     assert json.loads(json.dumps(result)) == result
     assert list(figures)[:3] == ["ours, single pair (paper)", "ours, soft minimum", "ours, barrier QP, all pairs +w"]
-    assert {"pink, all pairs +w", "pink, 3 closest pairs +w", "mink, all pairs +w", "mink, all pairs, default gain +w"} <= set(
-        figures
-    )
+    assert len(figures) == 7 and sum("pink" in name for name in figures) == sum("mink" in name for name in figures) == 2
     for name, row in figures.items():
         assert all(np.isfinite(value) for value in row.values()) and row["median_us"] > 0.0 and row["unsolved"] == 0.0, name
-        # Everybody has to give way, and does: nobody is deeper than a millimetre, without anybody the arms would touch.
+        # Every method has to give way, by at most a millimetre below d_m; without avoidance the arms would come far closer.
         assert 0.149 < row["d_min"] < 0.25 and row["e2_max"] > 1e-4 and row["ddq_max"] > 0.0, name
     assert run(changed(POSE, "law", "unprotected"), 1200 * POSE.dt).summary.d_min < 0.14
     assert figures["ours, single pair (paper)"]["ratio"] == 1.0

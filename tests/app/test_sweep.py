@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 import tyro
 
-from app.cli import sweep as command
 from app.cli.options import RunOptions
 from app.cli.sweep import INTERRUPTED, Sweep, sweep
 from app.sweep.sweep_files import SweepFiles
 from controllers.errors import BadInputFile, BadSetting
+from scenes import sweep as scene_sweep
 from scenes.grids import Grid, read_grid
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs
@@ -67,7 +67,7 @@ def test_the_same_bytes_whatever_the_number_of_workers(tmp_path: Path) -> None:
 
 def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
     """Let Ctrl+C come after some rows; return the list of points that are run."""
-    real, seen = command.run_points, []
+    real, seen = scene_sweep.run_points, []
 
     def some(grid: Grid, todo: list[int], workers: int):
         # From the end, to see that the table has an order of its own.
@@ -77,7 +77,7 @@ def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
             seen.append(index)
             yield index, figures
 
-    monkeypatch.setattr(command, "run_points", some)
+    monkeypatch.setattr(scene_sweep, "run_points", some)
     return seen
 
 

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.figures import figures
-from app.cli.figures_options import Figures
+from app.cli.figures import Figures, figures
 from app.figures.figure_list import CATALOGUE, FigureEntry
 from controllers.kinematics import Array
 

@@ -7,8 +7,7 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from app.cli.figures import figures
-from app.cli.figures_options import Figures
+from app.cli.figures import Figures, figures
 from app.figures.figure_list import CATALOGUE, chosen
 from controllers.errors import BadSetting
 

@@ -39,8 +39,7 @@ class Desk:
 
     def submit(self, owner: object, kind: str, function: Callable[..., Any], *arguments: Any, wake: Callable[[], None]) -> Job:
         """As `JobPool.submit`."""
-        job = Job(len(self.jobs), owner, kind, function, arguments, False)
-        job.wake = wake
+        job = Job(len(self.jobs), owner, kind, function, arguments, False, wake)
         if self.closed:
             job.state, job.message = "failed", "Closed <now>."
         self.jobs.append(job)

@@ -11,6 +11,7 @@ import pytest
 from app.bench.blocking_client import BlockingClient
 from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons
+from app.lessons.session.lesson_actions import ResetStep
 from app.lessons.session.lesson_session import LessonSession
 from app.runtime.throttled_log import EVER_RARER, ThrottledLog
 from app.session.session import Session
@@ -159,10 +160,10 @@ def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(
     monkeypatch.setattr(run.walk, "watch", fail)
     monkeypatch.setattr(run.walk, "live", fail)
     for _ in range(5):
-        run.frame()
+        run.decide()
         assert run.live() == ()
     assert len(lines(caplog)) == 2
     assert [title for title, _ in run.notes] == ["The lesson stopped here"]
-    run.act("reset")
-    run.frame()
+    run.act(ResetStep())
+    run.decide()
     assert len(run.notes) == 2

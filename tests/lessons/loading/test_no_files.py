@@ -79,7 +79,7 @@ def test_the_other_lessons_still_load(tmp_path: Path) -> None:
 
 MAIN = """
 import sys
-from app.cli.commands import main
+from app.cli.main import main
 for line in sys.argv[1:]:
     print(main(line.split()))
 """

@@ -1,4 +1,4 @@
-"""A visitor who does anything at all, again and again, in a real browser: `python -m tests.monkey --seeds 1 2 3 --seconds 60`.
+"""A visitor who does anything at all, again and again, in a real browser: `python -m tests.tools.monkey --seeds 1 2 3 --seconds 60`.
 
 The same seed does the same things, as far as the page is the same then; a failure prints the seed and all that was done.
 """
@@ -12,8 +12,8 @@ import sys
 from playwright.sync_api import sync_playwright
 
 from tests.browser import launch
-from tests.monkey.visitor import let_loose
-from tests.monkey.watch import Trouble
+from tests.tools.monkey.visitor import let_loose
+from tests.tools.monkey.watch import Trouble
 
 
 def main() -> int:

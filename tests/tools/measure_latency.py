@@ -1,4 +1,4 @@
-"""How long a movement of the mouse takes to become a picture: `python -m tests.measure_latency`.
+"""How long a movement of the mouse takes to become a picture: `python -m tests.tools.measure_latency`.
 
 A figure for a person to read, not a test: it says what this machine does at this moment. In a small window, the hand's handle is
 pulled by single moves of the mouse while everything else stands still; each is timed from the pointer's event to the first drawn

@@ -22,9 +22,9 @@ from app.start import App, start_app
 from scenes.settings import specs
 from tests.app.conftest import ask, live_sessions
 from tests.browser import _HARMLESS, artefacts
-from tests.monkey.hands import Hands
-from tests.monkey.material import LINKS, RUBBISH, TEXTS
-from tests.monkey.watch import Trouble, Watch, assert_sound, watching
+from tests.tools.monkey.hands import Hands
+from tests.tools.monkey.material import LINKS, RUBBISH, TEXTS
+from tests.tools.monkey.watch import Trouble, Watch, assert_sound, watching
 
 PATIENCE: Final = 60.0
 """How long the page or the server may take to answer on a busy machine [s]."""

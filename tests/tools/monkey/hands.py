@@ -7,7 +7,7 @@ from typing import Final
 
 from playwright.sync_api import Page
 
-from tests.monkey.material import KEYS, SIZES, TEXTS
+from tests.tools.monkey.material import KEYS, SIZES, TEXTS
 
 _ELEMENTS: Final = """kind => [...document.querySelectorAll(kind)].filter(n => {
     const box = n.getBoundingClientRect();

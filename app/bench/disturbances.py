@@ -1,0 +1,204 @@
+"""What one visitor can do to disturb the others: floods of messages, heavy messages, a class that arrives at once."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import time
+from collections.abc import Awaitable, Callable
+from typing import Final
+
+import msgspec
+
+from app.bench.headless_client import HeadlessClient
+from app.bench.processes import TIMEOUT
+from app.page.panels.hotkeys import HOTKEYS
+from app.settings import Settings
+from scenes.settings import specs
+
+FLOOD_RATE: Final = 600.0
+"""Messages a second; the server reads no more of one browser."""
+
+REBUILD_RATE: Final = 30.0
+"""Changes a second that rebuild the page."""
+
+HEAVY_BYTES: Final = 15_000_000
+"""Size of a heavy message."""
+
+HEAVY_COUNT: Final = 5
+CLASS_SIZE: Final = 36
+ENTRY_SECONDS: Final = 4.0
+"""Time in which a whole class arrives [s]."""
+
+ROBOTS: Final = ("lwr", "panda", "ur5")
+
+Disturbance = Callable[[HeadlessClient, float], Awaitable[None]]
+"""What a visitor does for a number of seconds."""
+
+
+async def _paced(rate: float, seconds: float, send: Callable[[int], Awaitable[None]]) -> None:
+    begin = time.perf_counter()
+    for number in range(round(rate * seconds)):
+        await send(number)
+        ahead = begin + (number + 1) / rate - time.perf_counter()
+        # A late message is not followed by a pause, so that the mean rate is right.
+        await asyncio.sleep(max(ahead, 0.0))
+
+
+def _values(key: str, *choices: object, rate: float = FLOOD_RATE) -> Disturbance:
+    """Set a control to the values in turn; without choices, to all of its own."""
+    spec = specs(Settings)[key]
+
+    async def do(visitor: HeadlessClient, seconds: float) -> None:
+        given = choices or tuple(choice for choice in spec.choices if choice != "own")
+
+        async def send(number: int) -> None:
+            value = given[number % len(given)]
+            if spec.choices:
+                value = spec.choice_labels[spec.choices.index(str(value))]
+            await visitor.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
+
+        label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
+        uuid = visitor.mirror.labelled(label)["uuid"]
+        await _paced(rate, seconds, send)
+
+    return do
+
+
+async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
+    """Choose the languages in turn; each rebuilds the page, and with it the control."""
+    spec = specs(Settings)["lang"]
+    languages = itertools.cycle(("de", "sl", "en"))
+
+    async def send(number: int) -> None:
+        del number
+        label = spec.choice_labels[spec.choices.index(next(languages))]
+        control = next((e for e in visitor.mirror.gui.values() if label in (e.get("options") or ())), None)
+        if control is not None:
+            await visitor.send({"type": "GuiUpdateMessage", "uuid": control["uuid"], "updates": {"value": label}})
+
+    await _paced(REBUILD_RATE, seconds, send)
+
+
+def _key(shown: str) -> Disturbance:
+    """Press a hotkey."""
+
+    async def do(visitor: HeadlessClient, seconds: float) -> None:
+        title = next(hotkey.title for hotkey in HOTKEYS if hotkey.shown == shown)
+        uuid = next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == title)
+        await _paced(FLOOD_RATE, seconds, lambda _: visitor.send({"type": "CommandTriggerMessage", "uuid": uuid}))
+
+    return do
+
+
+def _button(label: str) -> Disturbance:
+    """Press a button, even after its label has changed."""
+
+    async def do(visitor: HeadlessClient, seconds: float) -> None:
+        uuid = visitor.mirror.labelled(label, "GuiButtonMessage")["uuid"]
+        message = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
+        await _paced(FLOOD_RATE, seconds, lambda _: visitor.send(message))
+
+    return do
+
+
+def _row(option: str) -> Disturbance:
+    """Press all buttons of a row in turn."""
+
+    async def do(visitor: HeadlessClient, seconds: float) -> None:
+        row = next(e for e in visitor.mirror.gui.values() if option in (e.get("options") or ()))
+
+        async def press(number: int) -> None:
+            # The labels change: the chosen one is marked.
+            value = row["options"][number % len(row["options"])]
+            await visitor.send({"type": "GuiUpdateMessage", "uuid": row["uuid"], "updates": {"value": value}})
+
+        await _paced(FLOOD_RATE, seconds, press)
+
+    return do
+
+
+async def _drag(visitor: HeadlessClient, seconds: float) -> None:
+    """Drag the hand to and fro."""
+    name = "/gizmo/hand"
+    x, y, z = visitor.mirror.nodes[name]["position"]
+    await visitor.move_gizmo(name, phase="start")
+    await _paced(FLOOD_RATE, seconds, lambda i: visitor.move_gizmo(name, (x + 0.1 * (i % 2), y, z)))
+    await visitor.move_gizmo(name, phase="end")
+
+
+def _send_heavy(content: bytes) -> Disturbance:
+    """Send a large value to a control, each time over a new connection."""
+
+    async def do(visitor: HeadlessClient, seconds: float) -> None:
+        uuid = visitor.mirror.labelled("robot")["uuid"]
+        head = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": None}})
+        assert head.endswith(b"\xc0")
+        message = head[:-1] + content
+
+        async def send_one(number: int) -> None:
+            del number
+            other = await HeadlessClient(visitor.url, decode=False).connect(TIMEOUT)
+            with contextlib.suppress(Exception):
+                # The server closes the connection in the middle of the message.
+                await other.send_raw(message)
+            others.append(other)
+
+        others: list[HeadlessClient] = []
+        await _paced(HEAVY_COUNT / seconds, seconds, send_one)
+        for other in others:
+            with contextlib.suppress(Exception):
+                await other.close()
+
+    return do
+
+
+def _array(length: int) -> bytes:
+    """Return a list of small numbers, one byte each, in msgpack."""
+    return b"\xdd" + length.to_bytes(4, "big") + bytes(length)
+
+
+def _enter_class(query: str = "") -> Disturbance:
+    """Open the pages of a whole class by one link, evenly within `ENTRY_SECONDS`."""
+
+    async def do(visitor: HeadlessClient, seconds: float) -> None:
+        pages: list[HeadlessClient] = []
+
+        async def open_page(number: int) -> None:
+            # Each is a tab of its own, as it is in a class.
+            tab = f"{query}&resume={number:032x}".lstrip("&")
+            pages.append(await HeadlessClient(visitor.url, query=tab, decode=False).connect(TIMEOUT))
+
+        await _paced(CLASS_SIZE / ENTRY_SECONDS, ENTRY_SECONDS, open_page)
+        await asyncio.sleep(max(seconds - ENTRY_SECONDS, 0.0))
+        for page in pages:
+            await page.close()
+
+    return do
+
+
+DISTURBANCES: Final[dict[str, Disturbance]] = {
+    "nothing": lambda _, seconds: asyncio.sleep(seconds),
+    "600/s of a slider": _values("dm", 100.0, 150.0),
+    "600/s of a box": _values("autopilot", True, False),
+    "600/s of the law": _values("law"),
+    "600/s of the ghost": _values("ghost"),
+    "600/s of the plots": _row("λ(d)"),
+    "600/s of the hand": _drag,
+    "600/s of a single step": _key("."),
+    "600/s of a reset": _key("R"),
+    "600/s of the guided arm": _values("guided"),
+    "600/s of the scenes": _values("scene"),
+    "600/s of the lessons": _button("Lessons"),
+    "30/s of the scenes": _values("scene", rate=REBUILD_RATE),
+    "30/s of the robots": _values("robot", *ROBOTS, rate=REBUILD_RATE),
+    "30/s of the rigs": _values("rig", rate=REBUILD_RATE),
+    "30/s of the languages": _change_language,
+    "five lists of 15 MB": _send_heavy(_array(HEAVY_BYTES)),
+    "five texts of 15 MB": _send_heavy(b"\xdb" + HEAVY_BYTES.to_bytes(4, "big") + b"a" * HEAVY_BYTES),
+    "a class of 36 in 4 s, lecture": _enter_class(),
+    "a class of 36 in 4 s, a lesson each": _enter_class("lesson=1"),
+    "a class of 36 in 4 s, a run each": _enter_class(),
+}
+"""Name → what the other visitor does."""

@@ -1,0 +1,51 @@
+"""`lwr-duet bench`: what a step and a visitor cost."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.runtime.output_file import written
+from app.runtime.terminal import ending_at_once
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Measure the step, and what a visitor costs the server; print a table and save JSON."""
+
+    out: Path | None = None
+    """Save the figures to this JSON file."""
+    compare: Path | None = None
+    """Print ratios to the figures in this JSON file."""
+    seconds: float = 10.0
+    """How long a visitor is watched [s]."""
+    steps: int = 9200
+    """Steps measured of each scene."""
+    peers: bool = False
+    """Instead, the hold experiment beside pink and mink: the same arms, pairs and inputs, interleaved (needs the extra `peers`)."""
+    fair: bool = False
+    """Instead, what a visitor's page has left while another floods the server, sends heavy messages, or comes with a class."""
+
+
+def bench(command: Bench) -> int:
+    """Measure, print and save; return the exit code.
+
+    Raises:
+        BadSetting, BadInputFile: the extra is not installed, or a file cannot be read or written.
+    """
+    with ending_at_once():
+        from app.bench.measurements import compare, measure, measure_fairness, read_figures, table_text
+        from app.bench.peers import measure_peers, peers_table
+
+    before = read_figures(command.compare) if command.compare else None
+    if command.peers:
+        result = measure_peers(command.steps)
+        print(peers_table(result))
+    else:
+        result = measure_fairness(command.seconds) if command.fair else measure(command.steps, command.seconds)
+        print(table_text(result))
+    if before is not None:
+        print(compare(result, before))
+    if command.out is not None:
+        with written(command.out, "out") as new:
+            new.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8", newline="\n")
+    return 0

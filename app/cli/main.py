@@ -1,0 +1,50 @@
+"""The command line: reads the arguments and calls the command that they name; `serve` without one."""
+
+import logging
+import sys
+from collections.abc import Callable
+from typing import Any, Final
+
+import tyro
+
+from app.cli.bench import Bench, bench
+from app.cli.figures import Figures, figures
+from app.cli.laws import LawTest, NewLaw, law_test, new_law
+from app.cli.lessons import Lessons, lessons
+from app.cli.run import RunCommand, run
+from app.cli.serve import Serve, serve
+from app.cli.sweep import Sweep, sweep
+from controllers.errors import DuetError
+
+COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
+    "serve": (Serve, serve),
+    "run": (RunCommand, run),
+    "bench": (Bench, bench),
+    "figures": (Figures, figures),
+    "sweep": (Sweep, sweep),
+    "lessons": (Lessons, lessons),
+    "new-law": (NewLaw, new_law),
+    "law-test": (LawTest, law_test),
+}
+"""Name of a command → its options and its function, which returns the exit code."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit code: 0, or 2 after one line on stderr that says what is wrong."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help")):
+        arguments.insert(0, "serve")
+    command = tyro.extras.subcommand_cli_from_dict(
+        {name: options for name, (options, _) in COMMANDS.items()},
+        prog="lwr-duet",
+        description="Duet: smooth transition between tasks, shown on two KUKA LWR arms (Petrič & Žlajpah, ROBIO 2011). "
+        "Without a command it serves the page.",
+        args=arguments,
+    )
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    _, function = COMMANDS[arguments[0]]
+    try:
+        return function(command)
+    except DuetError as error:
+        print(f"lwr-duet: {error}", file=sys.stderr)
+        return 2

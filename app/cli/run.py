@@ -1,0 +1,111 @@
+"""`lwr-duet run`: a simulation without a page."""
+
+import contextlib
+import json
+import math
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Final
+
+from tqdm import tqdm
+
+from app.cli.options import Flat, RunOptions, chosen
+from app.runtime.output_file import written
+from app.runtime.terminal import ending_at_once
+from controllers.errors import BadInputFile, BadSetting
+from scenes.files import readable
+from scenes.roles import TargetSource
+from scenes.settings import RunSettings, values
+
+MOST_STEPS: Final = 1_000_000
+"""Longest run; every step of it is kept, at 312 bytes each."""
+
+
+@dataclass(frozen=True)
+class RunCommand:
+    """Simulate without a page, as fast as it goes, and print a JSON summary."""
+
+    seconds: float = 46.0
+    """Simulated time [s]."""
+    inputs: Path | None = None
+    """CSV with the header t,x,y,z[,qw,qx,qy,qz]: where the person's hand wants to be; or the recorded inputs of an earlier run. Without
+    it the autopilot moves what can be moved."""
+    bvh: Path | None = None
+    """In `imitation`: a person's recorded motion as BVH, instead of a built-in clip."""
+    video: Path | None = None
+    """In `imitation`: a person in a video file (needs the extra `camera`)."""
+    pose_model: Path | None = None
+    """MediaPipe's model that finds the person in the video."""
+    csv: Path | None = None
+    """Write every step to this CSV file."""
+    law_file: Path | None = None
+    """A law of your own, see `new-law`, instead of one of ours."""
+    settings: Flat[RunOptions] = field(default_factory=RunOptions)  # type: ignore[valid-type]
+    """The experiment."""
+
+
+def run(command: RunCommand) -> int:
+    """Simulate, print the summary and return the exit code.
+
+    Raises:
+        BadSetting, BadInputFile: an option or a file is not possible, or a law file fails in the run.
+    """
+    with ending_at_once():
+        from app.custom_law.custom_law import CustomLaw
+        from scenes.headless import run as simulate
+        from scenes.recording import write_table
+
+    settings: RunSettings = chosen(command.settings, RunSettings())
+    longest = MOST_STEPS * settings.dt
+    if not 0.0 < command.seconds <= longest:
+        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to {longest:g} (or a larger dt).")
+    source = _target_source(command, settings)
+    if command.csv is not None and not command.csv.parent.is_dir():
+        raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.parent}; make it first.")
+    steps = round(command.seconds / settings.dt)
+    with contextlib.ExitStack() as stack:
+        law = None if command.law_file is None else stack.enter_context(CustomLaw(command.law_file, waits=True))
+        bar = stack.enter_context(tqdm(total=steps, unit="step", disable=None, delay=1.0, leave=False))
+        done = simulate(settings, command.seconds, source, on_progress=bar.update, law=law)
+        if law is not None and law.problem is not None:
+            # From there on the arm stood still, so that the rest is no result.
+            raise BadInputFile(law.problem.text)
+    if command.csv is not None:
+        header = {
+            **values(settings),
+            **({"law_file": readable(command.law_file.name)} if command.law_file else {}),
+            "seconds": command.seconds,
+            "inputs": next((readable(path.name) for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
+        }
+        with written(command.csv, "csv") as new, new.open("w", encoding="utf-8", newline="\n") as out:
+            write_table(out, done.simulation, done.table, header)
+    # JSON knows no infinity, which is the distance where nothing can be met.
+    figures = {key: None if value == math.inf else value for key, value in asdict(done.summary).items()}
+    print(json.dumps(figures, indent=2))
+    return 0
+
+
+def _target_source(command: RunCommand, settings: RunSettings) -> TargetSource | None:
+    """Return the source of the targets; None for the experiment's own."""
+    from app.session.input_sources import MODEL_REMEDY, PersonTarget, from_bvh
+    from scenes.inputs_file import read_person
+
+    given = [name for name in ("inputs", "bvh", "video") if getattr(command, name) is not None]
+    if len(given) > 1:
+        raise BadSetting(f"{' and '.join(f'--{name}' for name in given)} are several sources for one person; give one of them.")
+    if given and given[0] != "inputs" and settings.scene != "imitation":
+        raise BadSetting(f"--{given[0]} is a person to imitate; add --scene imitation.")
+    if command.inputs is not None:
+        return read_person(command.inputs, settings)
+    if command.bvh is not None:
+        from scenes.person.bvh import read_bvh
+
+        return from_bvh(read_bvh(command.bvh))
+    if command.video is not None:
+        from scenes.person.camera import read_film
+        from scenes.person.film import open_detector, open_video
+
+        if command.pose_model is None:
+            raise BadSetting(f"A video needs a model that finds the person: {MODEL_REMEDY}.")
+        return PersonTarget(read_film(open_video(command.video), open_detector(command.pose_model)))
+    return None
