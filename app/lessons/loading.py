@@ -6,16 +6,15 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Lesson, LessonBook, LessonProblem, Step
 from app.lessons.markdown import Fault, Sheet, StepPart, read_items, read_sheet
 from app.lessons.steps import check_head, read_lesson, read_step, step_texts
+from app.settings import Language
 from app.text.picture import picture_problems
 from scenes.files import read_file
-
-Language = Literal["en", "de", "sl"]
 
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "de", "sl")
 """English is complete; the others fall back to it."""

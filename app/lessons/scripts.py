@@ -125,12 +125,7 @@ class HandCircle:
     def person(self, simulation: Simulation) -> TargetSource:
         """Return who draws."""
         begin = _hand(simulation)
-
-        def target_at(time: float) -> Target:
-            phase = 2.0 * np.pi * time / max(self.period, 1e-3)
-            return HandTarget(begin + self.radius * np.array([0.0, np.sin(phase), 1.0 - np.cos(phase)]))
-
-        return ScriptedSource(target_at)
+        return ScriptedSource(lambda time: HandTarget(begin + _circle(time, self.radius, self.period, along_y=True)))
 
 
 @dataclass(frozen=True)
@@ -218,12 +213,13 @@ class BallCircle:
     def person(self, simulation: Simulation) -> TargetSource:
         """Return who carries the ball."""
         begin = _ball(simulation)
+        return ScriptedSource(lambda time: BallTarget(begin + _circle(time, self.radius, self.period, along_y=False)))
 
-        def target_at(time: float) -> Target:
-            phase = 2.0 * np.pi * time / max(self.period, 1e-3)
-            return BallTarget(begin + self.radius * np.array([np.sin(phase), 0.0, 1.0 - np.cos(phase)]))
 
-        return ScriptedSource(target_at)
+def _circle(time: float, radius: float, period: float, along_y: bool) -> Array:
+    phase = 2.0 * np.pi * time / max(period, 1e-3)
+    aside = np.sin(phase)
+    return radius * np.array([0.0 if along_y else aside, aside if along_y else 0.0, 1.0 - np.cos(phase)])
 
 
 def _ball(simulation: Simulation) -> Array:

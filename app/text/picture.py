@@ -27,8 +27,8 @@ class NoPicture(Exception):
     """A picture that the page cannot show; the message names the remedy."""
 
 
-class Picture(NamedTuple):
-    """A picture as a page can hold it.
+class EmbeddedPicture(NamedTuple):
+    """A picture as it is embedded in a page.
 
     Attributes:
         svg: an `<svg>` element of shapes and text alone, which takes its colours from the page; "" for any other picture.
@@ -39,7 +39,7 @@ class Picture(NamedTuple):
     address: str
 
 
-def read_picture(folder: Path, name: str) -> Picture:
+def read_picture(folder: Path, name: str) -> EmbeddedPicture:
     """Return a picture that lies in a lesson's folder or below.
 
     Raises:
@@ -57,9 +57,9 @@ def read_picture(folder: Path, name: str) -> Picture:
             raise NoPicture(f"the picture {quoted} is larger than {MOST_BYTES // 1000} kB; make it smaller.") from None
         raise NoPicture(f"the picture {quoted} cannot be read ({error.strerror}).") from None
     if path.suffix == ".png" and not data.startswith(_PNG):
-        raise NoPicture(f"the picture {quoted} is no PNG, whatever it is called; save it as one.")
+        raise NoPicture(f"the picture {quoted} is no PNG; save it as one.")
     svg = _plain(_root(data, quoted)) if path.suffix == ".svg" else ""
-    return Picture(svg, "" if svg else f"data:{_KINDS[path.suffix]};base64,{base64.b64encode(data).decode()}")
+    return EmbeddedPicture(svg, "" if svg else f"data:{_KINDS[path.suffix]};base64,{base64.b64encode(data).decode()}")
 
 
 def _root(data: bytes, quoted: str) -> ET.Element:
