@@ -29,7 +29,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
     """Return the lessons of a folder in their order, and what was wrong with those that could not be read. Never raises.
 
     A lesson is a file `NN-name.md`; `NN-name.de.md` beside it carries its texts in another language, `NN-name.notes.md` what only a
-    teacher reads, see `load_notes`. Files whose name does not begin with a digit are none of ours.
+    teacher reads, see `load_notes`. Files with a name that does not begin with a digit are left alone.
 
     Args:
         folder: where the files are.
@@ -112,7 +112,7 @@ def _text(path: Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        raise Fault(line, "the file is no UTF-8 text; save it as UTF-8.") from None
+        raise Fault(line, "the file is not UTF-8 text; save it as UTF-8.") from None
 
 
 def _read(path: Path, number: int, id: str) -> Lesson:

@@ -43,11 +43,11 @@ def read_picture(folder: Path, name: str) -> EmbeddedPicture:
     """Return a picture that lies in a lesson's folder or below.
 
     Raises:
-        NoPicture: it lies elsewhere, is not there, is too large, or is no picture.
+        NoPicture: it lies elsewhere, is not there, is too large, or is not a picture.
     """
     path, quoted = path_inside(folder, name), repr(name[:60])
     if path is None or path.suffix not in _KINDS:
-        raise NoPicture(f"{quoted} is no picture beside the lesson; it must be an .svg or .png in its folder or one below.")
+        raise NoPicture(f"{quoted} is not a picture beside the lesson; it must be an .svg or .png in its folder or one below.")
     try:
         data = read_file(path, MOST_BYTES)
     except FileNotFoundError:
@@ -57,7 +57,7 @@ def read_picture(folder: Path, name: str) -> EmbeddedPicture:
             raise NoPicture(f"the picture {quoted} is larger than {MOST_BYTES // 1000} kB; make it smaller.") from None
         raise NoPicture(f"the picture {quoted} cannot be read ({error.strerror}).") from None
     if path.suffix == ".png" and not data.startswith(_PNG):
-        raise NoPicture(f"the picture {quoted} is no PNG; save it as one.")
+        raise NoPicture(f"the picture {quoted} is not a PNG; save it as one.")
     svg = _plain(_root(data, quoted)) if path.suffix == ".svg" else ""
     return EmbeddedPicture(svg, "" if svg else f"data:{_KINDS[path.suffix]};base64,{base64.b64encode(data).decode()}")
 
@@ -66,9 +66,9 @@ def _root(data: bytes, quoted: str) -> ET.Element:
     try:
         root = ET.fromstring(data)
     except (ET.ParseError, ValueError) as error:
-        raise NoPicture(f"the picture {quoted} is no SVG: {error}.") from None
+        raise NoPicture(f"the picture {quoted} is not an SVG: {error}.") from None
     if root.tag != f"{_SVG}svg":
-        raise NoPicture(f'the picture {quoted} is no SVG; begin it with <svg xmlns="{_SVG[1:-1]}" viewBox="…">.')
+        raise NoPicture(f'the picture {quoted} is not an SVG; begin it with <svg xmlns="{_SVG[1:-1]}" viewBox="…">.')
     return root
 
 

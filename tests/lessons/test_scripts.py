@@ -102,7 +102,7 @@ def test_to_and_fro_begins_and_ends_at_rest() -> None:
         ("push", {"speed": 0.2, "at": "nose"}, "hold", "choose from hand, wrist, elbow"),
         ("push", {"speed": 0.2}, "ball", "choose from ball_to, ball_push, ball_circle"),
         ("push", {"speed": 0.2}, "imitation", "nothing can be moved there"),
-        ("push", {"speed": 0.2, "to": PLACE}, "hold", "to is no place"),
+        ("push", {"speed": 0.2, "to": PLACE}, "hold", "to is not a place"),
         ("ball_to", {}, "ball", "needs the place"),
         ("ball_to", {"place": 3.0}, "ball", "no parameter 'place'|needs the place"),
     ],
@@ -148,7 +148,7 @@ def test_a_tilt_is_the_angle_to_the_upper_arm() -> None:
 def test_places_that_are_not_possible_are_named() -> None:
     with pytest.raises(BadSetting, match="scene = ball"):
         ball_centre(build_alone(), PLACE)
-    with pytest.raises(BadSetting, match="no direction"):
+    with pytest.raises(BadSetting, match="not a direction"):
         ball_centre(build_ball_room(), RoomPlace("goal", (0.0, 0.0, 0.0), 0.1))
     with pytest.raises(BadSetting, match="out of its room"):
         ball_centre(build_ball_room(), RoomPlace("goal", (1.0, 0.0, 0.0), 2.9))
