@@ -13,6 +13,9 @@ from app.lessons.measures import Value
 from app.lessons.outcomes import StepOutcome, reference
 from app.lessons.reference_runs import measured
 from app.lessons.runs import Setup
+from app.lessons.step_view import fill
+from app.lessons.texts import placeholder_problems
+from app.settings import Language
 from controllers import budget
 from controllers.activation import activation
 from tests.lessons.helpers import our_book
@@ -81,6 +84,18 @@ def test_the_table_and_the_json_say_the_same(tmp_path: Path) -> None:
     json.dumps([vars(walk) for walk in found])
     broken = Walk("x", "y", "attempt", "z", True, False, "why", 0.0)
     assert table_text([broken]).startswith("FAIL x") and "1 not as declared" in table_text([broken])
+
+
+@pytest.mark.parametrize(
+    ("language", "above", "below"), [("en", "above", "below"), ("de", "über", "unter"), ("sl", "nad", "pod")]
+)
+def test_a_difference_is_read_without_its_sign(language: Language, above: str, below: str) -> None:
+    step = step_of("imitation", "both")
+    both, one = (fill(step, f"{{measured:margin{name}:side}}", None, language) for name in ("", ":1"))
+    assert both == f"8.2 mm {above}" and one == f"56.0 mm {below}"
+    assert list(placeholder_problems("{measured:margin:9:side}", step)) and not list(
+        placeholder_problems("{measured:margin:side}", step)
+    )
 
 
 # ---- what the lessons say, once more ------------------------------------------------------------------------------------------
