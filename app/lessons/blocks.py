@@ -61,7 +61,7 @@ class Table:
         """Take a text; without a default it must be there."""
         value = self._take(key, default)
         if not isinstance(value, str):
-            raise self.fault(key, f"{key} = {shown(value)} is no text; write it in quotes.")
+            raise self.fault(key, f"{key} = {shown(value)} is not a text; write it in quotes.")
         if len(value) > most:
             raise self.fault(key, f"{key} is too long; use at most {most} characters.")
         return value
@@ -98,7 +98,7 @@ class Table:
         """Take a list of finite numbers, of a certain length if that is given."""
         value = self._take(key, ())
         if not isinstance(value, (list, tuple)) or not all(is_number(x) and abs(x) <= LARGEST for x in value):
-            raise self.fault(key, f"{key} = {shown(value)} is no list of numbers; write it like [0.0, 1.0, 0.0].")
+            raise self.fault(key, f"{key} = {shown(value)} is not a list of numbers; write it like [0.0, 1.0, 0.0].")
         if count is not None and len(value) != count:
             raise self.fault(key, f"{key} has {len(value)} numbers; give {count}.")
         return tuple(float(x) for x in value)
@@ -109,7 +109,7 @@ class Table:
         if isinstance(value, str):
             value = [value]
         if not isinstance(value, (list, tuple)) or not all(isinstance(x, str) for x in value):
-            raise self.fault(key, f'{key} = {shown(value)} is no list of words; write it like ["a", "b"].')
+            raise self.fault(key, f'{key} = {shown(value)} is not a list of words; write it like ["a", "b"].')
         for word in value:
             if word not in choices:
                 raise self.fault(key, f"{key}: there is no {shown(word)}; choose from {', '.join(choices)}.")
@@ -125,14 +125,16 @@ class Table:
         if value is None:
             return None
         if not isinstance(value, dict):
-            raise self.fault(key, f"{key} = {shown(value)} is no table; write it like {key} = {{ … }} or [{self._child(key)}].")
+            raise self.fault(
+                key, f"{key} = {shown(value)} is not a table; write it like {key} = {{ … }} or [{self._child(key)}]."
+            )
         return self._sub(key, value, 0)
 
     def tables(self, key: str) -> "list[Table]":
         """Take a list of tables, perhaps none."""
         value = self._take(key, ())
         if isinstance(value, dict) or not isinstance(value, (list, tuple)) or not all(isinstance(x, dict) for x in value):
-            raise self.fault(key, f"{key} = {shown(value)} is no list of tables; begin each with [[{self._child(key)}]].")
+            raise self.fault(key, f"{key} = {shown(value)} is not a list of tables; begin each with [[{self._child(key)}]].")
         return [self._sub(key, entry, i) for i, entry in enumerate(value)]
 
     def rest(self) -> dict[str, Any]:
@@ -217,5 +219,5 @@ def read_block(block: DataBlock) -> Table:
         found = _AT.search(str(error))
         line = block.line + (int(found[1]) - 1 if found and found[1] else max(len(block.lines) - 1, 0))
         what = _AT.sub("", str(error)).strip()
-        raise Fault(line, f"the block is no TOML here: {what}.") from None
+        raise Fault(line, f"the block is not TOML here: {what}.") from None
     return Table(data, list(enumerate(block.lines, block.line)), block.line)

@@ -1,6 +1,6 @@
 """What a controller of the student's own is worth in a lesson: the six tests of `app.custom_law.trials` as inequalities of a challenge.
 
-The page makes them on the student's file, in processes of their own; here laws of ours can stand in for it.
+The page makes them on the student's file, in processes of their own; here a built-in law can stand in for it.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ class StandIn:
     wants_task: ClassVar[bool] = True
     problem: LawProblem | None = None
     seconds: float = 0.0
-    """Whatever this machine is like: a law of ours is quick."""
+    """A built-in law is quick on any machine."""
 
     def __init__(self, law: Law | Callable[[Situation], Array]) -> None:
         self._law = law
@@ -65,10 +65,10 @@ def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
 
 
 def examine(law: StandIn, only: Sequence[str] = TESTS) -> Attempt:
-    """Return how a law of ours does. `only`: names of the tests to be made."""
+    """Return the result of a built-in law. `only`: names of the tests to run."""
     return attempt_of(examine_law(law, only=only))
 
 
 def stand_in(name: str) -> StandIn:
-    """Return a law of ours, by name, with d_m and v as the tests ask for."""
+    """Return a built-in law, by name, with d_m and v as the tests ask for."""
     return StandIn(make_law(replace(LawSettings(), law=name)))  # pyright: ignore[reportArgumentType]

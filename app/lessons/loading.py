@@ -6,16 +6,15 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Lesson, LessonBook, LessonProblem, Step
 from app.lessons.markdown import Fault, Sheet, StepPart, read_items, read_sheet
 from app.lessons.steps import check_head, read_lesson, read_step, step_texts
+from app.settings import Language
 from app.text.picture import picture_problems
 from scenes.files import read_file
-
-Language = Literal["en", "de", "sl"]
 
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "de", "sl")
 """English is complete; the others fall back to it."""
@@ -30,7 +29,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
     """Return the lessons of a folder in their order, and what was wrong with those that could not be read. Never raises.
 
     A lesson is a file `NN-name.md`; `NN-name.de.md` beside it carries its texts in another language, `NN-name.notes.md` what only a
-    teacher reads, see `load_notes`. Files whose name does not begin with a digit are none of ours.
+    teacher reads, see `load_notes`. Files with a name that does not begin with a digit are left alone.
 
     Args:
         folder: where the files are.
@@ -113,7 +112,7 @@ def _text(path: Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        raise Fault(line, "the file is no UTF-8 text; save it as UTF-8.") from None
+        raise Fault(line, "the file is not UTF-8 text; save it as UTF-8.") from None
 
 
 def _read(path: Path, number: int, id: str) -> Lesson:

@@ -68,7 +68,7 @@ def ball_centre(room: Room, place: RoomPlace) -> Array:
         toward = np.array(place.toward)
         length = float(np.linalg.norm(toward))
         if length < 1e-9:
-            raise BadSetting("toward = [0, 0, 0] is no direction; give one number that is not 0.")
+            raise BadSetting("toward = [0, 0, 0] is not a direction; give one number that is not 0.")
         toward = toward / length
     centre = origin + toward * (place.gap + BALL_RADIUS + POINT_RADIUS)
     if np.abs(centre).max() > BALL_ROOM:

@@ -125,12 +125,7 @@ class HandCircle:
     def person(self, simulation: Simulation) -> TargetSource:
         """Return who draws."""
         begin = _hand(simulation)
-
-        def target_at(time: float) -> Target:
-            phase = 2.0 * np.pi * time / max(self.period, 1e-3)
-            return HandTarget(begin + self.radius * np.array([0.0, np.sin(phase), 1.0 - np.cos(phase)]))
-
-        return ScriptedSource(target_at)
+        return ScriptedSource(lambda time: HandTarget(begin + _circle(time, self.radius, self.period, along_y=True)))
 
 
 @dataclass(frozen=True)
@@ -218,12 +213,13 @@ class BallCircle:
     def person(self, simulation: Simulation) -> TargetSource:
         """Return who carries the ball."""
         begin = _ball(simulation)
+        return ScriptedSource(lambda time: BallTarget(begin + _circle(time, self.radius, self.period, along_y=False)))
 
-        def target_at(time: float) -> Target:
-            phase = 2.0 * np.pi * time / max(self.period, 1e-3)
-            return BallTarget(begin + self.radius * np.array([np.sin(phase), 0.0, 1.0 - np.cos(phase)]))
 
-        return ScriptedSource(target_at)
+def _circle(time: float, radius: float, period: float, along_y: bool) -> Array:
+    phase = 2.0 * np.pi * time / max(period, 1e-3)
+    aside = np.sin(phase)
+    return radius * np.array([0.0 if along_y else aside, aside if along_y else 0.0, 1.0 - np.cos(phase)])
 
 
 def _ball(simulation: Simulation) -> Array:
@@ -269,7 +265,7 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
     wanted = dict(inspect.signature(known.make).parameters)
     for key in places:
         if key not in wanted or wanted[key].annotation is not RoomPlace:
-            raise BadSetting(f"script {name}: {key} is no place; choose from {', '.join(wanted)}.")
+            raise BadSetting(f"script {name}: {key} is not a place; choose from {', '.join(wanted)}.")
     plain = {key: parameter for key, parameter in wanted.items() if parameter.annotation is not RoomPlace}
     numbers = read_parameters(f"script {name}", known.make, plain, {k: v for k, v in given.items() if k not in places})
     missing = [key for key, parameter in wanted.items() if parameter.annotation is RoomPlace and key not in places]

@@ -43,7 +43,7 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
     found, settings = [], Settings()
     for name, value in given.rest().items():
         if not isinstance(value, (str, bool)) and not is_number(value):
-            raise given.fault(name, f"{name} = {shown(value)} is no value of a setting.")
+            raise given.fault(name, f"{name} = {shown(value)} is not a value of a setting.")
         settings = given.checked(name, partial(changed, settings, name, value))
         found.append((name, value))
     return tuple(found)
@@ -96,7 +96,7 @@ def _place(table: Table) -> RoomPlace:
     elif isinstance(toward, list) and len(toward) == 3 and all(is_number(x) and abs(x) < 1e6 for x in toward):
         direction = (float(toward[0]), float(toward[1]), float(toward[2]))
     else:
-        raise table.fault("toward", f'toward = {shown(toward)} is no direction; write [0.0, 1.0, 0.0], or "upper_arm".')
+        raise table.fault("toward", f'toward = {shown(toward)} is not a direction; write [0.0, 1.0, 0.0], or "upper_arm".')
     table.close()
     return RoomPlace(origin, direction, gap, tilt)
 

@@ -45,7 +45,7 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
     """Return the settings of the block under the title.
 
     Raises:
-        Fault: it is no such block, there are several, or the lesson has no goal.
+        Fault: it is not such a block, there are several, or the lesson has no goal.
     """
     if not sheet.head.text:
         raise Fault(sheet.head.line, "the lesson has no goal; write it under the title.")
@@ -184,7 +184,7 @@ def _expects(table: Table, count: int) -> tuple[Expectation, ...]:
 
 def _range(table: Table, values: list[Any]) -> tuple[float, float]:
     if any(isinstance(x, bool) or not isinstance(x, (int, float)) or x != x for x in values) or not values[0] < values[1]:
-        raise table.fault("expects", f"{shown(values)} is no range; write [low, high] with low < high, inf is possible.")
+        raise table.fault("expects", f"{shown(values)} is not a range; write [low, high] with low < high, inf is possible.")
     return float(values[0]), float(values[1])
 
 

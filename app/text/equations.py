@@ -14,11 +14,11 @@ from scenes.settings import LawName, RunSettings
 
 
 class Equation(NamedTuple):
-    """One law as a person reads it.
+    """The equation of a law.
 
     Attributes:
         lines: of LaTeX; {lam}, {v}, {u} and {dm} become coloured symbols.
-        source: number in the paper, or who.
+        source: number in the paper, or its authors.
     """
 
     lines: tuple[str, ...]
@@ -26,7 +26,7 @@ class Equation(NamedTuple):
 
 
 ALONE: Final = Equation((r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0", r"N = I - J^{{\#}}J"), "(4)–(8)")
-"""Of one arm with nothing near."""
+"""The equation of one arm with nothing near."""
 
 EQUATIONS: Final[dict[LawName, Equation]] = {
     "smooth_priority": Equation(
@@ -77,11 +77,11 @@ def equation_of(run: RunSettings) -> Equation:
 def equation_html(run: RunSettings, theme: Theme) -> str:
     """Return the equation of a run with its source."""
     equation = equation_of(run)
-    drawings = "".join(_svg(_said(line), theme) for line in equation.lines)
+    drawings = "".join(_svg(_translated(line), theme) for line in equation.lines)
     return f'<div class="duet-eq">{drawings}<span class="no">{tr(equation.source)}</span></div>'
 
 
-def _said(line: str) -> str:
+def _translated(line: str) -> str:
     """Return a line of LaTeX with its words in the visitor's language."""
     return _WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line)
 

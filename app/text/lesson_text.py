@@ -1,6 +1,6 @@
 """Markdown as HTML, for lessons, notes and documents: CommonMark with tables, formulas in LaTeX, and pictures on lines of their own.
 
-Raw HTML is escaped, and a link leads to http, https or a document of ours only.
+Raw HTML is escaped, and a link leads to http, https or one of the documents only.
 """
 
 import html

@@ -27,8 +27,8 @@ class NoPicture(Exception):
     """A picture that the page cannot show; the message names the remedy."""
 
 
-class Picture(NamedTuple):
-    """A picture as a page can hold it.
+class EmbeddedPicture(NamedTuple):
+    """A picture as it is embedded in a page.
 
     Attributes:
         svg: an `<svg>` element of shapes and text alone, which takes its colours from the page; "" for any other picture.
@@ -39,15 +39,15 @@ class Picture(NamedTuple):
     address: str
 
 
-def read_picture(folder: Path, name: str) -> Picture:
+def read_picture(folder: Path, name: str) -> EmbeddedPicture:
     """Return a picture that lies in a lesson's folder or below.
 
     Raises:
-        NoPicture: it lies elsewhere, is not there, is too large, or is no picture.
+        NoPicture: it lies elsewhere, is not there, is too large, or is not a picture.
     """
     path, quoted = path_inside(folder, name), repr(name[:60])
     if path is None or path.suffix not in _KINDS:
-        raise NoPicture(f"{quoted} is no picture beside the lesson; it must be an .svg or .png in its folder or one below.")
+        raise NoPicture(f"{quoted} is not a picture beside the lesson; it must be an .svg or .png in its folder or one below.")
     try:
         data = read_file(path, MOST_BYTES)
     except FileNotFoundError:
@@ -57,18 +57,18 @@ def read_picture(folder: Path, name: str) -> Picture:
             raise NoPicture(f"the picture {quoted} is larger than {MOST_BYTES // 1000} kB; make it smaller.") from None
         raise NoPicture(f"the picture {quoted} cannot be read ({error.strerror}).") from None
     if path.suffix == ".png" and not data.startswith(_PNG):
-        raise NoPicture(f"the picture {quoted} is no PNG, whatever it is called; save it as one.")
+        raise NoPicture(f"the picture {quoted} is not a PNG; save it as one.")
     svg = _plain(_root(data, quoted)) if path.suffix == ".svg" else ""
-    return Picture(svg, "" if svg else f"data:{_KINDS[path.suffix]};base64,{base64.b64encode(data).decode()}")
+    return EmbeddedPicture(svg, "" if svg else f"data:{_KINDS[path.suffix]};base64,{base64.b64encode(data).decode()}")
 
 
 def _root(data: bytes, quoted: str) -> ET.Element:
     try:
         root = ET.fromstring(data)
     except (ET.ParseError, ValueError) as error:
-        raise NoPicture(f"the picture {quoted} is no SVG: {error}.") from None
+        raise NoPicture(f"the picture {quoted} is not an SVG: {error}.") from None
     if root.tag != f"{_SVG}svg":
-        raise NoPicture(f'the picture {quoted} is no SVG; begin it with <svg xmlns="{_SVG[1:-1]}" viewBox="…">.')
+        raise NoPicture(f'the picture {quoted} is not an SVG; begin it with <svg xmlns="{_SVG[1:-1]}" viewBox="…">.')
     return root
 
 

@@ -8,7 +8,6 @@ from app.lessons import FOLDER
 
 
 def test_the_engine_knows_no_page() -> None:
-    """Nothing in the package imports what draws, nor the page that will show it."""
     for path in FOLDER.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []

@@ -13,6 +13,9 @@ from app.lessons.measures import Value
 from app.lessons.outcomes import StepOutcome, reference
 from app.lessons.reference_runs import measured
 from app.lessons.runs import Setup
+from app.lessons.step_view import fill
+from app.lessons.texts import placeholder_problems
+from app.settings import Language
 from controllers import budget
 from controllers.activation import activation
 from tests.lessons.helpers import our_book
@@ -51,7 +54,6 @@ def value_with(setup: Setup, name: str, **changes: object) -> Value:
 
 @pytest.mark.parametrize("lesson", LESSONS, ids=lambda lesson: lesson.id)
 def test_the_right_path_passes_and_wrong_ones_fail_for_the_right_reason(lesson: Lesson) -> None:
-    """The reference, every wrong answer with the run that shows why, every declared attempt; three wrong paths at least."""
     found = walks(lesson.id)
     assert [walk for walk in found if not walk.ok] == []
     assert sum(walk.wrong for walk in found) >= 3
@@ -63,7 +65,6 @@ def test_the_right_path_passes_and_wrong_ones_fail_for_the_right_reason(lesson: 
 
 
 def test_every_inequality_of_every_challenge_can_fail() -> None:
-    """A bound that no declared attempt ever misses may be no bound at all; but for those that only shut a loophole."""
     loopholes = {"hold": {"authority", "speed"}, "strict-priority": set()}
     for lesson in LESSONS:
         for step in lesson.steps:
@@ -76,7 +77,6 @@ def test_every_inequality_of_every_challenge_can_fail() -> None:
 
 
 def test_the_table_and_the_json_say_the_same(tmp_path: Path) -> None:
-    """A line a path, and one that sums up."""
     found = list(walks("lambda"))
     lines = table_text(found).splitlines()
     assert len(lines) == len(found) + 1 and all(line.startswith("ok") for line in lines[:-1])
@@ -86,11 +86,22 @@ def test_the_table_and_the_json_say_the_same(tmp_path: Path) -> None:
     assert table_text([broken]).startswith("FAIL x") and "1 not as declared" in table_text([broken])
 
 
+@pytest.mark.parametrize(
+    ("language", "above", "below"), [("en", "above", "below"), ("de", "über", "unter"), ("sl", "nad", "pod")]
+)
+def test_a_difference_is_read_without_its_sign(language: Language, above: str, below: str) -> None:
+    step = step_of("imitation", "both")
+    both, one = (fill(step, f"{{measured:margin{name}:side}}", None, language) for name in ("", ":1"))
+    assert both == f"8.2 mm {above}" and one == f"56.0 mm {below}"
+    assert list(placeholder_problems("{measured:margin:9:side}", step)) and not list(
+        placeholder_problems("{measured:margin:side}", step)
+    )
+
+
 # ---- what the lessons say, once more ------------------------------------------------------------------------------------------
 
 
 def test_lesson_1_counts_four_ways_and_one() -> None:
-    """n − m; the hand hardly moves while the elbow travels by decimetres."""
     assert values("redundancy", "freedom", "freedom")[0] == pytest.approx(7 - 3, abs=1e-9)
     assert values("redundancy", "pose", "freedom") == pytest.approx((7 - 6, 7 - 3), abs=1e-9)
     assert values("redundancy", "freedom", "travel")[0] > 0.2
@@ -194,7 +205,6 @@ def test_lesson_9_independent_tasks_come_back() -> None:
 
 
 def test_lesson_10_what_helps_and_what_does_not() -> None:
-    """Only w fed forward keeps d_m; levers are L sin φ; the jump at a change of pair stays, soft minimum and QP are smooth."""
     fed, plain, fine, steep = values("limits", "fast", "margin")
     assert fed > 0.0 > max(plain, fine, steep) and fine == pytest.approx(plain, abs=1e-3)
     asked = values("limits", "lever", "textbook")

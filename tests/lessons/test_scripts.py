@@ -65,7 +65,6 @@ def test_every_script_is_smooth_enough_the_same_every_time_and_moves_something(n
 
 
 def test_a_push_is_a_straight_line_at_its_speed() -> None:
-    """From the hand towards the other one, after a second, and on past it."""
     simulation = fresh("hold", rig="table")
     start, early, one, two, far = wishes(simulation, "push", [0.0, 0.9, 2.0, 3.0, 6.0], speed=0.2)
     goal = simulation.kinematics.hand_pose(simulation.avoiding).translation
@@ -103,13 +102,12 @@ def test_to_and_fro_begins_and_ends_at_rest() -> None:
         ("push", {"speed": 0.2, "at": "nose"}, "hold", "choose from hand, wrist, elbow"),
         ("push", {"speed": 0.2}, "ball", "choose from ball_to, ball_push, ball_circle"),
         ("push", {"speed": 0.2}, "imitation", "nothing can be moved there"),
-        ("push", {"speed": 0.2, "to": PLACE}, "hold", "to is no place"),
+        ("push", {"speed": 0.2, "to": PLACE}, "hold", "to is not a place"),
         ("ball_to", {}, "ball", "needs the place"),
         ("ball_to", {"place": 3.0}, "ball", "no parameter 'place'|needs the place"),
     ],
 )
 def test_bad_scripts_are_named(name: str, given: dict[str, Any], scene: str, message: str) -> None:
-    """What is wrong, and the choices."""
     with pytest.raises(BadSetting, match=message):
         checked_script(name, given, scene)
 
@@ -120,7 +118,6 @@ def test_bad_scripts_are_named(name: str, given: dict[str, Any], scene: str, mes
 @pytest.mark.parametrize("origin", ["hand", "goal", "middle", "elbow"])
 @pytest.mark.parametrize("gap", [0.0, 0.1, 0.5])
 def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
-    """Measured from where it is told, to the ball's surface and that of the control point."""
     room = build_ball_room("lwr", "elbow" if origin == "elbow" else "hand")
     centre = ball_centre(room, RoomPlace(origin, (1.0, 2.0, -0.5), gap))
     simulation = fresh("ball", point="elbow" if origin == "elbow" else "hand")
@@ -137,7 +134,6 @@ def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
 
 
 def test_a_tilt_is_the_angle_to_the_upper_arm() -> None:
-    """Upwards."""
     room = build_ball_room("lwr", "elbow")
     simulation = fresh("ball", point="elbow")
     simulation.kinematics.update(simulation.positions)
@@ -150,10 +146,9 @@ def test_a_tilt_is_the_angle_to_the_upper_arm() -> None:
 
 
 def test_places_that_are_not_possible_are_named() -> None:
-    """No ball, no direction, out of the room, a posture of another arm, a joint beyond its stop."""
     with pytest.raises(BadSetting, match="scene = ball"):
         ball_centre(build_alone(), PLACE)
-    with pytest.raises(BadSetting, match="no direction"):
+    with pytest.raises(BadSetting, match="not a direction"):
         ball_centre(build_ball_room(), RoomPlace("goal", (0.0, 0.0, 0.0), 0.1))
     with pytest.raises(BadSetting, match="out of its room"):
         ball_centre(build_ball_room(), RoomPlace("goal", (1.0, 0.0, 0.0), 2.9))
@@ -164,7 +159,6 @@ def test_places_that_are_not_possible_are_named() -> None:
 
 
 def test_a_posture_and_a_ball_together() -> None:
-    """Both are as told; without either the room's own start is meant."""
     room = build_ball_room()
     posture = (0.1, 0.4, 0.0, 1.5, 0.0, -1.0, 0.0)
     positions = start_positions(room, Start(PLACE, posture))
@@ -176,7 +170,6 @@ def test_a_posture_and_a_ball_together() -> None:
 
 
 def test_a_mark_of_no_angle_is_where_the_elbow_is() -> None:
-    """And a full turn leads back to it."""
     marks = mark_places(build_alone(), (0.0, 2.0 * np.pi, 1.0))
     assert_allclose(marks[0], marks[1], atol=1e-12)
     assert np.linalg.norm(marks[2] - marks[0]) > 0.1
@@ -186,7 +179,6 @@ def test_a_mark_of_no_angle_is_where_the_elbow_is() -> None:
 
 
 def test_a_run_without_a_page_is_the_run_of_a_page() -> None:
-    """Step by step, with the same settings, start and person: the same bits."""
     changes = (("scene", "ball"), ("pairs", "single"), ("dt", 0.02))
     setup = Setup(changes, Input("script", "ball_push", (("speed", 0.3),)), Start(PLACE), 2.0, FOLDER)
     simulation = Simulation(setup.run)
@@ -200,7 +192,6 @@ def test_a_run_without_a_page_is_the_run_of_a_page() -> None:
 
 
 def test_a_file_moves_the_hand(tmp_path: Any) -> None:
-    """A recording beside the lesson."""
     (tmp_path / "push.csv").write_text("t,x,y,z\n0,0.3,0,1.1\n2,0.0,0,1.1\n", encoding="utf-8")
     setup = Setup((("scene", "hold"), ("rig", "table")), Input("file", "push.csv"), None, 1.0, tmp_path)
     simulation = Simulation(setup.run)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import Any, ClassVar, Protocol
+from collections.abc import Callable
+from typing import Any, ClassVar
 
 from playwright.sync_api import Page
 
@@ -29,28 +30,8 @@ def control_of(key: str, value: Any) -> tuple[str, str, str]:
     return tab, label, f"{value * spec.page_scale:g}"
 
 
-class Hands(Protocol):
-    """What a student does, by mouse or by keyboard."""
-
-    def choose(self, answer: int) -> None:
-        """Give an answer, from 0."""
-        ...
-
-    def do(self, what: str) -> None:
-        """Do one of run, next, back, why, check, hint, reset, again, leave; by keys slower and faster too."""
-        ...
-
-    def say(self, label: str, text: str) -> None:
-        """Type a forecast."""
-        ...
-
-    def set(self, key: str, value: Any) -> None:
-        """Change a setting."""
-        ...
-
-
 class Clicks:
-    """By the mouse alone."""
+    """What a student does by the mouse alone."""
 
     LABELS: ClassVar = {
         "run": r"Run( again)?\s*$",
@@ -93,7 +74,7 @@ class Clicks:
 
 
 class Keys:
-    """By the keyboard alone; nothing is ever pointed at."""
+    """What a student does by the keyboard alone."""
 
     KEYS: ClassVar = {
         "run": "Space",
@@ -164,9 +145,8 @@ class Keys:
                 return
         raise AssertionError(f"“{choice}” is not among the choices")
 
-    def tab_to(self, there: object, what: str) -> None:
+    def tab_to(self, there: Callable[[], bool], what: str) -> None:
         """Press Tab until something has the focus."""
-        assert callable(there)
         for _ in range(120):
             if there():
                 return
@@ -184,3 +164,6 @@ class Keys:
         # Escape leaves a box as a click beside it would; keys are the lesson's again.
         self.page.keyboard.press("Escape")
         self.page.evaluate("document.activeElement?.blur()")
+
+
+Hands = Clicks | Keys

@@ -37,10 +37,10 @@ SETTLING = 4.0
 """Until an arm has given way to a ball that stays where it is [s]."""
 
 FAST = 0.8
-"""Speed limit of somebody who pushes with arrows [m/s]."""
+"""Speed limit for a push by arrows [m/s]."""
 
 AHEAD = 0.25
-"""How far ahead of the hand somebody pulls who pushes straight on [m]."""
+"""How far ahead of the hand the target of a straight push is [m]."""
 
 BURST = 6
 """Presses of keys between two frames, as of a key that is held down."""
@@ -114,7 +114,7 @@ def named(page: Page) -> None:
 
 @contextmanager
 def dragging(session: Session, person: TargetSource) -> Iterator[None]:
-    """Have somebody's wishes posted to a session as a drag posts them, for as long as the block runs."""
+    """Post a source's targets to a session, as a drag does, while the block runs."""
     over = threading.Event()
 
     def drag() -> None:
@@ -133,15 +133,7 @@ def dragging(session: Session, person: TargetSource) -> Iterator[None]:
 
 @dataclass
 class Walked:
-    """What was seen on the way through a step.
-
-    Attributes:
-        lesson, step: names.
-        answers: how many answers got their verdict.
-        whys: how many runs that show why were begun.
-        challenge: "passed", or "" where there is none.
-        seconds: wall time.
-    """
+    """A walked step: answers with a verdict, runs that show why, "passed" for a challenge, wall time, headlines of the verdicts."""
 
     lesson: str
     step: str
@@ -173,18 +165,14 @@ class Walker:
         """Wait until a button with this beginning is on the page: what is asked for can be seen to be possible."""
         self.page.get_by_role("button", name=re.compile(rf"^\s*{label}")).first.wait_for()
 
-    def step(self, whole: bool = True) -> Walked:
-        """Walk the present step from its beginning to its end, and stay there.
-
-        Args:
-            whole: give every answer; otherwise the last wrong one and the right one.
-        """
+    def step(self) -> Walked:
+        """Walk the present step from its beginning to its end, with every answer, and stay there."""
         begin, step = perf_counter(), self.run.walk.step
         walked = Walked(self.run.walk.lesson.id, step.id)
         question = step.question
         if question is not None:
             wrong = [i for i in range(len(question.choices)) if i != question.right]
-            for answer in wrong if whole else wrong[-1:]:
+            for answer in wrong:
                 self._answer(answer, walked, skip=True)
                 self.hands.do("reset")
             self._answer(question.right, walked, skip=False)
@@ -308,7 +296,7 @@ class Walker:
             until(self.page, lambda key=key, value=value: values(session.settings)[key] == value, f"{key} = {value}", 60.0)
 
     def _by_hand(self, step: Step, trial: Trial) -> None:
-        """Do by drags what a trial's person does, in a run begun anew with a trial's settings."""
+        """Do by drags what a trial's person does, in a fresh run with a trial's settings."""
         page, run, session = self.page, self.run, self.session
         self._settings(trial)
         turn = run.walk.run_id
@@ -386,7 +374,7 @@ class Walker:
         # Arrows do not meet the other hand as squarely as a script does; "w_max 0.4 m/s or more" is the hint.
         self.hands.set("wmax", FAST)
         until(page, lambda: values(session.settings)["wmax"] == FAST, "a faster hand", 60.0)
-        # The ways are known now, and nobody has pushed yet.
+        # The ways are known now; the push begins with a fresh run.
         turn = self.run.walk.run_id
         self.hands.do("again")
         until(page, lambda: self.run.walk.run_id != turn and simulation.time < 0.5, "a fresh run", 60.0)
@@ -474,7 +462,7 @@ def _held_at(session: Session) -> Array:
 
 @dataclass(frozen=True)
 class _Still:
-    """Somebody who holds the ball at a place."""
+    """Holds the ball at a place."""
 
     place: Array
 

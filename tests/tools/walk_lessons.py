@@ -1,7 +1,7 @@
 """Walk all lessons in a real browser, by clicks alone and by keys alone, and take pictures of them.
 
 `python -m tests.tools.walk_lessons` walks everything, prints a table, and saves pictures of each lesson's first and last step at three
-sizes to the artefact folder. Exit code 1 if something went otherwise than it should.
+sizes to the artefact folder. Exit code 1 on a failure.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def tab(browser: Browser, width: int, height: int) -> Iterator[Page]:
 
 
 def walk(page: Page, house: App, by: str, numbers: list[int]) -> list[Walked]:
-    """Walk lessons by clicks or by keys; return what was seen. Raises AssertionError where a lesson goes otherwise."""
+    """Walk lessons by clicks or by keys; return what was seen. Raises AssertionError where a lesson fails."""
     session, run = enter(page, house, f"lesson={numbers[0]}")
     walker = Walker(page, session, run, Clicks(page) if by == "clicks" else Keys(page))
     found: list[Walked] = []

@@ -65,7 +65,6 @@ def load_text(folder: Path, text: str) -> tuple[Lesson | None, int]:
 def test_a_broken_file_never_raises_and_is_named_with_a_line_of_its_own(
     tmp_path_factory: pytest.TempPathFactory, text: str
 ) -> None:
-    """Either it still is a lesson, or the problem has a line that the file has."""
     lesson, line = load_text(tmp_path_factory.getbasetemp(), text)
     if lesson is None:
         assert 1 <= line <= max(text.count("\n") + text.count("\r") + 2, 1)
@@ -75,7 +74,6 @@ def test_a_broken_file_never_raises_and_is_named_with_a_line_of_its_own(
 
 @given(text=st.text(max_size=200))
 def test_any_text_at_all_never_raises(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
-    """Not even text that is no Markdown."""
     lesson, line = load_text(tmp_path_factory.getbasetemp(), text)
     assert lesson is None and line >= 1
 
@@ -103,7 +101,6 @@ def toml(value: object) -> str:
 @given(key=st.sampled_from(KEYS), value=JUNK)
 @settings(max_examples=400)
 def test_any_value_for_any_key_is_taken_or_named(tmp_path_factory: pytest.TempPathFactory, key: str, value: object) -> None:
-    """A block with one key of any kind of value; nothing raises, and the line is that of the key or of something that it lacks."""
     text = SMALL[SMALL.index("## Second") :].replace('id = "second"\ninput = "yours"\nseconds = 1.0', f"{key} = {toml(value)}")
     text = text.replace(
         '\n[[measure]]\nname = "smallest_distance"\n', "" if key == "measure" else '\n[[measure]]\nname = "gain_step"\n'

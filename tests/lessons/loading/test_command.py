@@ -21,7 +21,6 @@ README = (FOLDER / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What the document tells a teacher to save is what the check accepts."""
     (example,) = re.findall(r"````markdown\n(.*?)\n````\n", README, flags=re.DOTALL)
     assert "01-nearer.md" in README
     (tmp_path / "01-nearer.md").write_text(example, encoding="utf-8")
@@ -34,7 +33,6 @@ def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(tmp_path: P
 
 
 def test_the_readme_names_everything_there_is() -> None:
-    """Every measurement with its parameters, and every script with its own."""
     for name, quantity in QUANTITIES.items():
         (row,) = [line for line in README.splitlines() if line.startswith(f"| `{name}` |")]
         assert all(parameter in row for parameter in quantity.parameters)
@@ -45,7 +43,6 @@ def test_the_readme_names_everything_there_is() -> None:
 
 
 def test_the_list_names_the_lessons_and_what_was_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Without --check nothing runs."""
     assert lessons(Lessons()) == 0
     printed = capsys.readouterr().out
     assert all(lesson.title in printed for lesson in our_book().lessons)
@@ -56,7 +53,6 @@ def test_the_list_names_the_lessons_and_what_was_left_out(tmp_path: Path, capsys
 
 
 def test_bad_commands_are_named(tmp_path: Path) -> None:
-    """An unknown lesson, and a file that cannot be written."""
     with pytest.raises(BadSetting, match="choose from redundancy"):
         lessons(Lessons(only=("x",)))
     with pytest.raises(BadSetting, match="there is no folder"):
@@ -64,7 +60,6 @@ def test_bad_commands_are_named(tmp_path: Path) -> None:
 
 
 def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) -> None:
-    """A right answer that the run speaks against, an attempt that passes though declared to fail, and too few wrong paths."""
     text = SMALL.replace("right = 2", "right = 1").replace("choice = 1", "choice = 2").replace("at_least = 5.0", "at_least = 1.0")
     book = book_of(tmp_path, text)
     walks = {(walk.kind, walk.name): walk for walk in check_lesson(book, book.lessons[0])}
@@ -77,7 +72,6 @@ def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) 
 
 
 def test_a_challenge_that_a_movement_alone_passes_is_noticed(tmp_path: Path) -> None:
-    """A bound that the step's own settings keep, however the student moves, where the lesson means it to take others."""
     book = our_book()
     lesson = book.lessons[0]
     swing = lesson.steps[2]

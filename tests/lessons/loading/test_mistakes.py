@@ -25,11 +25,11 @@ CASES = [
     ("scene = \"ball\"", "scene = \"balls\"", 'scene = "balls"', "choose from solo, ball"),
     ("n = 2.0 }", "n = 200.0 }", "n = 200.0", "from 1 to 20"),
     ("n = 2.0 }", "m = 2.0 }", "m = 2.0", "no setting 'm'; choose from"),
-    ("equations = \"31\"", "equations = 31", "equations = 31", "is no text"),
+    ("equations = \"31\"", "equations = 31", "equations = 31", "is not a text"),
     ("equations = \"31\"", "equation = \"31\"", 'equation = "31"', "no key 'equation'"),
     ("right = 2", "right = 3", "right = 3", "from 1 to 2"),
     ("right = 2", "", "## First", "right is missing"),
-    ("right = 2", "right = two", "right = two", "no TOML"),
+    ("right = 2", "right = two", "right = two", "not TOML"),
     ("expects = [[0.0, 0.05], [0.05, 9.0]]", "expects = [0.1]", "expects = [0.1]", "has 2 answers"),
     ("expects = [[0.0, 0.05], [0.05, 9.0]]", "expects = [[0.2, 0.1], [0.1, 0.2]]", "expects = [[0.2", "low < high"),
     ("plots = [\"distance\"]", "plots = [\"hand\"]", 'plots = ["hand"]', "no 'hand'; choose from distance"),
@@ -50,7 +50,7 @@ CASES = [
     ("input = \"nobody\"", "input = { script = \"ball_push\", fast = 1 }", 'script = "ball_push"', "no parameter 'fast'"),
     ("input = \"nobody\"", "input = { file = \"../x.csv\" }", "x.csv", "outside the folder"),
     ("input = \"nobody\"", "input = { file = \"x.csv\" }", "x.csv", "cannot be read"),
-    ("input = \"nobody\"", "start = { ball = { from = \"goal\", toward = [0, 0, 0], gap = 0.1 } }", "start = {", "no direction"),
+    ("input = \"nobody\"", "start = { ball = { from = \"goal\", toward = [0, 0, 0], gap = 0.1 } }", "start = {", "not a direction"),
     ("input = \"nobody\"", "start = { posture = [1.0] }", "start = {", "has 1 angles"),
     ("seconds = 2.0\nplots", "seconds = 2000.0\nplots", "seconds = 2000", "from 0.1 to 60"),
     ("### Predict", "### Prediction", "### Prediction", "choose from Goal"),
@@ -72,7 +72,6 @@ CASES = [
 
 @pytest.mark.parametrize(("old", "new", "where", "message"), CASES, ids=[case[1][:30] or case[3] for case in CASES])
 def test_a_mistake_is_named_with_its_line_and_the_remedy(tmp_path: Path, old: str, new: str, where: str, message: str) -> None:
-    """Each mistake alone; a good lesson beside it is not harmed."""
     assert SMALL.count(old) >= 1
     text = SMALL.replace(old, new, 1)
     (tmp_path / "02-good.md").write_text(SMALL, encoding="utf-8")
@@ -102,7 +101,6 @@ def test_a_mistake_is_named_with_its_line_and_the_remedy(tmp_path: Path, old: st
     ],
 )
 def test_files_that_are_no_lessons_at_all(tmp_path: Path, name: str, content: bytes, message: str) -> None:
-    """Wrong names, wrong bytes, nothing in them."""
     (tmp_path / "02-good.md").write_text(SMALL, encoding="utf-8")
     (tmp_path / name).write_bytes(content)
     book = load_lessons(tmp_path)
@@ -111,13 +109,11 @@ def test_files_that_are_no_lessons_at_all(tmp_path: Path, name: str, content: by
 
 
 def test_an_empty_folder_and_none_are_told(tmp_path: Path) -> None:
-    """Nothing to show is a problem with a remedy."""
     assert "README.md" in load_lessons(tmp_path).problems[0].message
     assert "cannot be read" in load_lessons(tmp_path / "none").problems[0].message
 
 
 def test_the_same_number_twice_is_a_problem(tmp_path: Path) -> None:
-    """Two lessons cannot stand at one place."""
     book_of(tmp_path)
     book = book_of(tmp_path, name="01-other.md")
     assert len(book.lessons) == 1 and "same number" in book.problems[0].message
@@ -135,7 +131,6 @@ def test_the_same_number_twice_is_a_problem(tmp_path: Path) -> None:
     ],
 )
 def test_a_translation_that_does_not_fit_is_named_and_english_stays(tmp_path: Path, old: str, new: str, message: str) -> None:
-    """Each misfit alone."""
     book_of(tmp_path)
     bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
     assert old in bare
@@ -146,7 +141,6 @@ def test_a_translation_that_does_not_fit_is_named_and_english_stays(tmp_path: Pa
 
 
 def test_a_translation_carries_every_text(tmp_path: Path) -> None:
-    """Titles, goals, question, answers, replies, hints and challenge; the run stays what it was."""
     book = book_of(tmp_path)
     bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
     words = r"(?<![{:\w#])\b(small|something|First|see|near|Near|Far|No|Yes|Run|Because|Raise|One|Two|Three|Second|Move)\b"
@@ -163,7 +157,6 @@ def test_a_translation_carries_every_text(tmp_path: Path) -> None:
 
 
 def test_notes_without_a_lesson_are_a_problem_and_bad_ones_are_left_out(tmp_path: Path) -> None:
-    """As with a translation."""
     book_of(tmp_path)
     (tmp_path / "01-small.notes.md").write_bytes(b"\xff\xfe")
     (tmp_path / "02-other.notes.md").write_text("x", encoding="utf-8")
@@ -187,15 +180,15 @@ PICTURE = "![x](a.svg)"
         ("> No: {measured:d}.", f"> No.\n   > {PICTURE}", ""),
         (HERE, "![](a.svg)", "says nothing"),
         (HERE, "![x](b.svg)", "there is no picture"),
-        (HERE, "![x](below)", "no picture beside the lesson"),
-        (HERE, "![x](../a.svg)", "no picture beside the lesson"),
-        (HERE, "![x](/etc/passwd.svg)", "no picture beside the lesson"),
-        (HERE, "![x](link.svg)", "no picture beside the lesson"),
+        (HERE, "![x](below)", "not a picture beside the lesson"),
+        (HERE, "![x](../a.svg)", "not a picture beside the lesson"),
+        (HERE, "![x](/etc/passwd.svg)", "not a picture beside the lesson"),
+        (HERE, "![x](link.svg)", "not a picture beside the lesson"),
         (HERE, "![x](https://example.org/a.svg)", "there is no picture"),
         (HERE, "![x](01-small.md)", "must be an .svg or .png"),
         (HERE, "![x](large.svg)", "larger than"),
-        (HERE, "![x](text.svg)", "is no SVG"),
-        (HERE, "![x](text.png)", "is no PNG"),
+        (HERE, "![x](text.svg)", "is not an SVG"),
+        (HERE, "![x](text.png)", "is not a PNG"),
         (HERE, f"Because {PICTURE}.", "a line of its own"),
         (HERE, f"- {PICTURE}", "a line of its own"),
         (HERE, "![x\n](a.svg)", "a line of its own"),
@@ -206,7 +199,6 @@ PICTURE = "![x](a.svg)"
     ],
 )
 def test_pictures_are_beside_the_lesson_and_can_be_shown(tmp_path: Path, instead: str, text: str, message: str) -> None:
-    """What a student's page is asked to show is there, small, can be told to those who do not see it, and is shown by that page."""
     folder = tmp_path / "lessons"
     (folder / "below").mkdir(parents=True)
     for path in (tmp_path / "a.svg", folder / "a.svg"):
@@ -232,7 +224,6 @@ def test_pictures_are_beside_the_lesson_and_can_be_shown(tmp_path: Path, instead
 def test_pictures_of_translations_and_notes_are_checked_too(
     tmp_path: Path, ending: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With their file and line, by the command."""
     book_of(tmp_path)
     bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
     text = bare.replace(HERE, "![x](gone.svg)") if ending == "de" else "# Notes\n\n![x](gone.svg)\n"

@@ -21,7 +21,6 @@ from tests.lessons.helpers import our_book
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_all_ten_lessons_load_in_every_language(language: str) -> None:
-    """Ten lessons, one after the other, without a problem."""
     book = our_book(language)
     assert [str(problem) for problem in book.problems] == []
     assert [lesson.number for lesson in book.lessons] == list(range(1, 11))
@@ -31,7 +30,6 @@ def test_all_ten_lessons_load_in_every_language(language: str) -> None:
 
 
 def test_every_lesson_is_complete() -> None:
-    """A question that is answered by a measurement, a challenge with three hints, and no more in view than can be taken in."""
     for lesson in our_book().lessons:
         assert lesson.goal and lesson.equations and 5 <= lesson.minutes <= 25
         assert any(step.question for step in lesson.steps)
@@ -47,7 +45,6 @@ def test_every_lesson_is_complete() -> None:
 
 
 def test_every_equation_can_be_drawn() -> None:
-    """Whatever stands between dollar signs, in all languages, is understood by what draws equations here."""
     zmath = pytest.importorskip("ziamath").zmath
     found = 0
     for path in sorted(FOLDER.glob("*.md")):
@@ -61,7 +58,6 @@ def test_every_equation_can_be_drawn() -> None:
 
 
 def test_translations_keep_the_numbers_and_the_equations() -> None:
-    """A translation has the same placeholders and the same equations in every step, in whatever order."""
     english = our_book()
     for language in LANGUAGES[1:]:
         translated = [lesson for lesson in our_book(language).lessons if lesson.language == language]
@@ -80,7 +76,6 @@ def words_of(step: object) -> str:
 
 
 def test_every_lesson_has_notes_that_no_lesson_contains() -> None:
-    """Only `load_notes` has them; nothing of them is in what a student's page is made from."""
     notes = load_notes()
     for lesson in our_book().lessons:
         note = notes.pop(lesson.id)
@@ -91,7 +86,6 @@ def test_every_lesson_has_notes_that_no_lesson_contains() -> None:
 
 
 def test_our_pictures_are_svg_with_a_title() -> None:
-    """Each is used, can be read, and says what it is."""
     texts = "".join(path.read_text(encoding="utf-8") for path in FOLDER.glob("*.md"))
     pictures = sorted(FOLDER.glob("pictures/*"))
     assert len(pictures) >= 5
@@ -116,7 +110,6 @@ def test_what_translated_lessons_measure_is_named_in_their_language() -> None:
 
 
 def test_the_documents_for_teachers_name_what_exists() -> None:
-    """Commands and options in the plan are those of the program; the model names the closed forms."""
     plan = (FOLDER / "lecture-plan.md").read_text(encoding="utf-8")
     assert set(re.findall(r"--([a-z][a-z-]+)", plan)) <= {"lecture", "key", "profile", "sessions", "host"}
     minutes = [int(row.split("|")[2]) for row in plan.splitlines() if re.match(r"\| \d:\d\d ", row)]

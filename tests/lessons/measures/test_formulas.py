@@ -64,7 +64,6 @@ def test_the_loss_below_the_threshold_is_the_difference() -> None:
     n=st.floats(1.0, 20.0), v=st.floats(0.01, 1.0), K=st.floats(0.1, 20.0), inside=st.floats(0.0, 0.6), d_m=st.floats(0.03, 0.3)
 )
 def test_balance_balances(n: float, v: float, K: float, inside: float, d_m: float) -> None:
-    """At the distance found the two speeds are equal, and it is where the law can rest: not below d_m, not inside the goal."""
     d = balance(LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), K, inside)
     lam = (d_m / d) ** n
     assert lam * v == pytest.approx((1.0 - lam) * K * (d - inside), abs=1e-6)
@@ -80,12 +79,10 @@ def test_balance_where_nothing_pulls_or_nothing_pushes() -> None:
 
 @given(values=st.lists(st.floats(-1.0, 1.0), max_size=40))
 def test_zigzag_is_the_smallest_of_four_swings(values: list[float]) -> None:
-    """As a loop finds it."""
     assert largest_zigzag(np.array(values)) == pytest.approx(looped_zigzag(np.array(values)), abs=1e-15)
 
 
 def test_a_quiet_fall_is_no_zigzag() -> None:
-    """A parabola is not; one that is shaken is."""
     t = np.linspace(-1.0, 1.0, 200)
     assert largest_zigzag(t * t) == 0.0
     assert largest_zigzag(t * t + 0.01 * (-1.0) ** np.arange(200)) == pytest.approx(0.02, rel=0.5)

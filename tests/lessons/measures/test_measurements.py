@@ -157,13 +157,11 @@ def by_bisection(n: float, v: float, K: float, inside: float) -> float:
 
 
 def test_every_measurement_is_tested() -> None:
-    """A new one has to come with what it is compared with."""
     assert set(EXPECTED) == set(QUANTITIES)
 
 
 @pytest.mark.parametrize("name", EXPECTED)
 def test_measurement(name: str) -> None:
-    """As expected, not zero by chance, and read with its unit."""
     run, parameters, expected, tolerance = EXPECTED[name]
     value = measure(Evidence(seen(run).simulation), name, checked_parameters(name, parameters))
     assert value is not None
@@ -175,7 +173,6 @@ def test_measurement(name: str) -> None:
 
 @pytest.mark.parametrize("name", EXPECTED)
 def test_nothing_is_measured_of_a_run_that_has_not_begun(name: str) -> None:
-    """None or a number that the settings give, in every scene; nothing raises."""
     parameters = checked_parameters(name, EXPECTED[name][1])
     for scene in ("solo", "ball", "hold", "master_slave", "imitation"):
         simulation = Simulation(setup(scene=scene).run, 10)
@@ -189,7 +186,6 @@ def test_nothing_is_measured_of_a_run_that_has_not_begun(name: str) -> None:
 
 
 def test_the_time_without_authority_is_not_always_zero() -> None:
-    """Where the elbow is pushed along the upper arm, joints run into their speed limits."""
     assert measure(Evidence(seen("short").simulation), "time_without_authority") == pytest.approx(
         0.01 * float(np.count_nonzero(seen("short").col("authority")))
     )
@@ -222,7 +218,6 @@ def test_marks_are_missed_by_the_chord() -> None:
 
 
 def test_measuring_leaves_the_simulation_alone() -> None:
-    """The next step is the same to the last bit, whatever was measured before it."""
     simulations = [Simulation(RUNS["ball"].run, 100) for _ in range(2)]
     for i in range(50):
         for simulation in simulations:

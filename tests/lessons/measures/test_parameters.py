@@ -29,13 +29,11 @@ from tests.lessons.measures.runs import setup
     ],
 )
 def test_bad_parameters_are_named(name: str, given: dict[str, Any], message: str) -> None:
-    """What is wrong, and the choices."""
     with pytest.raises(BadSetting, match=message):
         checked_parameters(name, given)
 
 
 def test_values_are_read_with_unit_and_true_signs() -> None:
-    """Minus, infinity, nothing, and no minus before zero."""
     assert shown_value(-0.0123, "distance_margin", "mm", 1) == "−12.3 mm"
     assert shown_value(-0.00001, "distance_margin", "mm", 1) == "0.0 mm"
     assert shown_value(np.inf, "rest_now", "mm", 0) == "∞ mm"

@@ -88,7 +88,6 @@ class Student:
 @given(actions=ACTIONS)
 @settings(max_examples=120)
 def test_nothing_a_student_does_raises_or_gets_stuck(tmp_path_factory: pytest.TempPathFactory, actions: list[str]) -> None:
-    """After any row of actions there is a way on to the end, a way back to the beginning, and reset is a fresh start."""
     book = two_lessons(tmp_path_factory.getbasetemp())
     student = Student(book)
     for action in actions:

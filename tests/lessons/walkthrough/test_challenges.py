@@ -18,7 +18,6 @@ from tests.lessons.helpers import our_book, to_challenge
 
 
 def test_a_failed_challenge_says_which_inequality_and_by_how_much(walk: Walkthrough) -> None:
-    """And a passed one is remembered, whatever comes after."""
     assert walk.attempt(simulated(walk.setup)) is None
     to_challenge(walk)
     simulation = simulated(walk.setup)
@@ -33,7 +32,6 @@ def test_a_failed_challenge_says_which_inequality_and_by_how_much(walk: Walkthro
 
 
 def test_settings_that_change_in_the_middle_of_a_run_do_not_count(walk: Walkthrough) -> None:
-    """Changed before the first step they do."""
     to_challenge(walk)
     for when, counts in ((0, True), (10, False)):
         simulation = Simulation(walk.settings().run)
@@ -55,7 +53,6 @@ def test_settings_that_change_in_the_middle_of_a_run_do_not_count(walk: Walkthro
 
 
 def test_a_run_that_is_not_over_does_not_count(walk: Walkthrough) -> None:
-    """Whatever its inequalities say so far; and what happens after its end does not count either."""
     to_challenge(walk)
     simulation = Simulation(changed(walk.settings().run, "n", 7.0))
     for _ in range(99):
@@ -123,7 +120,6 @@ def textbook(s: Situation) -> np.ndarray:
 
 
 def test_the_textbooks_law_fails_where_there_is_no_lever() -> None:
-    """The reason says how fast it wanted to be, and why that is asked."""
     attempt = examine(StandIn(textbook), ("gets out", "bounded where J_d is singular"))
     assert attempt.failed == ("bounded where J_d is singular",)
     (judgement,) = [j for j in attempt.judgements if not j.passed]
@@ -132,7 +128,6 @@ def test_the_textbooks_law_fails_where_there_is_no_lever() -> None:
 
 
 def test_custom_law_attempts_are_noted() -> None:
-    """By the judgements that a loader brings; there is nothing else to attempt in that step."""
     walk = Walkthrough(our_book())
     walk.go("limits", 3)
     assert walk.attempt_custom_law(()) is None

@@ -16,7 +16,6 @@ from tests.lessons.helpers import run_out, to_challenge
 
 
 def test_nothing_runs_before_an_answer_is_chosen(walk: Walkthrough) -> None:
-    """Locked, and `next` does not help; a choice that is none does not either."""
     assert walk.locked and walk.phase is Phase.PREDICT and not walk.view().can_next
     assert not walk.next() and not walk.choose(2) and not walk.choose(-1)
     assert walk.locked
@@ -25,7 +24,6 @@ def test_nothing_runs_before_an_answer_is_chosen(walk: Walkthrough) -> None:
 
 
 def test_goal_predict_do_observe_explain_challenge(walk: Walkthrough) -> None:
-    """Each phase adds its text, the equation after the experience; then the next step."""
     seen: list[tuple[str, ...]] = [tuple(name for name, _ in walk.view().texts)]
     walk.choose(1)
     run_out(walk)
@@ -40,7 +38,6 @@ def test_goal_predict_do_observe_explain_challenge(walk: Walkthrough) -> None:
 
 
 def test_the_verdict_has_the_choice_the_outcome_and_the_reason(walk: Walkthrough) -> None:
-    """Right and wrong; the numbers of this run are in the reply."""
     for answer, right in ((1, True), (0, False)):
         walk.reset()
         walk.choose(answer)
@@ -53,7 +50,6 @@ def test_the_verdict_has_the_choice_the_outcome_and_the_reason(walk: Walkthrough
 
 
 def test_the_outcome_is_that_of_this_run(walk: Walkthrough) -> None:
-    """Another run, another number; the numbers before the run are those of the comparison."""
     assert "mm" in dict(walk.view().texts)["predict"]
     walk.choose(0)
     settings = walk.settings().run
@@ -68,7 +64,6 @@ def test_the_outcome_is_that_of_this_run(walk: Walkthrough) -> None:
 
 
 def test_an_unfinished_run_decides_nothing(walk: Walkthrough) -> None:
-    """Half a run is measured, but not kept; whoever goes on gets the reference run, and is told so."""
     walk.choose(0)
     simulation = Simulation(walk.settings().run)
     for _ in range(50):
@@ -83,7 +78,6 @@ def test_an_unfinished_run_decides_nothing(walk: Walkthrough) -> None:
 
 
 def test_a_prediction_can_be_changed_until_the_outcome_is_known(walk: Walkthrough) -> None:
-    """Not afterwards."""
     walk.choose(0)
     assert walk.choose(1) and walk.done.choice == 1
     run_out(walk)
@@ -94,7 +88,6 @@ def test_a_prediction_can_be_changed_until_the_outcome_is_known(walk: Walkthroug
 
 
 def test_looking_back_at_the_question_keeps_the_answer(walk: Walkthrough) -> None:
-    """Nothing runs while the question is read again; the answer is still there, and `next` leads on with it."""
     walk.choose(0)
     assert walk.back() and walk.locked and walk.done.choice == 0 and walk.view().can_next
     assert walk.next() and walk.phase is Phase.DO and walk.done.choice == 0
@@ -103,7 +96,6 @@ def test_looking_back_at_the_question_keeps_the_answer(walk: Walkthrough) -> Non
 
 
 def test_the_run_that_shows_why(walk: Walkthrough) -> None:
-    """Only for the wrong answer; with its own settings and outcome, and a way back."""
     walk.choose(1)
     run_out(walk)
     assert not walk.view().why and not walk.show_why()
@@ -121,7 +113,6 @@ def test_the_run_that_shows_why(walk: Walkthrough) -> None:
 
 
 def test_back_and_forward_keep_what_was_done(walk: Walkthrough) -> None:
-    """Walk to the end and back to the beginning: the answer, the outcome and the attempt are still there."""
     walk.choose(0)
     run_out(walk)
     to_challenge(walk)
@@ -136,14 +127,12 @@ def test_back_and_forward_keep_what_was_done(walk: Walkthrough) -> None:
 
 
 def test_hints_open_one_after_another(walk: Walkthrough) -> None:
-    """Three, then no more."""
     assert walk.view().hints == () and walk.view().more_hints
     assert [walk.hint() for _ in range(4)] == ["One.", "Two.", "Three.", None]
     assert walk.view().hints == ("One.", "Two.", "Three.") and not walk.view().more_hints
 
 
 def test_reset_equals_a_fresh_start(walk: Walkthrough, tmp_path: Path) -> None:
-    """Whatever was done in the step."""
     fresh = Walkthrough(walk.book).view()
     walk.choose(0)
     run_out(walk)

@@ -19,7 +19,6 @@ from tests.lessons.walkthrough.conftest import two_lessons
 
 
 def test_everything_survives_a_reload(walk: Walkthrough) -> None:
-    """Answer, outcome, attempts, hints, words and place."""
     walk.choose(0)
     run_out(walk)
     walk.show_why()
@@ -37,7 +36,6 @@ def test_everything_survives_a_reload(walk: Walkthrough) -> None:
 
 
 def test_an_infinite_distance_survives(walk: Walkthrough) -> None:
-    """JSON has no infinity; the lessons have."""
     walk.choose(0)
     run_out(walk)
     outcome = walk.done.outcome
@@ -48,7 +46,6 @@ def test_an_infinite_distance_survives(walk: Walkthrough) -> None:
 
 
 def test_a_lesson_that_has_changed_meanwhile_keeps_what_still_fits(tmp_path: Path) -> None:
-    """One answer and one comparison fewer: the answer that is gone is forgotten, the rest is not."""
     walk = small_walk(tmp_path)
     walk.choose(1)
     run_out(walk)
@@ -71,7 +68,6 @@ def test_a_lesson_that_has_changed_meanwhile_keeps_what_still_fits(tmp_path: Pat
 ))  # fmt: skip
 @settings(max_examples=300)
 def test_nonsense_is_a_fresh_start_or_what_can_be_read_of_it(tmp_path_factory: pytest.TempPathFactory, data: object) -> None:
-    """Whatever a browser has kept: nothing raises, and what comes out can be shown and kept again."""
     book = two_lessons(tmp_path_factory.getbasetemp())
     if isinstance(data, dict):
         data = {"version": 1, "steps": [{"lesson": "small", "step": "first", **data}], "lesson": "small", "step": "first"} | data
@@ -83,6 +79,5 @@ def test_nonsense_is_a_fresh_start_or_what_can_be_read_of_it(tmp_path_factory: p
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"version": 2}', "[" * 100_000, '{"version": 1, "steps": 7}'])
 def test_what_is_no_progress_at_all(walk: Walkthrough, text: str) -> None:
-    """A fresh start."""
     assert Walkthrough.from_json(walk.book, text).view() == walk.view()
     assert to_json(Progress()) == to_json(from_json(text))

@@ -16,7 +16,6 @@ from tests.lessons.helpers import our_book, run_out
 
 
 def test_the_run_has_the_lessons_settings_and_the_pages_own_look(walk: Walkthrough) -> None:
-    """A dark theme stays dark; a setting of the run that the visitor had does not stay."""
     before = Settings(RunSettings(scene="hold", gain=7.0), PageSettings(theme="dark"))
     after = walk.settings(before)
     assert after.page.theme == "dark"
@@ -24,7 +23,6 @@ def test_the_run_has_the_lessons_settings_and_the_pages_own_look(walk: Walkthrou
 
 
 def test_every_run_of_every_lesson_can_be_begun_as_a_page_does_it() -> None:
-    """`settings`, `start` and `target_source` for every step and challenge, and the live numbers before and after a step."""
     walk = Walkthrough(our_book())
     for i, lesson in enumerate(walk.book.lessons):
         for j, step in enumerate(lesson.steps):
@@ -43,7 +41,6 @@ def test_every_run_of_every_lesson_can_be_begun_as_a_page_does_it() -> None:
 
 
 def test_a_fresh_run_is_asked_for_when_one_has_to_begin(walk: Walkthrough) -> None:
-    """`turn` goes up with every answer, challenge, reset and step, and not by looking on from OBSERVE to EXPLAIN."""
     turn = walk.run_id
     walk.choose(0)
     assert walk.run_id == turn + 1
@@ -59,7 +56,6 @@ def test_a_fresh_run_is_asked_for_when_one_has_to_begin(walk: Walkthrough) -> No
 
 
 def test_going_to_a_step_that_is_not_there_is_refused(walk: Walkthrough) -> None:
-    """And nothing has moved."""
     before = walk.view()
     for lesson, step in (("none", 0), (7, 0), (-1, 0), ("small", 2), ("small", -1)):
         with pytest.raises(BadSetting):
