@@ -118,28 +118,28 @@ def _figure(
     charts = [name for name in NOT_OVER_TIME if name in only]
     if charts and details == "none":
         details = cast(Details, charts[0])
-    courses_only = tuple(name for name in only if name not in (*NOT_OVER_TIME, *OF_OTHER_RUNS))
+    time_plots_only = tuple(name for name in only if name not in (*NOT_OVER_TIME, *OF_OTHER_RUNS))
     if table is not None and (details in NOT_OVER_TIME or details == "stability"):
         # They ask the laws of the settings.
         details = "none"
     whole = rerun(recorded, stopped=stopped).table if table is None else table
     curves = Curves(recorded, newest(recorded, whole, seconds), stopped=stopped)
     other = details if details in NOT_OVER_TIME else ""
-    panels = curves.panels("none" if other else details, courses_only)
+    panels = curves.panels("none" if other else details, time_plots_only)
     rows = len(panels) + bool(other)
     figure = sheet(HEIGHT * rows + 0.55, WIDTH)
     ratios = [1.0] * len(panels) + [1.5] * bool(other)
     grid = figure.subplots(rows, 1, squeeze=False, height_ratios=ratios)[:, 0]
-    courses = grid[: len(panels)]
+    time_axes = grid[: len(panels)]
     marks = [time for time in sorted({time for time, _, _ in changes(recorded)}) if time > curves.times[0]]
-    for axes, panel in zip(courses, panels, strict=True):
+    for axes, panel in zip(time_axes, panels, strict=True):
         if stopped():
             raise Stopped
-        axes.sharex(courses[0])
-        _course(axes, panel, marks if len(marks) <= MOST_MARKS else [])
+        axes.sharex(time_axes[0])
+        _draw_panel(axes, panel, marks if len(marks) <= MOST_MARKS else [])
         axes.label_outer()
-    courses[-1].tick_params(labelbottom=True)
-    courses[-1].set(xlabel=tr("time [s]"), xlim=(float(curves.times[0]), float(curves.times[-1]) + 1e-6))
+    time_axes[-1].tick_params(labelbottom=True)
+    time_axes[-1].set(xlabel=tr("time [s]"), xlim=(float(curves.times[0]), float(curves.times[-1]) + 1e-6))
     if other:
         replay = Replay(recorded)
         replay.seek(replay.end)
@@ -150,7 +150,7 @@ def _figure(
     return figure
 
 
-def _course(axes: Axes, panel: Panel, marks: list[float]) -> None:
+def _draw_panel(axes: Axes, panel: Panel, marks: list[float]) -> None:
     axes.set_title(f"{panel.title} [{panel.unit}]" if panel.unit else panel.title, pad=5.0)
     for time in marks:
         axes.axvline(time, color=FAINT, linewidth=1.0, zorder=0.5)

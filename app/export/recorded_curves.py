@@ -34,7 +34,7 @@ MOMENTS: Final = 240
 """At which section III is looked at."""
 
 NOT_OVER_TIME: Final = ("curve", "laws")
-"""What can be chosen beside the first two plots and is no course over time."""
+"""What can be chosen beside the first two plots and is not over time."""
 
 OF_OTHER_RUNS: Final = ("map",)
 """What can be chosen there and does not show this run: left out."""

@@ -70,8 +70,8 @@ class Plots:
     def dress(self, page: PageSettings) -> None:
         """Apply another theme or profile."""
         self._page, self._dressed = page, True
-        for course, plot in self._time_plots.values():
-            plot.series = self._series(course)
+        for time_plot, plot in self._time_plots.values():
+            plot.series = self._series(time_plot)
             plot.axes = self._axes()
 
     def only(self, names: tuple[str, ...]) -> None:
@@ -108,9 +108,9 @@ class Plots:
                 self._next[name] = now + SLOW_PERIOD
                 self._charts[name].content = self._chart_html(name, frame)
             else:
-                course, plot = self._time_plots[name]
-                self._next[name] = now + (PERIOD if len(course.columns("own")) < MANY_LINES else SLOW_PERIOD)
-                plot.data = self._data(course, ghost is not None)
+                time_plot, plot = self._time_plots[name]
+                self._next[name] = now + (PERIOD if len(time_plot.columns("own")) < MANY_LINES else SLOW_PERIOD)
+                plot.data = self._data(time_plot, ghost is not None)
 
     def _uncover(self, visible: bool) -> None:
         for name in self._away:
@@ -151,31 +151,31 @@ class Plots:
             if name in CHARTS:
                 self._charts[name] = self._gui.add_html("", order=order + 0.5)
                 return
-            course = time_plot_of(name, simulation)
+            time_plot = time_plot_of(name, simulation)
             # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is no hill.
             soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
-            if course.positive:
+            if time_plot.positive:
                 soft["min"] = {"soft": 0.0, "mode": 1, "pad": 0.05}
             nothing = np.full(2, np.nan)
             handle = self._gui.add_uplot(
-                data=(np.array([0.0, 1.0]), *(nothing for _ in course.lines)),
-                series=self._series(course),
+                data=(np.array([0.0, 1.0]), *(nothing for _ in time_plot.lines)),
+                series=self._series(time_plot),
                 height=self._height,
-                scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(range=course.span or soft)},
+                scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(range=time_plot.span or soft)},
                 axes=self._axes(),
                 legend=uplot.Legend(show=False),
                 cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
                 padding=(6, 12, 0, 0),
                 order=order + 0.5,
             )
-            self._time_plots[name] = course, handle
+            self._time_plots[name] = time_plot, handle
 
     def _redefine(self, name: str, simulation: Simulation) -> None:
         """Give a plot other names if the experiment asks for them."""
         old, plot = self._time_plots[name]
-        course = time_plot_of(name, simulation)
-        if course != old:
-            self._time_plots[name] = course, plot
+        time_plot = time_plot_of(name, simulation)
+        if time_plot != old:
+            self._time_plots[name] = time_plot, plot
             self._drawn.pop(name, None)
 
     def _take(self, what_if: WhatIf | None) -> None:
@@ -187,10 +187,10 @@ class Plots:
                 self._curves["d"] = Curve(what_if.times, what_if.distance, smallest=True)
                 self._curves["e2"] = Curve(what_if.times, what_if.squared_error, smallest=False)
 
-    def _data(self, course: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
+    def _data(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
         """Return time and all lines; a line that has nothing to show is an empty array, which costs no bytes."""
-        times, *lines = self._lines(course, with_ghost)
-        follows = course.span is None
+        times, *lines = self._lines(time_plot, with_ghost)
+        follows = time_plot.span is None
         lines = [drawable(line, follows) for line in lines]
         if follows and not any(len(line) for line in lines):
             # A single point is not drawn, but it holds the axis.
@@ -198,14 +198,14 @@ class Plots:
             lines[0][0] = 0.0
         return times, *lines
 
-    def _lines(self, course: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
-        k, nothing = course.scale, np.empty(0)
-        times, *own = self.buffer.series(course.columns("own"), k)
-        columns = course.columns("ghost")
+    def _lines(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
+        k, nothing = time_plot.scale, np.empty(0)
+        times, *own = self.buffer.series(time_plot.columns("own"), k)
+        columns = time_plot.columns("ghost")
         ghosts = self._ghost_buffer.beside(self.buffer, columns, k) if with_ghost else (nothing,) * len(columns)
         found = {"own": iter(own), "ghost": iter(ghosts)}
         data = [times]
-        for line in course.lines:
+        for line in time_plot.lines:
             if line.run == "what_if":
                 curve = self._curves.get(line.column)
                 data.append(nothing if curve is None else self.buffer.along(curve, COLUMNS[line.column]))
@@ -231,8 +231,8 @@ class Plots:
             case _:
                 return section_html(simulation, sample, frame.contact)
 
-    def _series(self, course: TimePlot) -> tuple[uplot.Series, ...]:
-        return (uplot.Series(), *(self._line(line) for line in course.lines))
+    def _series(self, time_plot: TimePlot) -> tuple[uplot.Series, ...]:
+        return (uplot.Series(), *(self._line(line) for line in time_plot.lines))
 
     def _line(self, line: PlotLine) -> uplot.Series:
         width = line.width * scale(self._page.profile)

@@ -1,4 +1,4 @@
-"""The charts beside the courses: lines, the curve of Fig. 2, all laws, and the closest pairs."""
+"""The charts beside the time plots: lines, the curve of Fig. 2, all laws, and the closest pairs."""
 
 from __future__ import annotations
 

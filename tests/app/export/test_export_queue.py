@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.export import export_queue as shelf_module
+from app.export import export_queue as queue_module
 from app.export.export_queue import DRAFT, KINDS, ExportQueue, Kind
 from app.export.jobs import file_name
 from app.recording.run_file import saved_bytes, saved_from
@@ -231,7 +231,7 @@ def test_colours_may_be_changed_while_looking_back(desk: Desk) -> None:
 
 
 def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shelf_module, "DRAFT", 0.5)
+    monkeypatch.setattr(queue_module, "DRAFT", 0.5)
     desk.shelf.watch(KEEP)
     (job,) = desk.background.waiting()
     assert job.urgent and job.arguments[0].steps < 400

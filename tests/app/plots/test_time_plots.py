@@ -1,4 +1,4 @@
-"""The courses over time: every plot of every experiment has its columns and its colours."""
+"""The time plots: every plot of every experiment has its columns and its colours."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: SceneName
         for name in shown:
             if name in CHARTS:
                 continue
-            course = time_plot_of(name, simulation)
-            assert {line.run for line in course.lines} <= {"own", "ghost", "what_if"}
-            for line in course.lines:
+            plot = time_plot_of(name, simulation)
+            assert {line.run for line in plot.lines} <= {"own", "ghost", "what_if"}
+            for line in plot.lines:
                 assert line.column in COLUMNS
                 for palette in PALETTES.values():
                     assert re.fullmatch(r"#[0-9a-f]{6}", colour_of(line, palette))
             # Not two lines of one colour without another cue.
-            own = [(line.colour, line.dash) for line in course.lines if line.run == "own"]
+            own = [(line.colour, line.dash) for line in plot.lines if line.run == "own"]
             assert len(set(own)) == len(own)
     unit = time_plot_of("error", simulation).unit
     assert unit == ("rad²" if scene in ("master_slave", "imitation") else "m²")
