@@ -15,7 +15,7 @@ NO_TEXT = re.compile(
     re.DOTALL,
 )
 NAMED = re.compile(r"""\b(?:aria-label|title|alt|placeholder)=(?:"([^"]*)")""")
-"""What is told with a part of the page to those who do not see it."""
+"""Attributes that a screen reader reads."""
 WORD = re.compile(r"[^\W\d_]{3,}")
 NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max", "sym", "Duet"})
 

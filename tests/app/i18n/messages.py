@@ -1,8 +1,8 @@
-"""The list of what is to be translated: every text that the page says.
+"""Every text of the page that the catalogues translate.
 
-A text gets onto it where it is said, `say("…")`, or told, `notify("…", "…")`; where it is marked for later, `text("…")`; as the text or
-template of an error that somebody on the page may meet, or of another `Message`; as label, hint or choice of a setting; as name of a row
-of buttons; and from the tables below, whose texts are said elsewhere than where they stand.
+A text is found as an argument of `tr("…")`, of `N_("…")` and of functions that show it, such as `notify("…", "…")`; as the text or template
+of an error that may appear on the page, or of another `LazyText`; as label, hint or choice of a setting; as name of a row of buttons; and
+in the tables below.
 """
 
 import ast
@@ -33,10 +33,10 @@ _APP: Final = Path(app.__file__).parent
 _LETTERS: Final = re.compile(r"[^\W\d_]{2}")
 _NO_TEXT: Final = re.compile(r"<[^>]*>|&\w+;|\{[^{}]*\}")
 _SAID: Final = ("_said", "notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
-"""Functions and classes whose arguments are said; beside `tr` and `N_` themselves."""
+"""Functions and classes that translate their arguments, beside `tr` and `N_`."""
 
 _TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "MissingPackage", "_fault", "_check", "Wrong")
-"""Those whose first argument is a text, or a template with its parts, that is said when it has come to the page."""
+"""Functions and classes that take a text, or a template with its parts, as their first argument."""
 
 ON_THE_PAGE: Final = (
     *("scenes/settings.py", "scenes/rerun.py", "scenes/inputs_file*.py", "scenes/robots/*.py"),
@@ -53,8 +53,8 @@ ON_THE_PAGE: Final = (
         "app/session/[!i]*.py",
     ),
 )
-"""Where errors come from that somebody on the page may meet. Of all other files a template with its parts is said, and a `Message`; their
-plain texts are for the command line, and for authors of lessons."""
+"""Files of errors that may appear on the page. Of all other files templates with parts count, and each `LazyText`; their plain texts are
+for the command line, and for authors of lessons."""
 
 FORMULAS: Final = frozenset(
     {"d_m", "q̇", "v", "n", "u v w", "λ(d)", "n, v", "dt", "w_max", "K", "β", "γ", "η", "d_0", "g", "q₁–q₄"}
@@ -164,7 +164,7 @@ def errors_of(path: Path, plain: bool = True) -> Iterator[ast.expr]:
     """
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Call) and (name := _name(node.func)) in _TELLING:
-            # What `_check` is told comes after what it checks.
+            # The first argument of `_check` is what it checks.
             first = node.args[name == "_check" : 2]
             if first and (plain or node.keywords or name == "LazyText"):
                 yield first[0]

@@ -86,7 +86,7 @@ def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
         if isinstance(first, (ast.JoinedStr, ast.BinOp))
     ]
     assert odd == []
-    assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "background.py"} <= {path.name for path in on_the_page()}
+    assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "job_pool.py"} <= {path.name for path in on_the_page()}
     assert {"{key} = {value} is out of range; {remedy}", "hips", "The video has ended."} <= set(messages())
 
 

@@ -164,7 +164,7 @@ def test_a_bad_link_is_named_in_the_page_s_language(house: OpenHouse, arrive: Ar
 
 
 def test_nothing_of_a_class_is_left_untranslated(house: OpenHouse, join: Join) -> None:
-    """The teacher's side, a student's, and that of somebody with a wrong key."""
+    """The page of the teacher, of a student, and of a visitor with a wrong key."""
     opened = house(changed(Settings(), "lang", "pseudo"), lecture=True, key="k")
     teacher = join(opened, "key=k")
     teacher.wait_for(lambda v: any(pseudo("Join") in str(e.get("_tab_labels")) for e in list(v.mirror.gui.values())))

@@ -30,7 +30,7 @@ ENGLISH = """() => {
   const all = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (all.nextNode()) {
     const parent = all.currentNode.parentElement;
-    // Names of robots, of keys, of what stands in the scene, and formulas; what nobody sees.
+    // Names of robots, of keys, of what stands in the scene, and formulas; what is hidden.
     if (parent.closest('svg, style, script, noscript, kbd, pre, [class*=tableRow], [class*=Spotlight-actionDescr]')) continue;
     look(all.currentNode.data, parent.tagName);
   }
@@ -45,7 +45,7 @@ OBJECTS = {"WorldAxes", "light", "floor", "room", "arms", "closest", "place", "t
 
 
 def assert_nothing_is_english(page: Page, where: str) -> None:
-    """Nothing on the page is English; a script of ours may be about to say it anew."""
+    """Nothing on the page is English, as soon as the page's script has translated it."""
     left: list[str] = []
 
     def gone() -> bool:
@@ -90,6 +90,6 @@ def test_a_browser_says_what_its_person_reads(house: OpenHouse, page_at: PageAt)
     until(page, lambda: page.evaluate("document.documentElement.lang") == "sl", "the page's own language")
     page.keyboard.press("Control+k")
     page.get_by_placeholder("Poiščite ukaz …").wait_for()
-    # What is said when nobody can be asked any more.
+    # Shown without a server.
     opened.close()
     page.locator("#duet-connection").get_by_text("Povezava prekinjena – poskušam znova …").wait_for()

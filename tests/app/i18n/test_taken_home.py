@@ -1,4 +1,4 @@
-"""What is taken home is in the visitor's language, too: pictures, the report, the page that plays."""
+"""Exports are in the visitor's language: pictures, the report, the player."""
 
 from __future__ import annotations
 
