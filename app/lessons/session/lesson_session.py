@@ -49,8 +49,8 @@ class LessonSession:
 
     Attributes:
         open: whether a lesson is open; otherwise the page is the visitor's own.
-        version: goes up whenever something has to be shown anew.
-        notes: (title, text) of what the visitor is to be told; whoever shows them takes them out.
+        version: goes up when something has to be drawn again.
+        notes: (title, text) of notifications for the visitor; the page takes them out when it shows them.
     """
 
     def __init__(self, session: Session, book: LessonBook) -> None:
@@ -100,7 +100,7 @@ class LessonSession:
         self._guarded(self._follow)
 
     def leave(self) -> None:
-        """Close the lessons: the visitor's own settings are back, and the experiment begins anew with them."""
+        """Close the lessons: restore the visitor's own settings and reset the run."""
         if not self.open:
             return
         self._waiting = None
@@ -153,7 +153,7 @@ class LessonSession:
 
     @property
     def said(self) -> list[float | None]:
-        """Return the forecasts that the visitor has typed in the present step; whoever takes them writes them here."""
+        """Return the forecasts that the visitor has typed in the present step; the page writes them here."""
         return self._said.setdefault((self.walk.lesson.id, self.walk.step.id), [])
 
     @property
@@ -168,7 +168,7 @@ class LessonSession:
 
     @property
     def hands_off(self) -> bool:
-        """Return whether somebody else moves what the visitor could move."""
+        """Return whether the lesson moves what the visitor could move."""
         return self.open and not self.walk.yours
 
     @property
@@ -228,7 +228,7 @@ class LessonSession:
                 self.leave()
 
     def _hurries(self) -> bool:
-        """Have a run that is to be measured go on to its end as fast as it can, for whoever does not want to wait for it.
+        """Fast-forward a run that is to be measured to its end.
 
         Returns whether it does; where it cannot, the outcome is that of the reference run.
         """

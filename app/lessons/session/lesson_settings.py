@@ -46,7 +46,7 @@ def asks_for_custom_law(walk: Walkthrough) -> bool:
 
 
 def begin(session: Session, walk: Walkthrough) -> None:
-    """Begin the present run of a walkthrough in a session that has its settings: from where it starts, moved by whoever moves."""
+    """Begin the present run of a walkthrough in a session that has its settings: from its start, with its source."""
     session.let_custom_law_run(asks_for_custom_law(walk))
     session.reset()
     start = walk.start(session.simulation)

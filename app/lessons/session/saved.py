@@ -33,7 +33,7 @@ class SavedLesson:
 
 
 class Again:
-    """Somebody who does a recorded run again.
+    """A source that repeats a recorded run.
 
     Args:
         targets: one for every step.

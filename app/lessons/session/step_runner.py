@@ -16,7 +16,7 @@ from scenes.roles import TargetSource
 
 
 class Notifier(Protocol):
-    """Where goes what the visitor is to be told."""
+    """Receives notifications for the visitor."""
 
     def append(self, note: tuple[str, str], /) -> None:
         """Take a title and a text."""
@@ -29,7 +29,7 @@ class StepRunner:
     Args:
         session: in which it runs.
         further: the further runs that it is compared with.
-        notes: takes what the visitor is to be told.
+        notes: receives notifications for the visitor.
 
     Attributes:
         seen: (lesson, step) → the run in which the visitor saw what came of it.

@@ -34,7 +34,7 @@ class Hotkey(Generic[AnyAction]):
         action: what it asks for.
         shown: the key as a person knows it.
         text: what it does.
-        key: what viser is told to listen to, with `modifier`.
+        key: what viser listens to, with `modifier`.
         relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its camera; the page
             turns it into `key` with `modifier`.
         icon: in the palette.
@@ -50,7 +50,7 @@ class Hotkey(Generic[AnyAction]):
 
     @property
     def modifier(self) -> KeyModifier | None:
-        """What has to be held down with `key`: something that nobody presses by chance, where the page presses it for another key."""
+        """What has to be held down with `key`: a combination that is not pressed by chance, where the page presses it for another key."""
         return "alt+shift" if self.relayed else None
 
     @property

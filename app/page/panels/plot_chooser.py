@@ -75,7 +75,7 @@ class DetailsChooser:
     """The row of buttons that chooses what is shown beside the first two plots.
 
     Args:
-        gui: of whoever operates it.
+        gui: of the visitor who operates it.
         session: whose plots.
         tab: of the panel of plots.
     """

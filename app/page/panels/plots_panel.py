@@ -43,7 +43,7 @@ class Plots:
     """The panel of plots. One that is not wanted is hidden, never removed: viser's page complains of late news for what is gone.
 
     Args:
-        gui: of whoever sees them.
+        gui: of those who see them.
         tab: where they are drawn.
         page: how they look.
         height: of one plot [CSS px].
@@ -86,7 +86,7 @@ class Plots:
         self._take(frame.shown.what_if)
         self._arrange(simulation, ghost, frame.settings.page.details)
         if self._dressed:
-            # The page makes every plot anew, and new data in the same moment would leave it with a time axis in the wrong proportion
+            # The page rebuilds every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
             # for good. One that was away is begun afresh.
             self._dressed = False
             self._next = dict.fromkeys(self._cells, now + CURTAIN)
