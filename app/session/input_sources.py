@@ -20,7 +20,7 @@ class PersonTarget:
 
     Args:
         source: whose angles.
-        loop: begin anew after so many seconds; None for a source that does not end.
+        loop: start again after so many seconds; None for a source that does not end.
     """
 
     def __init__(self, source: PersonSource, loop: float | None = None) -> None:

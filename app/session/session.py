@@ -50,7 +50,7 @@ class Session:
 
     Args:
         settings: of the run and of the page.
-        wake: called after every `post`, so that whoever draws need not wait for the next regular frame.
+        wake: called after every `post`, to ask for a frame at once.
         background: where "what if" and smoothness are computed; without one they are not.
         sources: what the server was started with: persons beside the built-in one, and a student's law.
     """
@@ -88,11 +88,11 @@ class Session:
         if sources.law_file is not None and background is not None:
             self.examination = Examination(sources.law_file, background, wake)
         self.simulation.use(self._law_of_run())
-        # What is computed apart knows the settings' laws only, and would answer for another one.
+        # Background studies know the settings' laws only, and would answer for another one.
         with_studies = background is not None and self._custom_law is None
         self._studies = Studies(background, wake) if with_studies and background is not None else None
         self.trade_off = TradeOffMap(background, wake) if with_studies and background is not None else None
-        """Distance against error over n and v; None where nothing is computed apart."""
+        """Distance against error over n and v; None where there is no background, or a student's law runs."""
         self.player: Player | None = None
         """Replays in the place of the live run; None where nothing is replayed."""
         self.posts = ActionQueue()
@@ -138,7 +138,7 @@ class Session:
 
     @property
     def custom_law_problem(self) -> str:
-        """Why the law of one's own is not in force, and the arm stands still; "" if all is well, or it is nobody's law now."""
+        """Why the student's law is not in force, and the arm stands still; "" if all is well, or no run uses it."""
         law = self._law_of_run() or self._law_of_ghost()
         return law.problem.text if law is not None and law.problem is not None else ""
 
@@ -167,10 +167,10 @@ class Session:
         return (self._law_of_run() or self._law_of_ghost()) is not None
 
     def let_custom_law_run(self, runs: bool) -> None:
-        """Have a law of one's own in force, where there is one, or (in lessons, until it is its turn) not. The run begins anew."""
+        """Switch the student's law on or off, as a lesson asks for it; the run is reset."""
         if self._custom_law is not None and runs != self._custom_law_runs:
             self._custom_law_runs = runs
-            self._hand_out_laws(True)
+            self._assign_laws(True)
 
     def _law_of_run(self) -> CustomLaw | None:
         return self._custom_law if self._custom_law_runs and self.settings.page.ghost != "own" else None
@@ -178,12 +178,12 @@ class Session:
     def _law_of_ghost(self) -> CustomLaw | None:
         return self._custom_law if self._custom_law_runs and self.settings.page.ghost == "own" else None
 
-    def _hand_out_laws(self, anew: bool) -> None:
-        """Give everybody the law that they are to run. `anew`: the run begins anew, for what it was made with knows of one law only."""
+    def _assign_laws(self, reset: bool) -> None:
+        """Assign laws to the run and its ghost. `reset`: also reset them, because recorded inputs belong to one law only."""
         self.simulation.use(self._law_of_run())
         if self.ghost is not None:
             self.ghost.use(self._law_of_ghost())
-        if anew and self.simulation.steps:
+        if reset and self.simulation.steps:
             self.reset()
 
     def post(self, action: Callable[[], None], control: Hashable = None) -> None:
@@ -193,7 +193,7 @@ class Session:
 
     @property
     def held(self) -> Target | None:
-        """What a person holds, and where; None while nobody touches anything."""
+        """What the visitor holds, and where; None while they hold nothing."""
         return self._input.held
 
     @property
@@ -217,28 +217,28 @@ class Session:
         cast = self.simulation.cast
         if after.run != before.run:
             self.simulation.apply(after.run)
-        anew = self.simulation.cast is not cast
+        rebuilt = self.simulation.cast is not cast
         if after.page.source != before.page.source:
             self._input.set_source(None)
-        elif anew or source_key(after.run) != source_key(before.run):
+        elif rebuilt or source_key(after.run) != source_key(before.run):
             self._let_go()
         if after.page.autopilot and not before.page.autopilot:
             self._input.restart()
         if after.page.ghost != before.page.ghost:
             self._frozen = after.run.law, after.run.gain
             self._raise_ghost()
-            self._hand_out_laws(self._custom_law is not None and "own" in (after.page.ghost, before.page.ghost))
-        elif anew:
+            self._assign_laws(self._custom_law is not None and "own" in (after.page.ghost, before.page.ghost))
+        elif rebuilt:
             self._raise_ghost()
         elif self.ghost is not None and after.run != before.run:
             self.ghost.apply(self._ghost_settings())
-        self._study(before, after, anew)
+        self._study(before, after, rebuilt)
 
-    def _study(self, before: Settings, after: Settings, anew: bool) -> None:
+    def _study(self, before: Settings, after: Settings, rebuilt: bool) -> None:
         studies = self._studies
         if studies is None:
             return
-        if anew:
+        if rebuilt:
             studies.forget()
         if not after.page.what_if:
             studies.forget_what_if()
@@ -267,7 +267,7 @@ class Session:
         self.ghost.resume(self.simulation.snapshot())
 
     def hold(self, target: Target | None) -> None:
-        """A person takes hold of something, moves it, or (None) lets go of it. Whoever moved it by themselves stops at once."""
+        """Take a target from the visitor's hand, or (None) let go of it; the autopilot stops at once."""
         if target is not None and self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=False))
         self._input.held = target
@@ -292,7 +292,7 @@ class Session:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=True))
 
     def reset(self) -> None:
-        """Begin anew: as a fresh start with the present settings."""
+        """Start the run from its beginning with the present settings."""
         self.simulation.reset()
         if self.ghost is not None:
             self.ghost.reset()
@@ -367,7 +367,7 @@ class Session:
         self.change("speed", next_speed(self.settings.page.speed, by))
 
     def target(self) -> Target | None:
-        """Return what the person, or whoever stands in for them, wants now."""
+        """Return the active source's target, or None."""
         return self._input.target(self.simulation, self.settings.page.autopilot)
 
     def _step_both(self) -> bool:
@@ -375,7 +375,7 @@ class Session:
         target = self.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
         if self.ghost is not None:
-            # Whoever may have to be waited for goes first.
+            # The run that may have to wait for its law goes first.
             runs.insert(0 if self._law_of_ghost() is not None else 1, (self.ghost, self._ghost_inputs))
         for simulation, inputs in runs:
             inputs.record(simulation, target)

@@ -52,7 +52,7 @@ class Studies:
         wake: called, from any thread, when there is news.
 
     Attributes:
-        what_if: how the last 30 s would have gone with the present settings; None if nobody asked, or for another run.
+        what_if: how the last 30 s would have gone with the present settings; None without a question, or for another run.
         smoothness: as far as it is measured.
         message: why something could not be computed, for the visitor; "" if all is well.
     """

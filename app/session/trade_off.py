@@ -1,4 +1,4 @@
-"""What n and v cost and bring, as a map of distance against error, computed apart while somebody looks at it."""
+"""The trade-off of n and v as a map of distance against error, computed in the background while it is shown."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -28,7 +28,7 @@ def row(settings: RunSettings, order: float, stopped: Callable[[], bool]) -> tup
 
 
 class TradeOffMap:
-    """The map of one session; begun when it is first asked for, and anew when anything but n and v has changed.
+    """The map of one session; computed when it is first asked for, and again when anything but n and v has changed.
 
     Args:
         background: where it is computed.

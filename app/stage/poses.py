@@ -1,4 +1,4 @@
-"""Poses between the browser and us: what it sends is checked, and what it shows is only written anew when it differs."""
+"""Poses between the browser and us: what it sends is checked, and what it shows is written only when it differs."""
 
 import math
 from typing import Final, TypeVar

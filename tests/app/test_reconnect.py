@@ -144,7 +144,7 @@ def test_fifteen_dropped_connections_lose_nothing(
                 one.visitor.wait_for(lambda _: one.lessons.walk.phase is Phase.EXPLAIN, 60.0)
             if turn == 10:
                 ask(session, lambda s: s.toggle_pause())
-            ask(session, lambda s: setattr(s, "paused", True))
+            ask(session, lambda s: s.halt.set("visitor"))
             before = remembered(one)
             message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
             one.cut(message if turn % 2 else b"")

@@ -21,7 +21,7 @@ class HandHandle:
     """Sits on the hand that one moves, or, where a hand is drawn to its place, on the place.
 
     Args:
-        scene: of whoever has the controls.
+        scene: of the client that has the controls.
         session: with an arm that is yours.
     """
 
@@ -29,7 +29,7 @@ class HandHandle:
         self._session = session
         self._turns = True
         self.dragged = False
-        """Whether somebody has hold of it."""
+        """Whether the visitor is dragging it."""
         handle = scene.add_transform_controls("/gizmo/hand", scale=0.22, line_width=3.5, depth_test=False, disable_sliders=True)
         self._handle = fresh(handle)
 
@@ -72,7 +72,7 @@ class ElbowHandle:
     """An arc about the line from shoulder to wrist; the hand stays where it is.
 
     Args:
-        scene: of whoever has the controls.
+        scene: of the client that has the controls.
         session: with an arm that is yours.
     """
 
@@ -99,7 +99,7 @@ class ElbowHandle:
 
     @property
     def dragged(self) -> bool:
-        """Whether somebody has hold of it."""
+        """Whether the visitor is dragging it."""
         return self._start is not None
 
     def _turned(self, turn: Array | None, phase: str) -> None:
@@ -122,7 +122,7 @@ class ElbowHandle:
         session.hold(hand._replace(elbow=centre + pin.exp3(frame[:, 0] * angle).dot(out)))
 
     def swing(self, angle: float) -> None:
-        """Have the elbow pulled on by an angle [rad], or, where nobody pulls it, away from where it is; the hand stays where it is."""
+        """Have the elbow pulled on by an angle [rad], or, where it is not dragged, away from where it is; the hand stays where it is."""
         session, simulation = self._session, self._session.simulation
         frame, centre = swivel_frame(simulation)
         out = simulation.kinematics.joint_point(simulation.guided.elbow) - centre
@@ -159,7 +159,7 @@ def keeps_place(simulation: Simulation) -> bool:
 
 
 def wanted_pose(simulation: Simulation) -> tuple[Array, Array]:
-    """Return where your hand is wanted while nobody moves it (3,) [m], and how it is to be turned (3, 3); copies."""
+    """Return where your hand is wanted while it is not moved (3,) [m], and how it is to be turned (3, 3); copies."""
     pose = simulation.kinematics.hand_pose(simulation.guided)
     place, rotation = simulation.place, simulation.place_rotation
     if keeps_place(simulation) and place is not None and rotation is not None:

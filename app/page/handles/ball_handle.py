@@ -15,7 +15,7 @@ class BallHandle:
     """Takes the ball out of the autopilot's hands, and leaves it where it is let go.
 
     Args:
-        scene: of whoever has the controls.
+        scene: of the client that has the controls.
         session: with a ball.
     """
 
@@ -36,7 +36,7 @@ class BallHandle:
 
     @property
     def dragged(self) -> bool:
-        """Whether somebody has hold of it."""
+        """Whether the visitor is dragging it."""
         return self._pushed or self._grip.held
 
     def _pulled(self, place: Array | None) -> None:

@@ -37,7 +37,7 @@ class FigureHandles:
     """The figure stays as it was pulled.
 
     Args:
-        scene: of whoever has the controls.
+        scene: of the client that has the controls.
         session: of an imitation.
     """
 
@@ -60,7 +60,7 @@ class FigureHandles:
 
     @property
     def dragged(self) -> bool:
-        """Whether somebody has hold of it."""
+        """Whether the visitor is dragging it."""
         return any(grip.held for grip in self._grips.values())
 
     def _pulling(self, side: ArmName, drag: Callable[[ArmName, Array], None]) -> Callable[[Array | None], None]:
@@ -69,7 +69,7 @@ class FigureHandles:
                 return
             drag(side, on_person(place))
             if not self._session.settings.page.autopilot:
-                # Whoever pulls at the figure wants it to be seen again.
+                # Dragging the figure makes it the source again.
                 self._session.set_source(self._person)
 
         return pulled
@@ -82,7 +82,7 @@ class FigureHandles:
             self._grips[side, "wrist"].put(on_stage(wrist))
 
     def forget_drag(self) -> None:
-        """Stand as at the start, with nobody pulling."""
+        """Stand as at the start, with no handle dragged."""
         for grip in self._grips.values():
             grip.forget()
         self._figure.reset()

@@ -42,7 +42,7 @@ class Handle(Protocol):
 
 
 class Gizmos:
-    """All handles of one session, drawn on the scene of whoever has the controls.
+    """All handles of one session, drawn on the scene of the client that has the controls.
 
     Args:
         scene: where to draw.
@@ -71,7 +71,7 @@ class Gizmos:
             return
         self._made = made
         if any(handle.dragged for handle in self._handles):
-            # Nobody can go on pulling at what is no longer there.
+            # A handle that is no longer there cannot be dragged.
             self._session.hold(None)
         self.remove()
         scene, session = self._scene, self._session
@@ -88,11 +88,11 @@ class Gizmos:
                 self._handles = (HandHandle(scene, session), ElbowHandle(scene, session))
 
     def offer(self, offered: bool) -> None:
-        """Have handles, or none while somebody else moves what they would move."""
+        """Show the handles, or none while the visitor cannot move anything."""
         self._offered = offered
 
     def show(self) -> None:
-        """Put the handles that nobody drags where the arm or the ball is; make others if the experiment has changed."""
+        """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
         self._make()
         for handle in self._handles:
             handle.show()

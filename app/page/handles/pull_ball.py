@@ -13,7 +13,7 @@ class Grip:
     """Stays where it is put; the page draws an arrow from where it was taken to the mouse.
 
     Args:
-        scene: of whoever may pull.
+        scene: of the client that has the controls.
         name: of the node.
         radius: [m].
         color, opacity: how it looks.

@@ -18,7 +18,7 @@ class Forecasts:
     """The boxes. The caller has opened their container.
 
     Args:
-        gui: of whoever operates them.
+        gui: of the visitor who operates them.
         session: in which the lessons run.
         run: the lessons; what is typed goes to their `said`.
     """

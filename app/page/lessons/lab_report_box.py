@@ -20,7 +20,7 @@ class LabReportBox:
     """What a student writes, and the buttons. The caller has opened the container of the button that is always there.
 
     Args:
-        gui: of whoever operates it.
+        gui: of the visitor who operates it.
         session: in which the lessons run.
         lessons: of which is reported.
         panel: where the box and the second button stand.

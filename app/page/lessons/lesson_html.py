@@ -33,7 +33,7 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         view: of the walkthrough.
         live: label and value of the numbers in view.
         computing: whether further runs are still being made.
-        operated: whether the answers are buttons of whoever looks; otherwise they are listed.
+        operated: whether the reader has buttons for the answers; otherwise they are listed.
     """
     texts = dict(view.texts)
     folder = view.step.setup.folder

@@ -34,7 +34,7 @@ class LessonPanel:
         gui: of those who see it.
         run: the lessons.
         width: of the panel [CSS px].
-        operated: whether whoever sees it also operates it.
+        operated: whether the reader also operates it.
         narrow: whether the controls fold up for it until a challenge needs them.
         sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
         book: the lessons in the language of those who see it; None for that of `run`.

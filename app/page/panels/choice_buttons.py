@@ -15,7 +15,7 @@ class ChoiceButtons:
     """A row of buttons, one for each choice.
 
     Args:
-        gui: of whoever operates it; the caller has opened the container.
+        gui: of the visitor who operates it; the caller has opened the container.
         label: before the row, in English; may be empty.
         labels: what the buttons say, in English.
         hint: one line that explains it, in English.

@@ -20,7 +20,7 @@ class ComparePanel:
     """The lower part of the tab on comparisons.
 
     Args:
-        gui: of whoever operates it; the caller has opened the container.
+        gui: of the visitor who operates it; the caller has opened the container.
         session: whose run.
     """
 

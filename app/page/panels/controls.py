@@ -43,7 +43,7 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
 """Where each of the others is found; `plot` and `speed` have places of their own."""
 
 UNOFFERED: Final = ("pseudo",)
-"""Choices that a link can ask for, and nobody else."""
+"""Choices that only a link can ask for."""
 
 COMPARE: Final = (
     "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm, "
@@ -59,7 +59,7 @@ class Controls:
     """All controls of one session.
 
     Args:
-        gui: of whoever operates it; the caller has opened the container.
+        gui: of the visitor who operates it; the caller has opened the container.
         session: what is operated.
         act: does an action.
         notify: shows a message to the visitor.

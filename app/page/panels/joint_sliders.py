@@ -18,10 +18,10 @@ PERIOD: Final = 0.5
 class JointSliders:
     """One slider a joint of the guided arm, in degrees; in view where a slave follows its joints.
 
-    They follow the arm while nobody pulls at them; pulling at one holds the arm at what all of them say.
+    They follow the arm while none is moved; moving one holds the arm at the angles of all of them.
 
     Args:
-        gui: of whoever operates it; the caller has opened the container.
+        gui: of the visitor who operates it; the caller has opened the container.
         session: what is operated.
     """
 

@@ -27,9 +27,9 @@ def link_query(settings: Settings, lessons: LessonSession) -> dict[str, str]:
     if not lessons.open:
         return to_query(settings)
     walk = lessons.walk
-    told = to_query(settings, walk.settings(Settings()))
-    told = {key: text for key, text in told.items() if key not in OF_LESSONS}
-    return {"lesson": walk.lesson.id, "step": str(walk.lesson.steps.index(walk.step) + 1), **told}
+    query = to_query(settings, walk.settings(Settings()))
+    query = {key: text for key, text in query.items() if key not in OF_LESSONS}
+    return {"lesson": walk.lesson.id, "step": str(walk.lesson.steps.index(walk.step) + 1), **query}
 
 
 def link_to(address: str, query: Mapping[str, str]) -> str:

@@ -39,7 +39,7 @@ SHARES: Final[dict[LawName, str]] = {
 """What the law's activation is called."""
 
 RETREATING: Final = ("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance", "intermediate_value")
-"""Laws that lose distance to whoever is faster than v."""
+"""Laws that lose distance to an obstacle faster than v."""
 
 
 class Tile(NamedTuple):

@@ -53,7 +53,7 @@ class ReplayBar:
     """All controls of the shelf.
 
     Args:
-        gui: of whoever operates it; the caller has opened the container.
+        gui: of the visitor who operates it; the caller has opened the container.
         session: what is kept.
         background: where everything is computed.
         send: gives the visitor a file: name and content.

@@ -18,7 +18,7 @@ class Sources:
     """Keeps the session's guest in step with the chosen source.
 
     Args:
-        gui: of whoever operates it; the caller has opened the container.
+        gui: of the visitor who operates it; the caller has opened the container.
         session: what is operated.
         notify: shows a message to the visitor.
     """
