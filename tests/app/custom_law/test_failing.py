@@ -29,6 +29,8 @@ from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, 
         ("import ctypes\ndef law(s):\n    ctypes.string_at(0)", "line 3: its process crashed (SIGSEGV), in “ctypes.string_at(0)”"),
         ("import socket\ndef law(s):\n    for i in range(3, 20):\n        try:\n            socket.socket(fileno=i).send(bytes(99))\n"
          "        except OSError:\n            pass", "it wrote to the line between its process and the page"),
+        ("import os\ndef law(s):\n    for i in range(3, 20):\n        try:\n            os.write(i, bytes(2))\n"
+         "        except OSError:\n            pass\n    while True: pass", "it hung up the line between its process and the page"),
     ],
 )  # fmt: skip
 def test_how_it_may_fail(file: Path, text: str, says: str) -> None:

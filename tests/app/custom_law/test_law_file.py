@@ -10,16 +10,7 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.student_situation import Situation
-from app.custom_law.wire import (
-    pack_answer,
-    pack_failure,
-    pack_rates,
-    pack_situation,
-    unpack_answer,
-    unpack_failure,
-    unpack_rates,
-    unpack_situation,
-)
+from app.custom_law.wire import VelocityQuestion, decode_question, encode
 from controllers.laws.situation import Situation as Seen
 from tests.app.custom_law.helpers import PAPER, situation
 
@@ -29,10 +20,17 @@ def file_of(text: str) -> LawFile:
     return LawFile("/somewhere/my_law.py", textwrap.dedent(text).lstrip("\n").encode(), 512 << 20)
 
 
+def received(sent: Seen) -> Situation:
+    """What arrives in the law's process."""
+    question = decode_question(encode(VelocityQuestion.of(sent)))
+    assert isinstance(question, VelocityQuestion)
+    return question.situation()
+
+
 def wrong(text: str) -> Wrong:
     """What is said of a file that cannot be loaded, or fails when it is called."""
     with pytest.raises(Wrong) as caught:
-        file_of(text).velocities(unpack_situation(pack_situation(situation())))
+        file_of(text).velocities(received(situation()))
     return caught.value
 
 
@@ -47,29 +45,23 @@ def test_it_sees_what_every_law_sees() -> None:
     assert Situation(*there).pull == there.pull
 
 
-@pytest.mark.parametrize("n", [6, 7, 14])
+@pytest.mark.parametrize(("n", "pairs"), [(6, 5), (7, 0), (14, 40)])
 @pytest.mark.parametrize("bare", ["", "task_jacobian", "lower upper", "rows distances approaches", "approaches"])
-def test_a_situation_crosses_the_line_to_the_bit(n: int, bare: str) -> None:
+def test_a_situation_crosses_the_line_to_the_bit(n: int, pairs: int, bare: str) -> None:
     """Every field arrives as it was, whatever is None, and whatever the order of memory."""
-    sent = situation(n)
+    sent = situation(n, max(pairs, 1))
+    if pairs == 0:
+        sent = sent._replace(rows=np.zeros((0, n)), distances=np.zeros(0), approaches=np.zeros(0))
     assert sent.task_jacobian is not None and sent.rows is not None
     sent = sent._replace(task_jacobian=np.asfortranarray(sent.task_jacobian), rows=np.repeat(sent.rows, 2, axis=1)[:, ::2])
     sent = sent._replace(distance=float("inf"), **dict.fromkeys(bare.split(), None))  # pyright: ignore[reportArgumentType]
-    got = unpack_situation(pack_situation(sent))
+    got = received(sent)
     for name, there, here in zip(sent._fields, sent, got, strict=True):
         if there is None:
             assert here is None, name
         else:
             assert_array_equal(here, there, err_msg=name)
             assert not isinstance(here, np.ndarray) or (here.flags.writeable and here.flags.aligned)
-
-
-def test_answers_and_curves_cross_it_too() -> None:
-    distances, *rest = unpack_rates(pack_rates(np.linspace(0.0, 0.6, 7), 0.1, 0.2, 0.3))
-    assert_array_equal(distances, np.linspace(0.0, 0.6, 7))
-    assert rest == [0.1, 0.2, 0.3]
-    _, payload, _ = unpack_answer(pack_answer(*(2, pack_failure("λ ist zu groß", None))))  # pyright: ignore[reportArgumentType]
-    assert unpack_failure(payload) == ("λ ist zu groß", None)
 
 
 # ---- what it says -------------------------------------------------------------------------------------------------------------

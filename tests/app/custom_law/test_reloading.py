@@ -98,6 +98,12 @@ def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.
     assert len(looks) == 3 and min(np.diff(looks)) >= 0.5
 
 
+def test_a_large_file_is_loaded(file: Path) -> None:
+    """Larger than the buffer of a socket."""
+    with CustomLaw(write(file, "#" * 900_000 + "\n" + GOOD)) as law:
+        until(lambda: np.array_equal(soon(law), SITUATION.nominal * 2))
+
+
 @pytest.mark.usefixtures("eager")
 def test_nothing_is_started_before_it_is_needed(file: Path) -> None:
     """A session that has the law but never uses it costs nothing; a file that is saved meanwhile counts when it does."""
