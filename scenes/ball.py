@@ -36,7 +36,7 @@ def path(time: float, home: Array) -> tuple[Array, Array]:
     return home + PATH * (1.0 - share if back else share), PATH * ((-rate if back else rate) / TRAVEL)
 
 
-def cast(world: World, settings: RunSettings) -> Roles:
+def roles(world: World, settings: RunSettings) -> Roles:
     """Return who takes part."""
     del settings
     arm = world.room.arms[0]
@@ -44,7 +44,7 @@ def cast(world: World, settings: RunSettings) -> Roles:
     return Roles((ball, keeper), arm, arm, keeper, None, (keeper,))
 
 
-def person(world: World, settings: RunSettings) -> TargetSource:
+def source(world: World, settings: RunSettings) -> TargetSource:
     """Return who moves the ball by itself."""
     if settings.ball == "still":
         return NoSource()

@@ -10,7 +10,7 @@ from scenes.targets import AnglesTarget
 from scenes.world import World
 
 
-def cast(world: World, settings: RunSettings) -> Roles:
+def roles(world: World, settings: RunSettings) -> Roles:
     """Return who takes part. The arm that is called the person's own is driven like the other one."""
     room = world.room
     imitated = ImitatedPerson(world)
@@ -20,7 +20,7 @@ def cast(world: World, settings: RunSettings) -> Roles:
     return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
 
 
-def person(world: World, settings: RunSettings) -> TargetSource:
+def source(world: World, settings: RunSettings) -> TargetSource:
     """Return the built-in person."""
     del world
     return ClipPerson(settings)

@@ -127,7 +127,7 @@ class InputsLog:
         self._keep, self._most_bytes = keep, most_bytes
         self._chapters: deque[_Chapter] = deque()
         self._settings: RunSettings | None = None
-        self._cast: Roles | None = None
+        self._roles: Roles | None = None
         self.forget()
 
     def forget(self) -> None:
@@ -176,10 +176,10 @@ class InputsLog:
         self._expected -= 1
 
     def _turn_over(self, simulation: Simulation) -> None:
-        if simulation.steps != self._expected or simulation.cast is not self._cast:
+        if simulation.steps != self._expected or simulation.roles is not self._roles:
             self.forget()
         self._close_stretch()
-        self._settings, self._cast = simulation.settings, simulation.cast
+        self._settings, self._roles = simulation.settings, simulation.roles
         if simulation.steps >= self._turn:
             self._chapters.append(_Chapter(simulation.snapshot()))
             self._nbytes += _CHAPTER_BYTES

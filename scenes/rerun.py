@@ -210,11 +210,11 @@ def _seconds_per_step(recorded: Recorded, overrides: Mapping[str, object]) -> fl
 def warm(settings: RunSettings, stopped: Callable[[], bool] = never) -> None:
     """Make a few steps, so that everything that the first real ones need is loaded and built."""
     simulation = Simulation(settings, 16)
-    person = simulation.person()
+    source = simulation.source()
     for _ in range(16):
         if stopped():
             raise Stopped
-        simulation.step(person.target(simulation.time))
+        simulation.step(source.target(simulation.time))
 
 
 def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Stretch, ...]:

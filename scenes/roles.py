@@ -5,7 +5,7 @@ from typing import Protocol
 
 from controllers.kinematics import Arm, Array
 from scenes.arm_tasks.arm_task import ArmTask
-from scenes.settings import Avoiders
+from scenes.settings import AvoidChoice
 from scenes.targets import Target
 
 
@@ -14,22 +14,22 @@ class Roles:
     """The roles of an experiment.
 
     Attributes:
-        movers: everybody who moves something, in the order in which they are asked; together they move every column of q once.
+        tasks: everybody who moves something, in the order in which they are asked; together they move every column of q once.
         guided: the arm that the person moves; the only one where one stands alone.
         avoiding: the arm whose joints and numbers are shown.
-        task: mover of that arm.
-        held: mover of the guided arm; None where one stands alone.
+        task: task of that arm.
+        held: task of the guided arm; None where one stands alone.
         paper: those who keep clear in the paper's experiment, the one whose numbers come first in the history first.
     """
 
-    movers: tuple[ArmTask, ...]
+    tasks: tuple[ArmTask, ...]
     guided: Arm
     avoiding: Arm
     task: ArmTask
     held: ArmTask | None
     paper: tuple[ArmTask, ...]
 
-    def avoiders(self, choice: Avoiders) -> tuple[ArmTask, ...]:
+    def avoiders(self, choice: AvoidChoice) -> tuple[ArmTask, ...]:
         """Return who keeps clear."""
         if choice == "paper" or self.held is None:
             return self.paper

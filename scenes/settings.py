@@ -26,7 +26,7 @@ LawName = Literal[
 SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
 ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
-Avoiders = Literal["paper", "free", "guided", "both"]
+AvoidChoice = Literal["paper", "free", "guided", "both"]
 """Who keeps clear: as in the paper, the arm that nobody holds, the one that is held, or both."""
 Following = Literal["identical", "mirrored"]
 PathName = Literal["stay", "circle"]
@@ -190,9 +190,9 @@ class RunSettings:
             choice_labels=("Hold position", "Hold pose"),
         ),
     )  # fmt: skip
-    avoid: Avoiders = _choice(
+    avoid: AvoidChoice = _choice(
         "paper",
-        Avoiders,
+        AvoidChoice,
         Spec(
             "avoid", "who avoids", "Which arm keeps clear. In the paper: the free arm in Fig. 5, both in Figs 6 and 7.",
             choice_labels=("As in the paper", "The free arm", "Your arm", "Both arms"),

@@ -11,7 +11,7 @@ from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.avoidance_group import AvoidanceGroup, form_avoiders
+from scenes.avoidance_group import AvoidanceGroup, avoidance_groups
 from scenes.experiments import EXPERIMENTS
 from scenes.history import History, Sample, Second
 from scenes.law_factory import make_law
@@ -33,7 +33,7 @@ class Snapshot:
         settings: in force.
         steps, time: made so far, and simulated so far [s].
         positions, velocities: (nv,).
-        memories: of each mover.
+        memories: of each task.
     """
 
     settings: RunSettings
@@ -74,22 +74,22 @@ class Simulation:
 
     def _assign(self) -> None:
         """Give the roles; everybody begins where they are."""
-        self.cast = EXPERIMENTS[self.settings.scene].cast(self.world, self.settings)
-        self.guided: Arm = self.cast.guided
+        self.roles = EXPERIMENTS[self.settings.scene].roles(self.world, self.settings)
+        self.guided: Arm = self.roles.guided
         """The arm that the person moves."""
-        self.avoiding: Arm = self.cast.avoiding
+        self.avoiding: Arm = self.roles.avoiding
         """The arm whose task is shown: the one that keeps its place and keeps clear, the slave, …"""
-        self._followers = [mover for mover in self.cast.movers if mover.desired is not None]
+        self._followers = [task for task in self.roles.tasks if task.desired is not None]
         self._form()
 
     def _form(self) -> None:
         """Settle who keeps clear, and whether together."""
-        movers, avoiding = self.cast.movers, self.cast.avoiders(self.settings.avoid)
-        self._avoiders: tuple[AvoidanceGroup, ...] = form_avoiders(self.world, movers, avoiding, self.settings.law.coupled)
-        nominals = {mover.joints.start: avoider.part(mover) for avoider in self._avoiders for mover in avoider.movers}
+        tasks, avoiding = self.roles.tasks, self.roles.avoiders(self.settings.avoid)
+        self._groups: tuple[AvoidanceGroup, ...] = avoidance_groups(self.world, tasks, avoiding, self.settings.law.coupled)
+        nominals = {task.joints.start: group.part(task) for group in self._groups for task in group.tasks}
         # Whoever does not keep clear moves as they want.
-        self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in movers]
-        self.bounded = Bounded(np.zeros(self._avoiders[0].velocities.shape))
+        self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
+        self.bounded = Bounded(np.zeros(self._groups[0].velocities.shape))
         """What the first avoiding arm did in the last step, and why not more."""
         self.bound_bites = False
         """Whether a law's velocity was outside its arm's bounds in the last step."""
@@ -123,8 +123,8 @@ class Simulation:
     def _begin(self) -> None:
         self.velocities[:] = 0.0
         self.world.update()
-        for mover in self.cast.movers:
-            mover.begin()
+        for task in self.roles.tasks:
+            task.begin()
 
     def use(self, law: Law | None) -> None:
         """Run a law that the settings do not know, whatever they say; None for theirs again."""
@@ -134,31 +134,31 @@ class Simulation:
     @property
     def place(self) -> Array | None:
         """Where the avoiding hand should be (3,), world [m]; None if it follows joints."""
-        return self.cast.task.place if isinstance(self.cast.task, HoldTask) else None
+        return self.roles.task.place if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def home(self) -> Array | None:
         """Where the avoiding hand was when everything began (3,), world [m]; None if it follows joints."""
-        return self.cast.task.home if isinstance(self.cast.task, HoldTask) else None
+        return self.roles.task.home if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def place_rotation(self) -> Array | None:
         """How the avoiding hand should be turned (3, 3); None if it follows joints."""
-        return self.cast.task.place_rotation if isinstance(self.cast.task, HoldTask) else None
+        return self.roles.task.place_rotation if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def error_unit(self) -> str:
         """Of the squared error that is recorded."""
         return EXPERIMENTS[self.settings.scene].error_unit
 
-    def person(self) -> TargetSource:
+    def source(self) -> TargetSource:
         """Return who moves what can be moved as long as nobody else does, beginning from the present state."""
         self.kinematics.update(self.positions)
-        return EXPERIMENTS[self.settings.scene].person(self.world, self.settings)
+        return EXPERIMENTS[self.settings.scene].source(self.world, self.settings)
 
     def joint_label(self, joint: int, second: bool = False) -> str:
         """Return what a person calls the joint that costs authority, as recorded for the first or second arm that keeps clear."""
-        column = joint + self._avoiders[int(second and len(self._avoiders) > 1)].joints.start
+        column = joint + self._groups[int(second and len(self._groups) > 1)].joints.start
         arm = next(arm for arm in self.room.arms if arm.joints.start <= column < arm.joints.stop)
         return arm.labels[column - arm.joints.start]
 
@@ -171,30 +171,30 @@ class Simulation:
         if self._custom_law is None:
             self._advance(target)
             return
-        velocities, memories = self.velocities.copy(), [mover.memory() for mover in self.cast.movers]
+        velocities, memories = self.velocities.copy(), [task.memory() for task in self.roles.tasks]
         try:
             self._advance(target)
         except Unanswered:
             self.velocities[:] = velocities
-            for mover, memory in zip(self.cast.movers, memories, strict=True):
-                mover.remember(memory)
+            for task, memory in zip(self.roles.tasks, memories, strict=True):
+                task.remember(memory)
             raise
 
     def _advance(self, target: Target | None) -> None:
         settings, law, world = self.settings, self.law, self.world
         world.update()
         near = self.detector.detect(settings.law.pairs, settings.law.beta)
-        for mover, wanted in self._asked:
-            wanted[:] = mover.nominal(target, settings, self.time)
+        for task, wanted in self._asked:
+            wanted[:] = task.nominal(target, settings, self.time)
         lam = law.activation(near.law_distance)
-        first = self._avoiders[0]
+        first = self._groups[0]
         situation = first.situation(law, near)
         w_law = situation.approach
         w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
         wanted = law(situation)
         self.bound_bites = False
         self.bounded = bounded = self._bound(first, situation.row, wanted, lam)
-        second = self._second_keeps_clear(law, near, lam) if len(self._avoiders) > 1 else None
+        second = self._second_keeps_clear(law, near, lam) if len(self._groups) > 1 else None
         first.velocities[:] = bounded.velocities
         for follower in self._followers:
             self._desired[follower.joints] = follower.desired
@@ -203,7 +203,7 @@ class Simulation:
                 self.time,
                 near.distance,
                 lam,
-                self.cast.task.squared_error,
+                self.roles.task.squared_error,
                 situation.pull,
                 w,
                 near.pair,
@@ -226,7 +226,7 @@ class Simulation:
 
         What either arm sees of the other's velocity is that of the tick before, so that it does not matter who is asked first.
         """
-        second = self._avoiders[1]
+        second = self._groups[1]
         situation = second.situation(law, near)
         bounded = self._bound(second, situation.row, law(situation), lam)
         w_law = situation.approach
@@ -234,13 +234,13 @@ class Simulation:
         second.velocities[:] = bounded.velocities
         return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint)
 
-    def _bound(self, avoider: AvoidanceGroup, row: Array, wanted: Array, lam: float) -> Bounded:
+    def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float) -> Bounded:
         """Return what an arm can do of what the law wants."""
-        if avoider.box.contains(wanted):
+        if group.box.contains(wanted):
             bounded = Bounded(wanted)
         else:
             self.bound_bites = True
-            bounded = avoider.bounded(row, wanted)
+            bounded = group.bounded(row, wanted)
         if lam > 0.5 and bounded.authority is Authority.FULL:
             square = float(row.dot(row))
             # Less than half of what the law asked for is left after damping: the arm has no lever against this approach.
@@ -251,13 +251,13 @@ class Simulation:
     def nominal(self) -> Array:
         """Return what the tasks alone asked for in the last step, q̇_n (nv,) [rad/s]; what moves freely is as it moved."""
         wanted = self.velocities.copy()
-        for avoider in self._avoiders:
-            wanted[avoider.joints] = avoider.nominal
+        for group in self._groups:
+            wanted[group.joints] = group.nominal
         return wanted
 
     def snapshot(self) -> Snapshot:
         """Return the present state."""
-        memories = tuple(mover.memory() for mover in self.cast.movers)
+        memories = tuple(task.memory() for task in self.roles.tasks)
         return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories)
 
     def resume(self, snapshot: Snapshot) -> None:
@@ -268,8 +268,8 @@ class Simulation:
         self.reset(snapshot.positions)
         self.steps, self.time = snapshot.steps, snapshot.time
         self.velocities[:] = snapshot.velocities
-        for mover, memory in zip(self.cast.movers, snapshot.memories, strict=True):
-            mover.remember(memory)
+        for task, memory in zip(self.roles.tasks, snapshot.memories, strict=True):
+            task.remember(memory)
 
     def sample(self) -> Sample:
         """Return the newest step; makes none if there is none yet, but measures the present state."""
@@ -285,7 +285,7 @@ class Simulation:
         except Unanswered:
             lam = 0.0
         q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
-        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1) if len(self._avoiders) > 1 else None
+        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1) if len(self._groups) > 1 else None
         return Sample(
             self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, second, q, dq, desired
         )

@@ -106,7 +106,7 @@ def largest_step(recorded: Recorded, settings: RunSettings, substeps: int, stopp
     again = rerun(recorded, asked, substeps, stopped=stopped)
     simulation = Simulation(settings, 1)
     columns = [
-        column for mover in simulation.cast.avoiders(settings.avoid) for column in range(mover.joints.start, mover.joints.stop)
+        column for task in simulation.roles.avoiders(settings.avoid) for column in range(task.joints.start, task.joints.stop)
     ]
     velocities = simulation.history.velocities(again.table)[:, columns]
     steps = np.abs(np.diff(velocities, axis=0))

@@ -26,7 +26,7 @@ def circle(time: float, home: Array) -> tuple[Array, Array]:
     return home + RADIUS * np.array([0.0, s, 1.0 - c]), RADIUS * rate * np.array([0.0, c, s])
 
 
-def cast(world: World, settings: RunSettings) -> Roles:
+def roles(world: World, settings: RunSettings) -> Roles:
     """Return who takes part. Nothing is near, so that every law leaves the task alone."""
     arm = world.room.arms[0]
     drawing = settings.path == "circle"
@@ -34,7 +34,7 @@ def cast(world: World, settings: RunSettings) -> Roles:
     return Roles((keeper,), arm, arm, keeper, None, (keeper,))
 
 
-def person(world: World, settings: RunSettings) -> TargetSource:
+def source(world: World, settings: RunSettings) -> TargetSource:
     """Return who pulls at the elbow by itself."""
     return NoSource() if settings.path == "circle" else ElbowSway(world, settings.seed)
 

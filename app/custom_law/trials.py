@@ -77,7 +77,7 @@ Outcome = tuple[bool, str, dict[str, float]]
 def keeps_its_distance(law: Candidate) -> Outcome:
     """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
     simulation = enter("hold", law)
-    person = simulation.person()
+    person = simulation.source()
     table = play(simulation, law, (person.target(i * DT) for i in range(round(APPROACH / DT))))
     d = table[:, COLUMN["d"]]
     i = int(d.argmin())

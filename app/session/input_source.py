@@ -47,7 +47,7 @@ class InputSource:
         if not autopilot:
             return None
         if self._person is None:
-            self._person = self._guest or simulation.person()
+            self._person = self._guest or simulation.source()
             self._begin = simulation.time
         return self._person.target(simulation.time - self._begin)
 

@@ -211,10 +211,10 @@ class Session:
         self.settings, self._wish = after, None
         if _built_of(before) != _built_of(after):
             self.posts.rebuilt()
-        cast = self.simulation.cast
+        cast = self.simulation.roles
         if after.run != before.run:
             self.simulation.apply(after.run)
-        anew = self.simulation.cast is not cast
+        anew = self.simulation.roles is not cast
         if after.page.source != before.page.source:
             self._mover.invite(None)
         elif anew or who(after.run) != who(before.run):

@@ -10,7 +10,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, DuetError, LazyText
 from controllers.kinematics import Array
-from scenes.person.film import Detector, Film, Picture, first_line
+from scenes.person.film import Detector, Film, VideoFrame, first_line
 from scenes.person.landmarks import LEAST_VISIBILITY, landmarks_to_angles
 from scenes.person.source import SampledAngles
 
@@ -140,6 +140,6 @@ def read_film(film: Film, detector: Detector, least_visibility: float = LEAST_VI
     return SampledAngles(np.array(times), np.array(table))
 
 
-def _angles_in(picture: Picture, detector: Detector, previous: Array | None, least_visibility: float) -> Array | None:
+def _angles_in(picture: VideoFrame, detector: Detector, previous: Array | None, least_visibility: float) -> Array | None:
     found = detector.find(picture)
     return None if found is None else landmarks_to_angles(*found, previous, least_visibility)

@@ -19,7 +19,7 @@ from scenes.person.landmarks import COUNT
 from scenes.person.source import MissingPackage
 
 
-class Picture(NamedTuple):
+class VideoFrame(NamedTuple):
     """One picture of a film.
 
     Attributes:
@@ -37,7 +37,7 @@ class Film(Protocol):
     live: bool
     """Whether they come when they are made, not when they are asked for."""
 
-    def next(self) -> Picture | None:
+    def next(self) -> VideoFrame | None:
         """Return the next picture, or None at the end."""
         ...
 
@@ -49,7 +49,7 @@ class Film(Protocol):
 class Detector(Protocol):
     """Finds a person in pictures whose times grow."""
 
-    def find(self, picture: Picture) -> tuple[Array, Array] | None:
+    def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
         """Return world landmarks (33, 3) [m] and their visibility (33,), or None if nobody is there."""
         ...
 
@@ -131,13 +131,13 @@ class _Capture:
         self.live = rate == 0.0
         self._count, self._began = 0, time.monotonic()
 
-    def next(self) -> Picture | None:
+    def next(self) -> VideoFrame | None:
         good, image = self._capture.read()
         if not good:
             return None
         seconds = time.monotonic() - self._began if self.live else self._count / self._rate
         self._count += 1
-        return Picture(seconds, self._cv2.cvtColor(image, self._cv2.COLOR_BGR2RGB))
+        return VideoFrame(seconds, self._cv2.cvtColor(image, self._cv2.COLOR_BGR2RGB))
 
     def close(self) -> None:
         self._capture.release()
@@ -148,7 +148,7 @@ class _Landmarker:
         self._mediapipe, self._landmarker = mediapipe, landmarker
         self._milliseconds = -1
 
-    def find(self, picture: Picture) -> tuple[Array, Array] | None:
+    def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
         # MediaPipe insists on times that grow.
         self._milliseconds = max(self._milliseconds + 1, round(1000.0 * picture.time))
         image = self._mediapipe.Image(image_format=self._mediapipe.ImageFormat.SRGB, data=picture.image)

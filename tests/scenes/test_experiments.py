@@ -11,7 +11,17 @@ from numpy.testing import assert_allclose, assert_array_equal
 from controllers.kinematics import Array
 from scenes.headless import Run, run
 from scenes.history import COLUMN
-from scenes.settings import Avoiders, BallMotion, ClipName, ControlPoint, LawName, LawSettings, RobotName, RunSettings, SceneName
+from scenes.settings import (
+    AvoidChoice,
+    BallMotion,
+    ClipName,
+    ControlPoint,
+    LawName,
+    LawSettings,
+    RobotName,
+    RunSettings,
+    SceneName,
+)
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
 
@@ -68,7 +78,7 @@ def test_a_snapshot_goes_on_to_the_same_bits(scene: SceneName, law: LawName) -> 
     """Stop in the middle, go on in another simulation: nothing tells it from a run without a stop."""
     settings = experiment(scene, law)
     whole, half = Simulation(settings), Simulation(settings)
-    person = whole.person()
+    person = whole.source()
     targets = [person.target(i * settings.dt) for i in range(600)]
     for target in targets:
         whole.step(target)
@@ -115,7 +125,7 @@ def test_changing_everything_while_it_runs_leaves_the_arms_where_they_are_or_sta
         for robot in ROBOTS:
             simulation.apply(experiment(scene, robot=robot))
             for law in LAWS:
-                for avoid in get_args(Avoiders):
+                for avoid in get_args(AvoidChoice):
                     before = simulation.positions.copy()
                     simulation.apply(experiment(scene, law, robot=robot, avoid=avoid))
                     assert_array_equal(simulation.positions, before)
@@ -183,7 +193,7 @@ def test_imitated_angles_are_followed_where_nothing_is_near(clip: ClipName) -> N
 def test_a_lost_person_is_held() -> None:
     """Nobody seen: the robots come to rest in the last pose, and go on when the person is back."""
     simulation = Simulation(experiment("imitation", "unprotected", clip="wave"))
-    person = simulation.person()
+    person = simulation.source()
     for i in range(400):
         simulation.step(person.target(i * 0.005))
     for _ in range(600):
@@ -270,7 +280,7 @@ def test_coupled_arms_share_one_row() -> None:
     """One row over 14 joints: d_m is kept as well, and the correction of both is one multiple of the whole row."""
     settings = experiment("imitation", law=LawSettings(coupled=True, pairs="single"), clip="clap")
     simulation = Simulation(settings)
-    person = simulation.person()
+    person = simulation.source()
     seen = 0
     for i in range(3000):
         simulation.step(person.target(i * settings.dt))

@@ -125,7 +125,7 @@ def test_a_failure_freezes_the_arm_and_nothing_else(file: Path) -> None:
             return s.nominal if calls < 50 else s.nominal[calls]
     """
     simulation = Simulation(RunSettings())
-    person = simulation.person()
+    person = simulation.source()
     with CustomLaw(write(file, text), waits=True) as law:
         simulation.law = law
         moved: list[tuple[Array, Array]] = []

@@ -75,7 +75,7 @@ def test_another_room_begins_with_empty_bins() -> None:
 def test_a_run_that_begins_anew_begins_with_empty_bins(steps: int) -> None:
     """Also if it was not looked at until it had as many steps as before, or more: no time of the old run stays on the axis."""
     simulation, buffer = Simulation(RunSettings()), RollingSeries()
-    person = simulation.person()
+    person = simulation.source()
     for _ in range(80):
         simulation.step(person.target(simulation.time))
     buffer.feed(simulation)
@@ -113,7 +113,7 @@ def test_a_line_is_drawable(values: list[float], follows: bool) -> None:
 def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
     """The same run, begun later: the same values where both have some, and before that the run's, which it was."""
     simulation = Simulation(RunSettings())
-    person = simulation.person()
+    person = simulation.source()
     for _ in range(late):
         simulation.step(person.target(simulation.time))
     ghost = Simulation(simulation.settings)

@@ -65,7 +65,7 @@ def scene_settings(scene: SceneName, **changes: object) -> RunSettings:
 def logged_run(settings: RunSettings, seconds: float, log: InputsLog | None = None) -> tuple[Simulation, InputsLog]:
     """A run with the experiment's own person, and the log of it."""
     simulation, log = Simulation(settings), log or InputsLog()
-    person = simulation.person()
+    person = simulation.source()
     for _ in range(round(seconds / settings.dt)):
         target = person.target(simulation.time)
         log.record(simulation, target)

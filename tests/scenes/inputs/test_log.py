@@ -127,7 +127,7 @@ def test_memory_is_bounded_and_told() -> None:
 def test_a_log_keeps_the_settings_as_they_changed() -> None:
     settings = RunSettings()
     simulation, log = Simulation(settings), InputsLog()
-    person = simulation.person()
+    person = simulation.source()
     history = []
     for i in range(700):
         if i in (120, 121, 500):

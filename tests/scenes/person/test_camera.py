@@ -15,7 +15,7 @@ from scenes.person import camera
 from scenes.person.angles import arm_points
 from scenes.person.camera import CameraSource, read_film
 from scenes.person.clips import Clip
-from scenes.person.film import Picture
+from scenes.person.film import VideoFrame
 from scenes.person.landmarks import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, landmarks_to_angles
 from tests.scenes.person.strategies import SIDES, bodies, plain_arms
 
@@ -103,7 +103,7 @@ class Reel:
         self.at, self.closed = 0, threading.Event()
         self.gate = threading.Semaphore(0)
 
-    def next(self) -> Picture | None:
+    def next(self) -> VideoFrame | None:
         if self.live and not self.gate.acquire(timeout=PATIENCE):
             return None
         if self.at == self.fault:
@@ -111,7 +111,7 @@ class Reel:
         if self.at >= self.count:
             return None
         self.at += 1
-        return Picture((self.at - 1) / self.rate, np.full((2, 2, 3), self.at - 1, np.uint8))
+        return VideoFrame((self.at - 1) / self.rate, np.full((2, 2, 3), self.at - 1, np.uint8))
 
     def close(self) -> None:
         self.closed.set()
@@ -123,7 +123,7 @@ class Eye:
     def __init__(self, *blind: int) -> None:
         self.blind, self.seen, self.closed = blind, threading.Semaphore(0), False
 
-    def find(self, picture: Picture) -> tuple[Array, Array] | None:
+    def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
         number = int(picture.image[0, 0, 0])
         self.seen.release()
         return None if number in self.blind else (landmarks_of(Clip("wave", 1).angles(0.1 * number)), SEEN)
