@@ -1,4 +1,4 @@
-"""Whoever keeps clear by one row of J_d: an arm, or both arms together."""
+"""Avoidance by one row of J_d: of one arm, or of both arms together."""
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from scenes.world import World
 
 
 class AvoidanceGroup:
-    """One or more tasks that keep clear together.
+    """One or more arms that avoid together.
 
     Args:
         world: where.
-        tasks: whose columns of q lie side by side.
-        others: everybody else who moves.
+        tasks: of the arms; their columns of q are adjacent.
+        others: all other tasks.
 
     Attributes:
         joints: columns of q.
@@ -36,7 +36,7 @@ class AvoidanceGroup:
         self._detector = world.detector
 
     def part(self, task: ArmTask) -> Array:
-        """Return where q̇_n of one of the tasks belongs (n,), a view."""
+        """Return the part of q̇_n of one of the tasks (n,), a view."""
         first = self.joints.start
         return self.nominal[task.joints.start - first : task.joints.stop - first]
 
@@ -53,7 +53,7 @@ class AvoidanceGroup:
         return w
 
     def situation(self, law: Law, near: Proximity) -> Situation:
-        """Return what a law sees of the world now.
+        """Return the present situation for a law.
 
         Args:
             law: what it wants to see.
@@ -101,6 +101,6 @@ class AvoidanceGroup:
 def avoidance_groups(
     world: World, tasks: tuple[ArmTask, ...], avoiding: tuple[ArmTask, ...], coupled: bool
 ) -> tuple[AvoidanceGroup, ...]:
-    """Return who keeps clear: each task by a row of its own, or all by one row if they are coupled."""
+    """Return the groups that avoid: each task by a row of its own, or all by one row if they are coupled."""
     groups = (avoiding,) if coupled else tuple((task,) for task in avoiding)
     return tuple(AvoidanceGroup(world, group, tuple(m for m in tasks if m not in group)) for group in groups)

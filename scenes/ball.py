@@ -37,7 +37,7 @@ def path(time: float, home: Array) -> tuple[Array, Array]:
 
 
 def roles(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part."""
+    """Return the roles."""
     del settings
     arm = world.room.arms[0]
     keeper, ball = HoldTask(world, arm, path), BallTask(world)
@@ -45,7 +45,7 @@ def roles(world: World, settings: RunSettings) -> Roles:
 
 
 def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return who moves the ball by itself."""
+    """Return the source that moves the ball."""
     if settings.ball == "still":
         return NoSource()
     assert world.room.ball is not None

@@ -15,8 +15,8 @@ class Experiment:
     """What is done in a room.
 
     Attributes:
-        roles: who takes part.
-        source: who moves what can be moved as long as nobody else does.
+        roles: makes the roles.
+        source: the default source of targets, used while the user moves nothing.
         error_unit: of the squared error that is recorded.
     """
 

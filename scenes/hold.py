@@ -9,7 +9,7 @@ from scenes.world import World
 
 
 def roles(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part."""
+    """Return the roles."""
     room = world.room
     guided, avoiding = room.arm(settings.guided), room.other(settings.guided)
     held = GuidedTask(world, guided, room.robots[room.arms.index(guided)])
@@ -18,6 +18,6 @@ def roles(world: World, settings: RunSettings) -> Roles:
 
 
 def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return who moves the guided arm by itself, beginning where its hand is."""
+    """Return the autopilot of the guided arm, starting where its hand is."""
     start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
     return Autopilot(world.room, settings.guided, settings.seed, start)

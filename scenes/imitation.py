@@ -11,7 +11,7 @@ from scenes.world import World
 
 
 def roles(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part. The arm that is called the person's own is driven like the other one."""
+    """Return the roles. The arm that is called the person's own is driven like the other one."""
     room = world.room
     imitated = ImitatedPerson(world)
     followers = {side: JointFollower(world, room.arm(side), imitated.arm(i)) for i, side in enumerate(SIDES)}
@@ -21,7 +21,7 @@ def roles(world: World, settings: RunSettings) -> Roles:
 
 
 def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return the built-in person."""
+    """Return the built-in clip as a person."""
     del world
     return ClipPerson(settings)
 

@@ -13,7 +13,7 @@ from scenes.world import World
 
 
 def roles(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part."""
+    """Return the roles."""
     room = world.room
     master, slave = room.arm(settings.guided), room.other(settings.guided)
     made = room.robots[0]
@@ -23,7 +23,7 @@ def roles(world: World, settings: RunSettings) -> Roles:
 
 
 def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return who moves the master by itself, beginning where its hand is."""
+    """Return the autopilot of the master, starting where its hand is."""
     start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
     return Autopilot(world.room, settings.guided, settings.seed, start)
 

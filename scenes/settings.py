@@ -27,7 +27,7 @@ SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
 ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
 AvoidChoice = Literal["paper", "free", "guided", "both"]
-"""Who keeps clear: as in the paper, the arm that nobody holds, the one that is held, or both."""
+"""The arms that avoid: as in the paper, the arm that is not held, the one that is held, or both."""
 Following = Literal["identical", "mirrored"]
 PathName = Literal["stay", "circle"]
 ControlPoint = Literal["hand", "elbow", "arm"]
@@ -289,7 +289,7 @@ def changed(settings: T, key: str, value: object) -> T:
 
 
 def checked(spec: Spec, present: object, value: object) -> Any:
-    """Return a value from outside as a value of the field, whose present value gives the type.
+    """Return an external value as a value of the field; the present value gives the type.
 
     Raises:
         BadSetting: it is none.

@@ -33,7 +33,7 @@ class Snapshot:
         settings: in force.
         steps, time: made so far, and simulated so far [s].
         positions, velocities: (nv,).
-        memories: of each task.
+        memories: of every task.
     """
 
     settings: RunSettings
@@ -73,7 +73,7 @@ class Simulation:
         self._assign()
 
     def _assign(self) -> None:
-        """Give the roles; everybody begins where they are."""
+        """Assign the roles; the arms stay where they are."""
         self.roles = EXPERIMENTS[self.settings.scene].roles(self.world, self.settings)
         self.guided: Arm = self.roles.guided
         """The arm that the person moves."""
@@ -83,11 +83,11 @@ class Simulation:
         self._form()
 
     def _form(self) -> None:
-        """Settle who keeps clear, and whether together."""
+        """Form the groups that avoid."""
         tasks, avoiding = self.roles.tasks, self.roles.avoiders(self.settings.avoid)
         self._groups: tuple[AvoidanceGroup, ...] = avoidance_groups(self.world, tasks, avoiding, self.settings.law.coupled)
         nominals = {task.joints.start: group.part(task) for group in self._groups for task in group.tasks}
-        # Whoever does not keep clear moves as they want.
+        # A task that does not avoid moves its joints directly.
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
         self.bounded = Bounded(np.zeros(self._groups[0].velocities.shape))
         """What the first avoiding arm did in the last step, and why not more."""
@@ -112,7 +112,7 @@ class Simulation:
             self._form()
 
     def reset(self, positions: Array | None = None) -> None:
-        """Begin anew at time 0, at rest, in the room's start posture or at q (nv,) [rad]. The settings stay."""
+        """Restart at time 0, at rest, in the room's start posture or at q (nv,) [rad]. The settings stay."""
         self.positions[:] = self.room.start if positions is None else positions
         self.steps = 0
         self.time = 0.0
@@ -127,7 +127,7 @@ class Simulation:
             task.begin()
 
     def use(self, law: Law | None) -> None:
-        """Run a law that the settings do not know, whatever they say; None for theirs again."""
+        """Run a custom law instead of that of the settings; None for theirs again."""
         self._custom_law = law
         self.law = make_law(self.settings.law) if law is None else law
 
@@ -152,18 +152,18 @@ class Simulation:
         return EXPERIMENTS[self.settings.scene].error_unit
 
     def source(self) -> TargetSource:
-        """Return who moves what can be moved as long as nobody else does, beginning from the present state."""
+        """Return the experiment's default source of targets, starting from the present state."""
         self.kinematics.update(self.positions)
         return EXPERIMENTS[self.settings.scene].source(self.world, self.settings)
 
     def joint_label(self, joint: int, second: bool = False) -> str:
-        """Return what a person calls the joint that costs authority, as recorded for the first or second arm that keeps clear."""
+        """Return the readable name of the joint that costs authority, as recorded for the first or second arm that avoids."""
         column = joint + self._groups[int(second and len(self._groups) > 1)].joints.start
         arm = next(arm for arm in self.room.arms if arm.joints.start <= column < arm.joints.stop)
         return arm.labels[column - arm.joints.start]
 
     def step(self, target: Target | None) -> None:
-        """Advance by dt. `target` is what the person wants; None leaves everything alone.
+        """Advance by dt. `target`: what the person wants; None for no change.
 
         Raises:
             Unanswered: the law has not answered yet. No step was made and nothing has changed, so the same step can be made later.
@@ -235,7 +235,7 @@ class Simulation:
         return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint)
 
     def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float) -> Bounded:
-        """Return what an arm can do of what the law wants."""
+        """Return the velocities within the bounds that come nearest to what the law wants."""
         if group.box.contains(wanted):
             bounded = Bounded(wanted)
         else:
@@ -249,7 +249,7 @@ class Simulation:
         return bounded
 
     def nominal(self) -> Array:
-        """Return what the tasks alone asked for in the last step, q̇_n (nv,) [rad/s]; what moves freely is as it moved."""
+        """Return q̇_n of the tasks alone in the last step (nv,) [rad/s]; for joints that do not avoid, the velocity itself."""
         wanted = self.velocities.copy()
         for group in self._groups:
             wanted[group.joints] = group.nominal
@@ -261,9 +261,9 @@ class Simulation:
         return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories)
 
     def resume(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot of the same experiment, with the present settings; the history begins anew.
+        """Continue from a snapshot of the same experiment, with the present settings; the history is cleared.
 
-        Only what decides on the room and the roles must be as it was: scene, rig, robot, guided arm, path and control point.
+        Scene, rig, robot, guided arm, path and control point must be as in the snapshot.
         """
         self.reset(snapshot.positions)
         self.steps, self.time = snapshot.steps, snapshot.time
@@ -272,7 +272,7 @@ class Simulation:
             task.remember(memory)
 
     def sample(self) -> Sample:
-        """Return the newest step; makes none if there is none yet, but measures the present state."""
+        """Return the newest step, or a measurement of the present state if there is none."""
         if self.history.count == 0:
             return self._measured()
         return self.history.last()

@@ -84,7 +84,7 @@ class Measured:
 
 
 def unmeasured(recorded: Recorded, settings: RunSettings) -> Measured:
-    """Return what is to be measured of a recorded piece of a run, with some settings."""
+    """Return the measures of a recorded piece of a run, with some settings."""
     dt = recorded.stretches[-1].settings.dt
     return Measured(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
 
@@ -92,8 +92,8 @@ def unmeasured(recorded: Recorded, settings: RunSettings) -> Measured:
 def largest_step(recorded: Recorded, settings: RunSettings, substeps: int, stopped: Callable[[], bool] = never) -> float:
     """Return the largest change of a joint's velocity from one step to the next [rad/s], see `Measured`.
 
-    What follows immediately upon the beginning, or upon another kind of target (somebody took hold), is left out: there a jump is
-    nobody's fault.
+    What follows immediately upon the beginning, or upon another kind of target (the user took hold), is left out: there a jump is
+    expected.
 
     Args:
         recorded, substeps, stopped: as in `scenes.rerun.rerun`.

@@ -27,7 +27,7 @@ def circle(time: float, home: Array) -> tuple[Array, Array]:
 
 
 def roles(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part. Nothing is near, so that every law leaves the task alone."""
+    """Return the roles. No obstacle is near, so that no law changes the task."""
     arm = world.room.arms[0]
     drawing = settings.path == "circle"
     keeper = HoldTask(world, arm, circle if drawing else None, movable=not drawing, overdriven=True)
@@ -35,7 +35,7 @@ def roles(world: World, settings: RunSettings) -> Roles:
 
 
 def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return who pulls at the elbow by itself."""
+    """Return the source that moves the elbow."""
     return NoSource() if settings.path == "circle" else ElbowSway(world, settings.seed)
 
 

@@ -39,12 +39,12 @@ _REMEMBERED: Final = 4096
 class CustomLaw:
     """A law (see `controllers.laws.situation.Law`) that calls `law(situation)` of a file, in a process of its own.
 
-    The process is started by the first call, and anew when the file has changed; there is never more than one. Where the law
-    fails, q̇ = 0: the arm freezes, and `problem` says why. It stays so until the file has changed, or `restart`. Of what the law
-    does, no exception but `Unanswered` leaves any method. All methods belong to one thread; one `CustomLaw` may be the law of several
+    The first call starts the process, and a changed file restarts it; there is never more than one. Where the law
+    fails, q̇ = 0: the arm freezes until the file has changed, or `restart`, and `problem` says why. Methods raise no exception of the
+    law, only `Unanswered`. All methods belong to one thread; one `CustomLaw` may be the law of several
     simulations of that thread.
 
-    The same situations give the same bits as long as the law itself keeps nothing in mind between two calls.
+    The same situations give the same bits if the law keeps no state between two calls.
 
     Args:
         path: of the file.
@@ -55,7 +55,7 @@ class CustomLaw:
 
     Attributes:
         problem: why it is not in force; None if all is well. After the file has changed, the old one's stays until the new one has
-            given velocities; `refresh` asks it for some, so that it goes while nothing moves, too.
+            given velocities; `refresh` asks it for some, so that it also disappears while nothing moves.
         need: time that a call takes inside the law, averaged over the last ten or so [s]; 0 before the first one.
 
     Raises:
@@ -64,7 +64,7 @@ class CustomLaw:
 
     wants_task: ClassVar[bool] = True
     wants_all_pairs: ClassVar[bool] = True
-    """A file that says `WANTS_ALL_PAIRS = False` is spared them."""
+    """A file with `WANTS_ALL_PAIRS = False` does not get them."""
 
     def __init__(
         self,
@@ -132,11 +132,11 @@ class CustomLaw:
         return self._since is not None and monotonic() - self._since > LONG
 
     def allow(self, seconds: float) -> None:
-        """Let the calls from now on wait so long together, and as long as was left over before, at most `MOST` [s]."""
+        """Allow the calls this much more waiting time together, at most `MOST` with what is left [s]."""
         self._left = min(self._left + seconds, MOST)
 
     def step_made(self) -> int:
-        """Note that the step which was asked about was made; return how often the law was called for it."""
+        """Forget the answers for the step, which was made; return the number of calls of the law for it."""
         calls = sum(isinstance(question, VelocityQuestion) for question in self._answers)
         self._answers.clear()
         return calls
@@ -216,7 +216,7 @@ class CustomLaw:
         return True
 
     def _listen(self) -> None:
-        """Take in what the process has answered meanwhile; one that has not given any velocities yet is asked for the newest ones."""
+        """Take in new answers; ask a process that has not given velocities yet for the newest ones."""
         process = self._ready(False)
         if process is None:
             return
@@ -234,7 +234,7 @@ class CustomLaw:
         return self._ready(True) is not None
 
     def restart(self) -> None:
-        """Begin anew with the text as it is, at once; after a failure that was the machine's."""
+        """Restart the process with the text as it is; for failures that the machine caused."""
         if self._closed:
             return
         self._end()
@@ -286,7 +286,7 @@ class CustomLaw:
         """
         while (process := self._loaded()) is not None:
             if question in self._answers:
-                # Whoever waits makes no step twice, and a law may answer the same question in another way the next time.
+                # With `waits` no step is repeated, and a law may answer the same question differently the next time.
                 return self._answers.pop(question) if self._waits else self._answers[question]
             kind = type(question)
             # A law that took longer the last time, or did not answer in an earlier frame, would be waited for in vain.
@@ -355,7 +355,7 @@ class CustomLaw:
 
 
 def _stamp(path: Path) -> tuple[int, int, int] | None:
-    """Return what changes when a file is written; None if it is not there."""
+    """Return the stamp of a file, which changes when it is written; None if there is no file."""
     try:
         found = path.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""Pictures of a person, and MediaPipe to find the person in them.
+"""Frames of a camera or a video, and MediaPipe to find the person in them.
 
 OpenCV and MediaPipe are the extra `[camera]` and are imported only here, only when asked for. MediaPipe comes without a model: the
 user names a pose_landmarker file.
@@ -20,7 +20,7 @@ from scenes.person.source import MissingPackage
 
 
 class VideoFrame(NamedTuple):
-    """One picture of a film.
+    """One frame of a film.
 
     Attributes:
         time: since the film began [s].
@@ -32,29 +32,29 @@ class VideoFrame(NamedTuple):
 
 
 class Film(Protocol):
-    """Pictures, one after the other."""
+    """A sequence of frames."""
 
     live: bool
-    """Whether they come when they are made, not when they are asked for."""
+    """Whether frames come in real time instead of on request."""
 
     def next(self) -> VideoFrame | None:
-        """Return the next picture, or None at the end."""
+        """Return the next frame, or None at the end."""
         ...
 
     def close(self) -> None:
-        """Let go of the device or the file."""
+        """Release the device or the file."""
         ...
 
 
 class Detector(Protocol):
-    """Finds a person in pictures whose times grow."""
+    """Finds a person in frames; their times must increase."""
 
     def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
-        """Return world landmarks (33, 3) [m] and their visibility (33,), or None if nobody is there."""
+        """Return world landmarks (33, 3) [m] and their visibility (33,), or None if no person is seen."""
         ...
 
     def close(self) -> None:
-        """Let go of the model."""
+        """Release the model."""
         ...
 
 
@@ -178,5 +178,5 @@ def _must_exist(path: Path, what: str) -> None:
 
 
 def first_line(error: Exception) -> str:
-    """Return what an error says, short enough for a message of ours."""
+    """Return the first line of an error, shortened for a message."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0].rstrip(".")[:200]

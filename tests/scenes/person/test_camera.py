@@ -152,7 +152,7 @@ def test_the_newest_counts() -> None:
     now, reel, eye = [0.0], Reel(200), Eye(40)
     with CameraSource(reel, eye, clock=lambda: now[0]) as source:
         assert source.angles(0.0) is None
-        assert "Nobody is seen" in source.message
+        assert "No person is seen" in source.message
         for _ in range(31):
             reel.gate.release()
         until(lambda: near(source.angles(0.0), 30))
@@ -169,7 +169,7 @@ def test_the_newest_counts() -> None:
         until(lambda: near(source.angles(0.0), 41))
         now[0] += camera.STALE + 0.01
         assert source.angles(0.0) is None
-        assert "Nobody is seen" in source.message
+        assert "No person is seen" in source.message
         reel.count = 0
         reel.gate.release()
         until(lambda: not source.running)
@@ -230,9 +230,9 @@ def test_a_film_read_as_a_whole() -> None:
     for k in range(20):
         assert near(tables[0].angles(k / 10.0), k) == (k != 7)
     assert tables[0].angles(0.7) is None
-    with pytest.raises(BadInputFile, match="Nobody is seen"):
+    with pytest.raises(BadInputFile, match="No person is seen"):
         read_film(Reel(3, live=False), Eye(0, 1, 2))
-    with pytest.raises(BadInputFile, match="Nobody is seen"):
+    with pytest.raises(BadInputFile, match="No person is seen"):
         read_film(Reel(0, live=False), Eye())
     long = Reel(3, live=False, rate=1e-3)
     with pytest.raises(BadInputFile, match="longer than 30 minutes"):
