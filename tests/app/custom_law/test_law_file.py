@@ -10,9 +10,8 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.student_situation import Situation
-from app.custom_law.wire import VelocityQuestion, decode_question, encode
 from controllers.laws.situation import Situation as Seen
-from tests.app.custom_law.helpers import PAPER, situation
+from tests.app.custom_law.helpers import PAPER, received, situation
 
 
 def file_of(text: str) -> LawFile:
@@ -20,21 +19,11 @@ def file_of(text: str) -> LawFile:
     return LawFile("/somewhere/my_law.py", textwrap.dedent(text).lstrip("\n").encode(), 512 << 20)
 
 
-def received(sent: Seen) -> Situation:
-    """What arrives in the law's process."""
-    question = decode_question(encode(VelocityQuestion.of(sent)))
-    assert isinstance(question, VelocityQuestion)
-    return question.situation()
-
-
 def wrong(text: str) -> Wrong:
     """What is said of a file that cannot be loaded, or fails when it is called."""
     with pytest.raises(Wrong) as caught:
         file_of(text).velocities(received(situation()))
     return caught.value
-
-
-# ---- what it sees -------------------------------------------------------------------------------------------------------------
 
 
 def test_it_sees_what_every_law_sees() -> None:
@@ -62,9 +51,6 @@ def test_a_situation_crosses_the_line_to_the_bit(n: int, pairs: int, bare: str) 
         else:
             assert_array_equal(here, there, err_msg=name)
             assert not isinstance(here, np.ndarray) or (here.flags.writeable and here.flags.aligned)
-
-
-# ---- what it says -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -109,18 +95,10 @@ def test_what_is_wrong_and_where(text: str, line: int | None, says: str) -> None
     assert len(error.text) <= 300 and "\n" not in error.text
 
 
-def test_a_message_is_never_endless() -> None:
+def test_messages_and_encodings() -> None:
+    # A message is never endless.
     assert len(wrong("def law(s):\n    raise ValueError('x' * 10_000)").text) == 300
-
-
-@pytest.mark.parametrize("text", [b"def law(s):\n    return '\xff'", b"\x00\x01", "def law(s): pass".encode("utf-16")])
-def test_what_is_no_text(text: bytes) -> None:
-    with pytest.raises(Wrong):
-        LawFile("my_law.py", text, 0)
-
-
-def test_other_encodings_and_ends_of_lines() -> None:
-    """Whatever Python reads: a declared encoding, a byte order mark, and the lines of Windows."""
+    # Whatever Python reads: a declared encoding, a byte order mark, and the lines of Windows.
     for text in (
         "# coding: latin-1\r\n# für\r\ndef law(s):\r\n    return s.nominal / 0 + ü".encode("latin-1"),
         "\ufeff# für\n\ndef law(s):\n    return s.nominal / 0 + ü".encode(),
@@ -131,6 +109,12 @@ def test_other_encodings_and_ends_of_lines() -> None:
         assert caught.value.line == 4
 
 
+@pytest.mark.parametrize("text", [b"def law(s):\n    return '\xff'", b"\x00\x01", "def law(s): pass".encode("utf-16")])
+def test_what_is_no_text(text: bytes) -> None:
+    with pytest.raises(Wrong):
+        LawFile("my_law.py", text, 0)
+
+
 @pytest.mark.parametrize("returned", ["[0.1] * 7", "(1,) * 7", "s.nominal.astype('f4')", "[True] * 7", "list(s.nominal)"])
 def test_what_is_as_good_as_an_array(returned: str) -> None:
     velocities, seconds = file_of(f"def law(s):\n    return {returned}").velocities(Situation(*situation()))
@@ -138,16 +122,26 @@ def test_what_is_as_good_as_an_array(returned: str) -> None:
     assert seconds >= 0.0
 
 
-# ---- the rest of a file -------------------------------------------------------------------------------------------------------
-
-
-def test_what_a_file_says_of_itself() -> None:
-    """All pairs unless it says otherwise; λ if it has one; and what stands under __main__ is not for the page."""
+def test_a_file_and_its_curves() -> None:
+    # All pairs unless it says otherwise; λ if it has one; and what stands under __main__ is not for the page.
     law = file_of("def law(s):\n    return s.nominal\nif __name__ == '__main__':\n    raise ValueError")
     assert law.wants_all_pairs and not law.has_activation
     law = file_of(f"WANTS_ALL_PAIRS = False\n{textwrap.dedent(PAPER)}")
     assert not law.wants_all_pairs and law.has_activation
     assert law.activation(0.3) == 0.5**6 and law.activation(0.1) == 1.0 and law.activation(float("inf")) == 0.0
+    # J_d q̇ = λ v − (1 − λ) u of the paper's law, for every distance; u, w and |J_d| as asked for.
+    law = file_of(PAPER.replace("MU = 0.15, 6.0, 0.30, 0.06", "MU = 0.15, 6.0, 0.30, 0.0"))
+    d, u = np.array([0.1, 0.2, 0.4, np.inf]), 0.2
+    lam = np.minimum(0.15 / d, 1.0) ** 6
+    for square in (0.04, 1.0, 0.0):
+        np.testing.assert_allclose(law.rates(d, u, 0.1, square), lam * 0.3 - (1.0 - lam) * u, atol=1e-12)
+    seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(d, u, 0.1, 0.25)
+    np.testing.assert_allclose(seen, 0.5 * 0.1)
+    # Rates are nan where the law fails.
+    found = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None").rates(
+        np.array([0.1, 0.3]), 0.1, 0.0, 1.0
+    )
+    assert np.isnan(found[0]) and found[1] == pytest.approx(-0.1)
 
 
 @pytest.mark.parametrize(
@@ -165,21 +159,3 @@ def test_an_activation_that_is_none(returned: str, says: str) -> None:
     with pytest.raises(Wrong, match=says) as caught:
         law.activation(0.2)
     assert caught.value.line == (4 if says == "Zero" else 3)
-
-
-def test_rates_along_a_line() -> None:
-    """J_d q̇ = λ v − (1 − λ) u of the paper's law, for every distance; u, w and |J_d| as asked for."""
-    law = file_of(PAPER.replace("MU = 0.15, 6.0, 0.30, 0.06", "MU = 0.15, 6.0, 0.30, 0.0"))
-    d, u = np.array([0.1, 0.2, 0.4, np.inf]), 0.2
-    lam = np.minimum(0.15 / d, 1.0) ** 6
-    for square in (0.04, 1.0, 0.0):
-        np.testing.assert_allclose(law.rates(d, u, 0.1, square), lam * 0.3 - (1.0 - lam) * u, atol=1e-12)
-    seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(d, u, 0.1, 0.25)
-    np.testing.assert_allclose(seen, 0.5 * 0.1)
-
-
-def test_rates_are_nan_where_the_law_fails() -> None:
-    found = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None").rates(
-        np.array([0.1, 0.3]), 0.1, 0.0, 1.0
-    )
-    assert np.isnan(found[0]) and found[1] == pytest.approx(-0.1)

@@ -28,10 +28,7 @@ def turned(way: np.ndarray) -> np.ndarray:
 TARGETS: st.SearchStrategy[Target | None] = st.one_of(
     st.none(),
     st.builds(
-        HandTarget,
-        arrays(3),
-        st.none() | arrays(9).map(lambda a: a.reshape(3, 3)) | arrays(9).map(turned),
-        st.none() | arrays(3),
+        HandTarget, arrays(3), st.none() | arrays(9).map(lambda a: a.reshape(3, 3)) | arrays(9).map(turned), st.none() | arrays(3)
     ),
     st.builds(JointTarget, st.integers(1, 14).flatmap(arrays)),
     st.builds(BallTarget, arrays(3)),

@@ -38,16 +38,12 @@ SEEN = np.ones(33)
 
 
 @given(bodies(plain_arms))
-def test_landmarks_to_angles(angles: Array) -> None:
-    """The angles of who stands in front of the camera, left and right not mixed up."""
+def test_landmarks_to_angles_also_without_hips(angles: Array) -> None:
+    # The angles of who stands in front of the camera, left and right not mixed up.
     found = landmarks_to_angles(landmarks_of(angles), SEEN)
     assert found is not None
     assert_allclose(found, angles, atol=1e-6)
-
-
-@given(bodies(plain_arms))
-def test_somebody_at_a_desk(angles: Array) -> None:
-    """Hips that are not seen, or are nonsense, are taken to be below the shoulders."""
+    # Hips that are not seen, or are nonsense, are taken to be below the shoulders.
     table, visibility = landmarks_of(angles), SEEN.copy()
     visibility[list(HIPS)] = 0.1
     table[list(HIPS)] = np.nan
@@ -90,9 +86,6 @@ def test_a_noisy_sequence_with_drop_outs() -> None:
     assert 5 < lost < 300
     assert np.median(errors) < math.radians(12.0)
     assert max(errors) < math.radians(75.0)
-
-
-# ---- the thread ---------------------------------------------------------------------------------------------------------------
 
 
 class Reel:
@@ -180,8 +173,8 @@ def test_the_newest_counts() -> None:
     assert source.angles(0.0) is None
 
 
-def test_stop_before_start_and_twice() -> None:
-    """Stopping is always possible."""
+def test_threads_start_stop_and_fail() -> None:
+    # Stopping is always possible.
     source = CameraSource(Reel(0), Eye())
     source.stop()
     assert source.message == "The camera is off."
@@ -193,10 +186,7 @@ def test_stop_before_start_and_twice() -> None:
     source.stop()
     source.stop()
     assert reel.closed.is_set()
-
-
-def test_a_fault_in_the_thread_is_told() -> None:
-    """A camera that fails ends the looking, with its reason in one line; nothing else dies."""
+    # A camera that fails ends the looking, with its reason in one line; nothing else dies.
     reel = Reel(5, fault=2)
     source = CameraSource(reel, Eye()).start()
     for _ in range(3):
@@ -207,8 +197,8 @@ def test_a_fault_in_the_thread_is_told() -> None:
     assert reel.closed.is_set()
 
 
-def test_a_video_plays_at_its_own_speed_and_ends() -> None:
-    """A film from a file is not read ahead of its time, and its end is told."""
+def test_films_played_and_read() -> None:
+    # A film from a file is not read ahead of its time, and its end is told.
     reel = Reel(50, live=False, rate=500.0)
     eye = Eye()
     source = CameraSource(reel, eye).start()
@@ -221,10 +211,7 @@ def test_a_video_plays_at_its_own_speed_and_ends() -> None:
     until(lambda: near(source.angles(0.0), 0))
     source.stop()
     assert not source.running
-
-
-def test_a_film_read_as_a_whole() -> None:
-    """The same film gives the same angles at its own times; where nobody is seen there is nobody."""
+    # The same film gives the same angles at its own times; where nobody is seen there is nobody.
     tables = [read_film(Reel(20, live=False, rate=10.0), Eye(7)) for _ in range(2)]
     assert_allclose(tables[0].table, tables[1].table, atol=0.0)
     for k in range(20):
