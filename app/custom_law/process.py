@@ -12,7 +12,7 @@ from app.custom_law.child import Child
 from app.custom_law.law_file import quoted
 from app.custom_law.law_limits import LawLimits, LawProblem, problem_of
 from app.custom_law.patience import Patience
-from app.custom_law.wire import BROKEN, Failure, Loaded, LoadFile, Numbers, Question, Reply, Started, decode_reply, encode
+from app.custom_law.wire import BROKEN, Failure, FileLoaded, LoadFile, Numbers, Question, Reply, Started, decode_reply, encode
 from controllers.errors import LazyText, joined
 from scenes.files import readable
 
@@ -84,7 +84,7 @@ class LawProcess:
                 self._patience = Patience(self.pid, self._limits.load)
                 self._send(LoadFile(self._text))
             else:
-                loaded = self._receive(Loaded, seconds)
+                loaded = self._receive(FileLoaded, seconds)
                 if loaded is None:
                     return False
                 self._phase = "ready"

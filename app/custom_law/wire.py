@@ -112,7 +112,7 @@ class Started(Struct, tag=True, array_like=True):
     """The process runs."""
 
 
-class Loaded(Struct, tag=True, array_like=True):
+class FileLoaded(Struct, tag=True, array_like=True):
     """The file is loaded; see `LawFile`."""
 
     wants_all_pairs: bool
@@ -137,7 +137,7 @@ class Failure(Struct, tag=True, array_like=True):
     line: int | None
 
 
-Reply = Started | Loaded | Numbers | Failure
+Reply = Started | FileLoaded | Numbers | Failure
 
 encode: Final = Encoder(enc_hook=float).encode
 """Message → bytes; the hook is for the scalars of NumPy."""

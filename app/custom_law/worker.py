@@ -19,7 +19,7 @@ from app.custom_law.wire import (
     ActivationQuestion,
     ActivationsQuestion,
     Failure,
-    Loaded,
+    FileLoaded,
     LoadFile,
     Numbers,
     Question,
@@ -100,7 +100,7 @@ def _serve(line: "connection.Connection", path: str, memory: int) -> None:
         try:
             if isinstance(question, LoadFile):
                 law = LawFile(path, question.text, memory)
-                reply = Loaded(law.wants_all_pairs, law.has_activation)
+                reply = FileLoaded(law.wants_all_pairs, law.has_activation)
             else:
                 assert law is not None
                 reply = _answer(law, question)
