@@ -1,4 +1,4 @@
-"""What can go wrong through no fault of the program: errors a person can read and put right."""
+"""Errors that the user can read and correct."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Iterable
 
 
 class LazyText(str):
-    """A text that knows what it was made of, so that whoever shows it can say it in another language.
+    """A text that knows what it was made of, so that it can be shown in another language.
 
-    It is the English text wherever a `str` is wanted, and stays a `LazyText` when it is passed on or sent to another process; what is
-    made of it, such as by `+` or in an f-string, is a plain text.
+    It is the English text wherever a `str` is wanted, and stays a `LazyText` when it is passed on or sent to another process; the
+    result of `+` or of an f-string is a plain text.
 
     Args:
         template: the text, with a {name} for every part.
-        parts: what is filled in; one that is itself a `LazyText` is said in the other language, too.
+        parts: values for the template; a part that is a `LazyText` is translated, too.
 
     Attributes:
         template, parts: as given.
@@ -23,7 +23,7 @@ class LazyText(str):
     parts: dict[str, object]
 
     def __new__(cls, template: str, /, **parts: object) -> LazyText:
-        """Fill the parts in; a template without parts is taken as it stands, braces and all."""
+        """Fill in the parts; a template without parts is taken literally, braces included."""
         if isinstance(template, LazyText) and not parts:
             template, parts = template.template, template.parts
         made = super().__new__(cls, template.format(**parts) if parts else template)
@@ -31,24 +31,24 @@ class LazyText(str):
         return made
 
     def __getnewargs_ex__(self) -> tuple[tuple[str], dict[str, object]]:
-        """Return what makes it anew in another process."""
+        """Return the arguments that rebuild it in another process."""
         return (self.template,), self.parts
 
     def __str__(self) -> str:
-        """Return itself: `str(error)` is how a message is taken out of an error."""
+        """Return itself, so that `str(error)` stays translatable."""
         return self
 
 
 def joined(parts: Iterable[str], between: str) -> LazyText:
-    """Return several texts as one. `between`: what stands between any two."""
+    """Return several texts joined into one. `between`: the separator."""
     given = {f"_{i}": part for i, part in enumerate(parts)}
     return LazyText(between.join(f"{{{name}}}" for name in given), **given)
 
 
 class DuetError(Exception):
-    """Something the person at the keyboard can put right.
+    """An error that the user can correct.
 
-    The message is one line: what is wrong, then the valid choices or the remedy. It is shown as it is, without a traceback.
+    The message is one line: what is wrong, then the valid choices or the remedy. It is shown without a traceback.
 
     Args:
         message: the line, or with parts its template; see `LazyText`.
@@ -68,4 +68,4 @@ class BadSetting(DuetError):
 
 
 class BadInputFile(DuetError):
-    """A file can't be used: missing, unreadable, of the wrong kind or inconsistent; the message names the file and the reason."""
+    """A file cannot be used: missing, unreadable, of the wrong kind or inconsistent; the message names the file and the reason."""

@@ -105,7 +105,7 @@ class VelocityBox:
         np.minimum(upper, self._top_speed, out=upper)
 
     def part(self, joints: slice) -> "VelocityBox":
-        """Return the box of some of the joints. It shares its bounds with this one: whoever updates the whole updates the part."""
+        """Return the box of some of the joints. It shares its bounds with this one, so that updating the whole updates the part."""
         part = VelocityBox(self._lower_position[joints], self._upper_position[joints], self._top_speed[joints], self.gain)
         part.lower, part.upper = self.lower[joints], self.upper[joints]
         part._whole = self._whole

@@ -1,4 +1,4 @@
-"""Whoever keeps clear by one row of J_d: an arm, or both arms together."""
+"""Avoidance by one row of J_d: of one arm, or of both arms together."""
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from scenes.world import World
 
 
 class AvoidanceGroup:
-    """One or more movers that keep clear together.
+    """One or more arms that avoid together.
 
     Args:
         world: where.
-        movers: whose columns of q lie side by side.
-        others: everybody else who moves.
+        tasks: of the arms; their columns of q are adjacent.
+        others: all other tasks.
 
     Attributes:
         joints: columns of q.
@@ -25,9 +25,9 @@ class AvoidanceGroup:
         box: bounds of q̇.
     """
 
-    def __init__(self, world: World, movers: tuple[ArmTask, ...], others: tuple[ArmTask, ...]) -> None:
-        self.movers = movers
-        self.joints = slice(min(m.joints.start for m in movers), max(m.joints.stop for m in movers))
+    def __init__(self, world: World, tasks: tuple[ArmTask, ...], others: tuple[ArmTask, ...]) -> None:
+        self.tasks = tasks
+        self.joints = slice(min(m.joints.start for m in tasks), max(m.joints.stop for m in tasks))
         self.velocities = world.velocities[self.joints]
         self.box = world.bounds.part(self.joints)
         self._positions = world.positions[self.joints]
@@ -35,15 +35,15 @@ class AvoidanceGroup:
         self.nominal = np.zeros(self.joints.stop - self.joints.start)
         self._detector = world.detector
 
-    def part(self, mover: ArmTask) -> Array:
-        """Return where q̇_n of one of the movers belongs (n,), a view."""
+    def part(self, task: ArmTask) -> Array:
+        """Return the part of q̇_n of one of the tasks (n,), a view."""
         first = self.joints.start
-        return self.nominal[mover.joints.start - first : mover.joints.stop - first]
+        return self.nominal[task.joints.start - first : task.joints.stop - first]
 
     @property
     def squared_error(self) -> float:
-        """Of the first mover's task."""
-        return self.movers[0].squared_error
+        """Of the first task's task."""
+        return self.tasks[0].squared_error
 
     def approach(self, row: Array) -> float:
         """Return w along a row (nv,): the speed at which the others come closer [m/s]."""
@@ -53,7 +53,7 @@ class AvoidanceGroup:
         return w
 
     def situation(self, law: Law, near: Proximity) -> Situation:
-        """Return what a law sees of the world now.
+        """Return the present situation for a law.
 
         Args:
             law: what it wants to see.
@@ -72,17 +72,17 @@ class AvoidanceGroup:
         return Situation(*plain, J, self.box.lower, self.box.upper, rows, distances, approaches)
 
     def _task_jacobian(self) -> Array | None:
-        """Return J (m, n) of all the movers' tasks, one below the other; None if no joint is left free by them."""
-        if len(self.movers) == 1:
-            return self.movers[0].task_jacobian
-        blocks = [mover.task_jacobian for mover in self.movers]
-        sizes = [mover.joints.stop - mover.joints.start for mover in self.movers]
+        """Return J (m, n) of all the tasks' tasks, one below the other; None if no joint is left free by them."""
+        if len(self.tasks) == 1:
+            return self.tasks[0].task_jacobian
+        blocks = [task.task_jacobian for task in self.tasks]
+        sizes = [task.joints.stop - task.joints.start for task in self.tasks]
         if all(block is None for block in blocks):
             return None
         filled = [np.eye(size) if block is None else block for block, size in zip(blocks, sizes, strict=True)]
         J, row = np.zeros((sum(len(block) for block in filled), len(self.nominal))), 0
-        for mover, block in zip(self.movers, filled, strict=True):
-            first = mover.joints.start - self.joints.start
+        for task, block in zip(self.tasks, filled, strict=True):
+            first = task.joints.start - self.joints.start
             J[row : row + len(block), first : first + block.shape[1]] = block
             row += len(block)
         return J
@@ -98,9 +98,9 @@ class AvoidanceGroup:
         return bounded_row(self.box.clip(wanted), row, float(row.dot(wanted)), self.box)
 
 
-def form_avoiders(
-    world: World, movers: tuple[ArmTask, ...], avoiding: tuple[ArmTask, ...], coupled: bool
+def avoidance_groups(
+    world: World, tasks: tuple[ArmTask, ...], avoiding: tuple[ArmTask, ...], coupled: bool
 ) -> tuple[AvoidanceGroup, ...]:
-    """Return who keeps clear: each mover by a row of its own, or all by one row if they are coupled."""
-    groups = (avoiding,) if coupled else tuple((mover,) for mover in avoiding)
-    return tuple(AvoidanceGroup(world, group, tuple(m for m in movers if m not in group)) for group in groups)
+    """Return the groups that avoid: each task by a row of its own, or all by one row if they are coupled."""
+    groups = (avoiding,) if coupled else tuple((task,) for task in avoiding)
+    return tuple(AvoidanceGroup(world, group, tuple(m for m in tasks if m not in group)) for group in groups)

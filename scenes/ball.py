@@ -36,16 +36,16 @@ def path(time: float, home: Array) -> tuple[Array, Array]:
     return home + PATH * (1.0 - share if back else share), PATH * ((-rate if back else rate) / TRAVEL)
 
 
-def cast(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part."""
+def roles(world: World, settings: RunSettings) -> Roles:
+    """Return the roles."""
     del settings
     arm = world.room.arms[0]
     keeper, ball = HoldTask(world, arm, path), BallTask(world)
     return Roles((ball, keeper), arm, arm, keeper, None, (keeper,))
 
 
-def person(world: World, settings: RunSettings) -> TargetSource:
-    """Return who moves the ball by itself."""
+def source(world: World, settings: RunSettings) -> TargetSource:
+    """Return the source that moves the ball."""
     if settings.ball == "still":
         return NoSource()
     assert world.room.ball is not None

@@ -55,7 +55,7 @@ def deaf() -> Iterator[None]:
 
 def leave_with_parent() -> None:
     """Leave Ctrl+C to the parent of this worker, and end this one when that is gone, even killed: a worker that waits for work would
-    wait for ever. Nothing in a process that is nobody's worker."""
+    wait for ever. Does nothing in a process that is not a worker."""
     parent = multiprocessing.parent_process()
     if parent is None:
         return

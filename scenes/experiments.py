@@ -15,20 +15,20 @@ class Experiment:
     """What is done in a room.
 
     Attributes:
-        cast: who takes part.
-        person: who moves what can be moved as long as nobody else does.
+        roles: makes the roles.
+        source: the default source of targets, used while the user moves nothing.
         error_unit: of the squared error that is recorded.
     """
 
-    cast: Callable[[World, RunSettings], Roles]
-    person: Callable[[World, RunSettings], TargetSource]
+    roles: Callable[[World, RunSettings], Roles]
+    source: Callable[[World, RunSettings], TargetSource]
     error_unit: str = "m²"
 
 
 EXPERIMENTS: Final[dict[SceneName, Experiment]] = {
-    "solo": Experiment(solo.cast, solo.person),
-    "ball": Experiment(ball.cast, ball.person),
-    "hold": Experiment(hold.cast, hold.person),
-    "master_slave": Experiment(master_slave.cast, master_slave.person, "rad²"),
-    "imitation": Experiment(imitation.cast, imitation.person, "rad²"),
+    "solo": Experiment(solo.roles, solo.source),
+    "ball": Experiment(ball.roles, ball.source),
+    "hold": Experiment(hold.roles, hold.source),
+    "master_slave": Experiment(master_slave.roles, master_slave.source, "rad²"),
+    "imitation": Experiment(imitation.roles, imitation.source, "rad²"),
 }

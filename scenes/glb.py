@@ -1,4 +1,4 @@
-"""From shells to GLB files: materials with linear colours, and a cache that may fail without anybody noticing."""
+"""From shells to GLB files: materials with linear colours, and a cache whose failures are ignored."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def read_axis(text: str, settings: RunSettings) -> Axis:
     Args:
         text: `key=a:b` for a, a + 1 … b; `key=a:b:count` for evenly spaced values, both ends among them; `key=x,y,z` for a list.
             Choices and flags can only be listed.
-        settings: whose keys are meant.
+        settings: that have these keys.
 
     Raises:
         BadSetting: the text cannot be read, or a value is not possible.

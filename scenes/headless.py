@@ -70,7 +70,7 @@ class Run:
 def run(
     settings: RunSettings,
     seconds: float,
-    person: TargetSource | None = None,
+    source: TargetSource | None = None,
     start: Array | None = None,
     on_progress: Callable[[int], object] | None = None,
     law: Law | None = None,
@@ -80,7 +80,7 @@ def run(
     Args:
         settings: checked.
         seconds: simulated time; rounded to whole steps, at least one.
-        person: who moves what can be moved; None for the experiment's own, of the settings' seed.
+        source: who moves what can be moved; None for the experiment's own, of the settings' seed.
         start: q (nv,) [rad], None for the room's start posture.
         on_progress: called now and then with the number of steps made since the last call.
         law: one that the settings do not know, None for theirs.
@@ -90,10 +90,10 @@ def run(
     simulation.use(law)
     if start is not None:
         simulation.reset(start)
-    mover = person or simulation.person()
+    active = source or simulation.source()
     times = np.empty(steps, dtype=np.int64)
     for i in range(steps):
-        target = mover.target(simulation.time)
+        target = active.target(simulation.time)
         begin = perf_counter_ns()
         simulation.step(target)
         times[i] = perf_counter_ns() - begin

@@ -8,8 +8,8 @@ from scenes.settings import RunSettings
 from scenes.world import World
 
 
-def cast(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part."""
+def roles(world: World, settings: RunSettings) -> Roles:
+    """Return the roles."""
     room = world.room
     guided, avoiding = room.arm(settings.guided), room.other(settings.guided)
     held = GuidedTask(world, guided, room.robots[room.arms.index(guided)])
@@ -17,7 +17,7 @@ def cast(world: World, settings: RunSettings) -> Roles:
     return Roles((held, keeper), guided, avoiding, keeper, held, (keeper,))
 
 
-def person(world: World, settings: RunSettings) -> TargetSource:
-    """Return who moves the guided arm by itself, beginning where its hand is."""
+def source(world: World, settings: RunSettings) -> TargetSource:
+    """Return the autopilot of the guided arm, starting where its hand is."""
     start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
     return Autopilot(world.room, settings.guided, settings.seed, start)

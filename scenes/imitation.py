@@ -10,8 +10,8 @@ from scenes.targets import AnglesTarget
 from scenes.world import World
 
 
-def cast(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part. The arm that is called the person's own is driven like the other one."""
+def roles(world: World, settings: RunSettings) -> Roles:
+    """Return the roles. The arm that is called the person's own is driven like the other one."""
     room = world.room
     imitated = ImitatedPerson(world)
     followers = {side: JointFollower(world, room.arm(side), imitated.arm(i)) for i, side in enumerate(SIDES)}
@@ -20,8 +20,8 @@ def cast(world: World, settings: RunSettings) -> Roles:
     return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
 
 
-def person(world: World, settings: RunSettings) -> TargetSource:
-    """Return the built-in person."""
+def source(world: World, settings: RunSettings) -> TargetSource:
+    """Return the built-in clip as a person."""
     del world
     return ClipPerson(settings)
 

@@ -98,7 +98,7 @@ class RecordedPerson:
         self._targets, self._offsets, self._ends = targets, targets.offsets, np.cumsum(times)
 
     def target(self, time: float) -> Target | None:
-        """Return what was wanted at a time since the beginning of what was recorded [s]."""
+        """Return the recorded target at a time since the beginning of the log [s]."""
         # A time that was added up from steps may lie a few bits before the step that it belongs to.
         i = min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1)
         code, begin = int(self._targets.codes[i]), int(self._offsets[i])
@@ -127,11 +127,11 @@ class InputsLog:
         self._keep, self._most_bytes = keep, most_bytes
         self._chapters: deque[_Chapter] = deque()
         self._settings: RunSettings | None = None
-        self._cast: Roles | None = None
+        self._roles: Roles | None = None
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Clear the log."""
         self._chapters.clear()
         self._seconds, self._nbytes = 0.0, 0
         self._expected = self._turn = -1
@@ -153,7 +153,7 @@ class InputsLog:
     def record(self, simulation: Simulation, target: Target | None) -> None:
         """Note what the next step of the simulation is made with; to be called before each of them.
 
-        A simulation that was reset, or whose roles or room changed, cannot be made again from before that: the log begins anew.
+        A simulation that was reset, or whose roles or room changed, cannot be repeated from before that: the log starts again.
         """
         steps = simulation.steps
         if steps != self._expected or simulation.settings is not self._settings or steps >= self._turn:
@@ -176,10 +176,10 @@ class InputsLog:
         self._expected -= 1
 
     def _turn_over(self, simulation: Simulation) -> None:
-        if simulation.steps != self._expected or simulation.cast is not self._cast:
+        if simulation.steps != self._expected or simulation.roles is not self._roles:
             self.forget()
         self._close_stretch()
-        self._settings, self._cast = simulation.settings, simulation.cast
+        self._settings, self._roles = simulation.settings, simulation.roles
         if simulation.steps >= self._turn:
             self._chapters.append(_Chapter(simulation.snapshot()))
             self._nbytes += _CHAPTER_BYTES

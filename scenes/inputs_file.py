@@ -251,7 +251,7 @@ def _targets(arrays: dict[str, np.ndarray], count: int) -> PackedTargets:
     _check((counts > 0).all() and int(counts.astype(np.uint64).sum()) <= MOST_STEPS, "has an impossible number of steps")
     targets = PackedTargets(codes, counts, numbers)
     offsets = targets.offsets
-    _check(len(numbers) == int(offsets[-1]) + WIDTHS[int(codes[-1])], "has targets whose numbers are missing")
+    _check(len(numbers) == int(offsets[-1]) + WIDTHS[int(codes[-1])], "has targets with missing numbers")
     _check(np.isfinite(numbers).all(), "has targets that are not finite")
 
     def checked(which: np.ndarray, width: int, fine: Callable[[Array], Any], what: str, begin: int = 0) -> None:

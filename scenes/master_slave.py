@@ -12,8 +12,8 @@ from scenes.settings import RunSettings
 from scenes.world import World
 
 
-def cast(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part."""
+def roles(world: World, settings: RunSettings) -> Roles:
+    """Return the roles."""
     room = world.room
     master, slave = room.arm(settings.guided), room.other(settings.guided)
     made = room.robots[0]
@@ -22,8 +22,8 @@ def cast(world: World, settings: RunSettings) -> Roles:
     return Roles((held, follower), master, slave, follower, held, (follower, held))
 
 
-def person(world: World, settings: RunSettings) -> TargetSource:
-    """Return who moves the master by itself, beginning where its hand is."""
+def source(world: World, settings: RunSettings) -> TargetSource:
+    """Return the autopilot of the master, starting where its hand is."""
     start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
     return Autopilot(world.room, settings.guided, settings.seed, start)
 

@@ -127,7 +127,7 @@ CSV_SECOND: Final = ("e2_b", "u_b", "w_b")
 
 
 def pair_label(names: tuple[str, str]) -> str:
-    """Return what a person calls a pair of bodies."""
+    """Return the readable name of a pair of bodies."""
     return f"{names[0]} / {names[1]}"
 
 
@@ -149,7 +149,7 @@ def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Map
     """Write a history table (rows ≥ 1, columns) as CSV, the settings as # lines on top. Same table and settings, same bytes.
 
     Args:
-        simulation: whose history it is of.
+        simulation: that made the history.
         settings: key → value, in order.
     """
     for key, value in settings.items():

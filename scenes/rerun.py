@@ -19,7 +19,7 @@ from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, HandTarget, Target
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
-"""Settings that a recorded piece of a run cannot be given anew: they decide on the room, the roles and the clock."""
+"""Settings that cannot be changed for a recorded piece of a run: they decide on the room, the roles and the clock."""
 
 WHAT_IF_KEYS: Final = (*specs(LawSettings), "k", "kx")
 """Settings of which one asks "what if"."""
@@ -35,7 +35,7 @@ COARSEST: Final = 0.020
 
 
 class Stopped(Exception):
-    """Nobody wants the result any more."""
+    """The result is no longer wanted."""
 
 
 def never() -> bool:
@@ -208,13 +208,13 @@ def _seconds_per_step(recorded: Recorded, overrides: Mapping[str, object]) -> fl
 
 
 def warm(settings: RunSettings, stopped: Callable[[], bool] = never) -> None:
-    """Make a few steps, so that everything that the first real ones need is loaded and built."""
+    """Make a few steps, so that all libraries and caches are ready for the first real step."""
     simulation = Simulation(settings, 16)
-    person = simulation.person()
+    source = simulation.source()
     for _ in range(16):
         if stopped():
             raise Stopped
-        simulation.step(person.target(simulation.time))
+        simulation.step(source.target(simulation.time))
 
 
 def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Stretch, ...]:

@@ -1,11 +1,11 @@
-"""Who takes part in an experiment, and who of them keeps clear."""
+"""The roles of an experiment: which task moves which arm, and which arms avoid."""
 
 from dataclasses import dataclass
 from typing import Protocol
 
 from controllers.kinematics import Arm, Array
 from scenes.arm_tasks.arm_task import ArmTask
-from scenes.settings import Avoiders
+from scenes.settings import AvoidChoice
 from scenes.targets import Target
 
 
@@ -14,38 +14,38 @@ class Roles:
     """The roles of an experiment.
 
     Attributes:
-        movers: everybody who moves something, in the order in which they are asked; together they move every column of q once.
-        guided: the arm that the person moves; the only one where one stands alone.
-        avoiding: the arm whose joints and numbers are shown.
-        task: mover of that arm.
-        held: mover of the guided arm; None where one stands alone.
-        paper: those who keep clear in the paper's experiment, the one whose numbers come first in the history first.
+        tasks: all tasks, in the order of evaluation; together they move every column of q once.
+        guided: the arm that the person moves; the only one in a room with one arm.
+        avoiding: the arm that the plots and numbers show.
+        task: of that arm.
+        held: task of the guided arm; None in a room with one arm.
+        paper: the tasks that avoid in the paper's experiment, in the order of their columns in the history.
     """
 
-    movers: tuple[ArmTask, ...]
+    tasks: tuple[ArmTask, ...]
     guided: Arm
     avoiding: Arm
     task: ArmTask
     held: ArmTask | None
     paper: tuple[ArmTask, ...]
 
-    def avoiders(self, choice: Avoiders) -> tuple[ArmTask, ...]:
-        """Return who keeps clear."""
+    def avoiders(self, choice: AvoidChoice) -> tuple[ArmTask, ...]:
+        """Return the tasks that avoid."""
         if choice == "paper" or self.held is None:
             return self.paper
         return {"free": (self.task,), "guided": (self.held,), "both": (self.task, self.held)}[choice]
 
 
 class TargetSource(Protocol):
-    """Whoever moves what can be moved."""
+    """A source of targets: a script, a person, a recording."""
 
     def target(self, time: float) -> Target | None:
-        """Return what they want at a time [s], or None to leave everything alone."""
+        """Return the target at a time [s], or None for no change."""
         ...
 
 
 class NoSource:
-    """Leaves everything alone."""
+    """Never asks for anything."""
 
     def target(self, time: float) -> Target | None:
         """Return None."""

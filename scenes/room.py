@@ -33,7 +33,7 @@ PATH_TURN: Final = -0.60
 """By how much the first joint is turned back where the path begins [rad]."""
 
 PATH_CLEARANCE: Final = 0.03
-"""How near to the ball's surface the way would bring the control point's if nobody gave way [m]."""
+"""How near to the ball's surface the way would bring the control point's without avoidance [m]."""
 
 BALL_ROOM: Final = 2.5
 """The ball stays within this of the world's origin, along each axis [m]."""
@@ -112,7 +112,7 @@ def build_room(rig_name: RigName, robot_name: RobotName = "lwr") -> Room:
 
 @cache
 def build_imitation_room() -> Room:
-    """Return the torso with two LWRs that stand as a person does whose elbows rest at the sides, built once.
+    """Return the torso with two LWRs that stand like a person with the elbows at the sides, built once.
 
     A person's two arms fit the laboratory's torso with LWRs, nothing else; and its usual start bends the elbows the other way.
     """
@@ -145,7 +145,7 @@ def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand")
     )
     geometry.addGeometryObject(pin.GeometryObject("ball", joint, pin.SE3.Identity(), coal.Sphere(BALL_RADIUS)))
     if point == "arm":
-        # The pedestal cannot get out of anybody's way.
+        # The pedestal cannot move.
         _pair_bodies(geometry, f"{ALONE_NAME} ", "ball", movable=True)
     else:
         carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else _hand_placement(model, arm)
@@ -223,7 +223,7 @@ def _capsule_placement(capsule: Capsule) -> pin.SE3:
 
 
 def _pair_bodies(geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:
-    """Pair every body whose name begins with one word with every body of the other, but pairs whose distance no joint can change.
+    """Pair the bodies of two name prefixes, without the pairs that have a constant distance.
 
     Such a pair has J_d ≡ 0. Here that is fixed body against fixed body; a capsule about its own joint's axis would be another.
     With `movable` the fixed bodies of the first word are left out altogether.

@@ -36,7 +36,7 @@ FEW: Final = 28
 """Around what is turned of the coarse torso: thinned out like the rest it would be ragged."""
 
 BOARDS: Final = ("light", "dark")
-"""Parts of the bench that are boards and bars: they have few triangles already, and would fall apart with fewer."""
+"""Parts of the bench that are boards and bars: they have few triangles already, and fewer would deform them."""
 
 TABLE_HEIGHT: Final = 0.75
 """World z of the mounting face under both arms of the table [m]."""

@@ -26,8 +26,8 @@ LawName = Literal[
 SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
 ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
-Avoiders = Literal["paper", "free", "guided", "both"]
-"""Who keeps clear: as in the paper, the arm that nobody holds, the one that is held, or both."""
+AvoidChoice = Literal["paper", "free", "guided", "both"]
+"""The arms that avoid: as in the paper, the arm that is not held, the one that is held, or both."""
 Following = Literal["identical", "mirrored"]
 PathName = Literal["stay", "circle"]
 ControlPoint = Literal["hand", "elbow", "arm"]
@@ -190,9 +190,9 @@ class RunSettings:
             choice_labels=("Hold position", "Hold pose"),
         ),
     )  # fmt: skip
-    avoid: Avoiders = _choice(
+    avoid: AvoidChoice = _choice(
         "paper",
-        Avoiders,
+        AvoidChoice,
         Spec(
             "avoid", "who avoids", "Which arm keeps clear. In the paper: the free arm in Fig. 5, both in Figs 6 and 7.",
             choice_labels=("As in the paper", "The free arm", "Your arm", "Both arms"),
@@ -289,7 +289,7 @@ def changed(settings: T, key: str, value: object) -> T:
 
 
 def checked(spec: Spec, present: object, value: object) -> Any:
-    """Return a value from outside as a value of the field, whose present value gives the type.
+    """Return an external value as a value of the field; the present value gives the type.
 
     Raises:
         BadSetting: it is none.

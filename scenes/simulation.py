@@ -11,7 +11,7 @@ from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.avoidance_group import AvoidanceGroup, form_avoiders
+from scenes.avoidance_group import AvoidanceGroup, avoidance_groups
 from scenes.experiments import EXPERIMENTS
 from scenes.history import History, Sample, Second
 from scenes.law_factory import make_law
@@ -33,7 +33,7 @@ class Snapshot:
         settings: in force.
         steps, time: made so far, and simulated so far [s].
         positions, velocities: (nv,).
-        memories: of each mover.
+        memories: of every task.
     """
 
     settings: RunSettings
@@ -73,23 +73,23 @@ class Simulation:
         self._assign()
 
     def _assign(self) -> None:
-        """Give the roles; everybody begins where they are."""
-        self.cast = EXPERIMENTS[self.settings.scene].cast(self.world, self.settings)
-        self.guided: Arm = self.cast.guided
+        """Assign the roles; the arms stay where they are."""
+        self.roles = EXPERIMENTS[self.settings.scene].roles(self.world, self.settings)
+        self.guided: Arm = self.roles.guided
         """The arm that the person moves."""
-        self.avoiding: Arm = self.cast.avoiding
+        self.avoiding: Arm = self.roles.avoiding
         """The arm whose task is shown: the one that keeps its place and keeps clear, the slave, …"""
-        self._followers = [mover for mover in self.cast.movers if mover.desired is not None]
+        self._followers = [task for task in self.roles.tasks if task.desired is not None]
         self._form()
 
     def _form(self) -> None:
-        """Settle who keeps clear, and whether together."""
-        movers, avoiding = self.cast.movers, self.cast.avoiders(self.settings.avoid)
-        self._avoiders: tuple[AvoidanceGroup, ...] = form_avoiders(self.world, movers, avoiding, self.settings.law.coupled)
-        nominals = {mover.joints.start: avoider.part(mover) for avoider in self._avoiders for mover in avoider.movers}
-        # Whoever does not keep clear moves as they want.
-        self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in movers]
-        self.bounded = Bounded(np.zeros(self._avoiders[0].velocities.shape))
+        """Form the groups that avoid."""
+        tasks, avoiding = self.roles.tasks, self.roles.avoiders(self.settings.avoid)
+        self._groups: tuple[AvoidanceGroup, ...] = avoidance_groups(self.world, tasks, avoiding, self.settings.law.coupled)
+        nominals = {task.joints.start: group.part(task) for group in self._groups for task in group.tasks}
+        # A task that does not avoid moves its joints directly.
+        self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
+        self.bounded = Bounded(np.zeros(self._groups[0].velocities.shape))
         """What the first avoiding arm did in the last step, and why not more."""
         self.bound_bites = False
         """Whether a law's velocity was outside its arm's bounds in the last step."""
@@ -112,7 +112,7 @@ class Simulation:
             self._form()
 
     def reset(self, positions: Array | None = None) -> None:
-        """Begin anew at time 0, at rest, in the room's start posture or at q (nv,) [rad]. The settings stay."""
+        """Restart at time 0, at rest, in the room's start posture or at q (nv,) [rad]. The settings stay."""
         self.positions[:] = self.room.start if positions is None else positions
         self.steps = 0
         self.time = 0.0
@@ -123,47 +123,47 @@ class Simulation:
     def _begin(self) -> None:
         self.velocities[:] = 0.0
         self.world.update()
-        for mover in self.cast.movers:
-            mover.begin()
+        for task in self.roles.tasks:
+            task.begin()
 
     def use(self, law: Law | None) -> None:
-        """Run a law that the settings do not know, whatever they say; None for theirs again."""
+        """Run a custom law instead of that of the settings; None for theirs again."""
         self._custom_law = law
         self.law = make_law(self.settings.law) if law is None else law
 
     @property
     def place(self) -> Array | None:
         """Where the avoiding hand should be (3,), world [m]; None if it follows joints."""
-        return self.cast.task.place if isinstance(self.cast.task, HoldTask) else None
+        return self.roles.task.place if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def home(self) -> Array | None:
         """Where the avoiding hand was when everything began (3,), world [m]; None if it follows joints."""
-        return self.cast.task.home if isinstance(self.cast.task, HoldTask) else None
+        return self.roles.task.home if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def place_rotation(self) -> Array | None:
         """How the avoiding hand should be turned (3, 3); None if it follows joints."""
-        return self.cast.task.place_rotation if isinstance(self.cast.task, HoldTask) else None
+        return self.roles.task.place_rotation if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def error_unit(self) -> str:
         """Of the squared error that is recorded."""
         return EXPERIMENTS[self.settings.scene].error_unit
 
-    def person(self) -> TargetSource:
-        """Return who moves what can be moved as long as nobody else does, beginning from the present state."""
+    def source(self) -> TargetSource:
+        """Return the experiment's default source of targets, starting from the present state."""
         self.kinematics.update(self.positions)
-        return EXPERIMENTS[self.settings.scene].person(self.world, self.settings)
+        return EXPERIMENTS[self.settings.scene].source(self.world, self.settings)
 
     def joint_label(self, joint: int, second: bool = False) -> str:
-        """Return what a person calls the joint that costs authority, as recorded for the first or second arm that keeps clear."""
-        column = joint + self._avoiders[int(second and len(self._avoiders) > 1)].joints.start
+        """Return the readable name of the joint that costs authority, as recorded for the first or second arm that avoids."""
+        column = joint + self._groups[int(second and len(self._groups) > 1)].joints.start
         arm = next(arm for arm in self.room.arms if arm.joints.start <= column < arm.joints.stop)
         return arm.labels[column - arm.joints.start]
 
     def step(self, target: Target | None) -> None:
-        """Advance by dt. `target` is what the person wants; None leaves everything alone.
+        """Advance by dt. `target`: what the person wants; None for no change.
 
         Raises:
             Unanswered: the law has not answered yet. No step was made and nothing has changed, so the same step can be made later.
@@ -171,30 +171,30 @@ class Simulation:
         if self._custom_law is None:
             self._advance(target)
             return
-        velocities, memories = self.velocities.copy(), [mover.memory() for mover in self.cast.movers]
+        velocities, memories = self.velocities.copy(), [task.memory() for task in self.roles.tasks]
         try:
             self._advance(target)
         except Unanswered:
             self.velocities[:] = velocities
-            for mover, memory in zip(self.cast.movers, memories, strict=True):
-                mover.remember(memory)
+            for task, memory in zip(self.roles.tasks, memories, strict=True):
+                task.remember(memory)
             raise
 
     def _advance(self, target: Target | None) -> None:
         settings, law, world = self.settings, self.law, self.world
         world.update()
         near = self.detector.detect(settings.law.pairs, settings.law.beta)
-        for mover, wanted in self._asked:
-            wanted[:] = mover.nominal(target, settings, self.time)
+        for task, wanted in self._asked:
+            wanted[:] = task.nominal(target, settings, self.time)
         lam = law.activation(near.law_distance)
-        first = self._avoiders[0]
+        first = self._groups[0]
         situation = first.situation(law, near)
         w_law = situation.approach
         w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
         wanted = law(situation)
         self.bound_bites = False
         self.bounded = bounded = self._bound(first, situation.row, wanted, lam)
-        second = self._second_keeps_clear(law, near, lam) if len(self._avoiders) > 1 else None
+        second = self._second_keeps_clear(law, near, lam) if len(self._groups) > 1 else None
         first.velocities[:] = bounded.velocities
         for follower in self._followers:
             self._desired[follower.joints] = follower.desired
@@ -203,7 +203,7 @@ class Simulation:
                 self.time,
                 near.distance,
                 lam,
-                self.cast.task.squared_error,
+                self.roles.task.squared_error,
                 situation.pull,
                 w,
                 near.pair,
@@ -226,7 +226,7 @@ class Simulation:
 
         What either arm sees of the other's velocity is that of the tick before, so that it does not matter who is asked first.
         """
-        second = self._avoiders[1]
+        second = self._groups[1]
         situation = second.situation(law, near)
         bounded = self._bound(second, situation.row, law(situation), lam)
         w_law = situation.approach
@@ -234,13 +234,13 @@ class Simulation:
         second.velocities[:] = bounded.velocities
         return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint)
 
-    def _bound(self, avoider: AvoidanceGroup, row: Array, wanted: Array, lam: float) -> Bounded:
-        """Return what an arm can do of what the law wants."""
-        if avoider.box.contains(wanted):
+    def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float) -> Bounded:
+        """Return the velocities within the bounds that come nearest to what the law wants."""
+        if group.box.contains(wanted):
             bounded = Bounded(wanted)
         else:
             self.bound_bites = True
-            bounded = avoider.bounded(row, wanted)
+            bounded = group.bounded(row, wanted)
         if lam > 0.5 and bounded.authority is Authority.FULL:
             square = float(row.dot(row))
             # Less than half of what the law asked for is left after damping: the arm has no lever against this approach.
@@ -249,30 +249,30 @@ class Simulation:
         return bounded
 
     def nominal(self) -> Array:
-        """Return what the tasks alone asked for in the last step, q̇_n (nv,) [rad/s]; what moves freely is as it moved."""
+        """Return q̇_n of the tasks alone in the last step (nv,) [rad/s]; for joints that do not avoid, the velocity itself."""
         wanted = self.velocities.copy()
-        for avoider in self._avoiders:
-            wanted[avoider.joints] = avoider.nominal
+        for group in self._groups:
+            wanted[group.joints] = group.nominal
         return wanted
 
     def snapshot(self) -> Snapshot:
         """Return the present state."""
-        memories = tuple(mover.memory() for mover in self.cast.movers)
+        memories = tuple(task.memory() for task in self.roles.tasks)
         return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories)
 
     def resume(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot of the same experiment, with the present settings; the history begins anew.
+        """Continue from a snapshot of the same experiment, with the present settings; the history is cleared.
 
-        Only what decides on the room and the roles must be as it was: scene, rig, robot, guided arm, path and control point.
+        Scene, rig, robot, guided arm, path and control point must be as in the snapshot.
         """
         self.reset(snapshot.positions)
         self.steps, self.time = snapshot.steps, snapshot.time
         self.velocities[:] = snapshot.velocities
-        for mover, memory in zip(self.cast.movers, snapshot.memories, strict=True):
-            mover.remember(memory)
+        for task, memory in zip(self.roles.tasks, snapshot.memories, strict=True):
+            task.remember(memory)
 
     def sample(self) -> Sample:
-        """Return the newest step; makes none if there is none yet, but measures the present state."""
+        """Return the newest step, or a measurement of the present state if there is none."""
         if self.history.count == 0:
             return self._measured()
         return self.history.last()
@@ -285,7 +285,7 @@ class Simulation:
         except Unanswered:
             lam = 0.0
         q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
-        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1) if len(self._avoiders) > 1 else None
+        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1) if len(self._groups) > 1 else None
         return Sample(
             self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, second, q, dq, desired
         )

@@ -84,7 +84,7 @@ class Measured:
 
 
 def unmeasured(recorded: Recorded, settings: RunSettings) -> Measured:
-    """Return what is to be measured of a recorded piece of a run, with some settings."""
+    """Return the measures of a recorded piece of a run, with some settings."""
     dt = recorded.stretches[-1].settings.dt
     return Measured(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
 
@@ -92,8 +92,8 @@ def unmeasured(recorded: Recorded, settings: RunSettings) -> Measured:
 def largest_step(recorded: Recorded, settings: RunSettings, substeps: int, stopped: Callable[[], bool] = never) -> float:
     """Return the largest change of a joint's velocity from one step to the next [rad/s], see `Measured`.
 
-    What follows immediately upon the beginning, or upon another kind of target (somebody took hold), is left out: there a jump is
-    nobody's fault.
+    What follows immediately upon the beginning, or upon another kind of target (the user took hold), is left out: there a jump is
+    expected.
 
     Args:
         recorded, substeps, stopped: as in `scenes.rerun.rerun`.
@@ -106,7 +106,7 @@ def largest_step(recorded: Recorded, settings: RunSettings, substeps: int, stopp
     again = rerun(recorded, asked, substeps, stopped=stopped)
     simulation = Simulation(settings, 1)
     columns = [
-        column for mover in simulation.cast.avoiders(settings.avoid) for column in range(mover.joints.start, mover.joints.stop)
+        column for task in simulation.roles.avoiders(settings.avoid) for column in range(task.joints.start, task.joints.stop)
     ]
     velocities = simulation.history.velocities(again.table)[:, columns]
     steps = np.abs(np.diff(velocities, axis=0))

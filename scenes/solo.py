@@ -26,16 +26,16 @@ def circle(time: float, home: Array) -> tuple[Array, Array]:
     return home + RADIUS * np.array([0.0, s, 1.0 - c]), RADIUS * rate * np.array([0.0, c, s])
 
 
-def cast(world: World, settings: RunSettings) -> Roles:
-    """Return who takes part. Nothing is near, so that every law leaves the task alone."""
+def roles(world: World, settings: RunSettings) -> Roles:
+    """Return the roles. No obstacle is near, so that no law changes the task."""
     arm = world.room.arms[0]
     drawing = settings.path == "circle"
     keeper = HoldTask(world, arm, circle if drawing else None, movable=not drawing, overdriven=True)
     return Roles((keeper,), arm, arm, keeper, None, (keeper,))
 
 
-def person(world: World, settings: RunSettings) -> TargetSource:
-    """Return who pulls at the elbow by itself."""
+def source(world: World, settings: RunSettings) -> TargetSource:
+    """Return the source that moves the elbow."""
     return NoSource() if settings.path == "circle" else ElbowSway(world, settings.seed)
 
 

@@ -14,14 +14,14 @@ from scenes.headless import run
 from scenes.settings import RunSettings, changed
 
 FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "ddq_max", "pair_switches", "out_of_authority_s")
-"""What is kept of a run, as named in `scenes.headless.Summary`. Nothing that a clock on the wall has measured."""
+"""What is kept of a run, as named in `scenes.headless.Summary`. No wall-clock times."""
 
 Figures = tuple[float, ...]
 """In the order of `FIGURES`."""
 
 
 def figures(settings: RunSettings, seconds: float) -> Figures:
-    """Return what a run of the scene, with its own autopilot, comes to."""
+    """Return the figures of a run of the scene with its own autopilot."""
     summary = run(settings, seconds).summary
     return tuple(getattr(summary, name) for name in FIGURES)
 

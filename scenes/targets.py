@@ -35,7 +35,7 @@ class AnglesTarget(NamedTuple):
     """How a person holds their own arms.
 
     Attributes:
-        angles: (2, 4), left arm first [rad], see `scenes.person.angles`; None while nobody is seen.
+        angles: (2, 4), left arm first [rad], see `scenes.person.angles`; None while no person is seen.
     """
 
     angles: Array | None

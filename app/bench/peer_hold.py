@@ -135,7 +135,7 @@ class Ours:
     def __init__(self, baked: Baked, law: LawSettings) -> None:
         self._simulation = simulation = Simulation(replace(baked.settings, law=law), baked.steps)
         obstacle = BakedArm(baked)
-        simulation.cast = replace(simulation.cast, movers=(obstacle, simulation.cast.task), held=obstacle)
+        simulation.roles = replace(simulation.roles, tasks=(obstacle, simulation.roles.task), held=obstacle)
         simulation.reset()
         self.unsolved = 0
 

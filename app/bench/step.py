@@ -67,7 +67,7 @@ def measure_steps(steps: int) -> dict[str, dict[str, float]]:
     runs: dict[str, tuple[Simulation, TargetSource]] = {}
     for name, settings in _scenes().items():
         simulation = Simulation(settings)
-        runs[name] = simulation, _Restless(simulation) if name == RESTLESS else simulation.person()
+        runs[name] = simulation, _Restless(simulation) if name == RESTLESS else simulation.source()
     times: dict[str, list[int]] = {name: [] for name in runs}
     bounded = dict.fromkeys(runs, 0)
     block = 200

@@ -56,7 +56,7 @@ def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None
     """Return the history's table after one step a target.
 
     Raises:
-        Stopped: the law has failed, or is too slow.
+        TrialStopped: the law has failed, or is too slow.
     """
     taken = 0.0
     for target in targets:
@@ -75,10 +75,10 @@ def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None
 
 
 def stop_if_failed(law: Candidate) -> None:
-    """End a test whose law has failed.
+    """End the test if its law has failed.
 
     Raises:
-        Stopped: with what the law did wrong.
+        TrialStopped: with the problem.
     """
     if law.problem is not None:
         raise TrialStopped(law.problem.text)

@@ -1,8 +1,7 @@
-"""A law that stands in a file of one's own."""
+"""A student's law: a file with a function `law(situation)`, run in a process of its own."""
 
 import errno
 import math
-import struct
 from pathlib import Path
 from time import monotonic
 from types import TracebackType
@@ -12,7 +11,7 @@ import numpy as np
 
 from app.custom_law.law_limits import LawLimits, LawProblem, problem_of
 from app.custom_law.process import LawFailed, LawProcess
-from app.custom_law.wire import QuestionKind, pack_activation, pack_activations, pack_rates, pack_situation
+from app.custom_law.wire import ActivationQuestion, ActivationsQuestion, Question, RatesQuestion, VelocityQuestion
 from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
@@ -22,13 +21,13 @@ LOOK: Final = 0.5
 """Time between two looks at the file [s]."""
 
 LARGEST: Final = 2**20
-"""Size of a file [bytes]; more is none that somebody wrote."""
+"""Largest size of a file [bytes]."""
 
 MOST: Final = 0.0125
 """Time that the calls of one frame may wait at most [s]."""
 
 LONG: Final = 0.1
-"""Time after which it is worth a word that a call waits [s]."""
+"""Time after which the page says that a call waits [s]."""
 
 _MISSED: Final = 4
 """Looks in a row without a file, after which it is away."""
@@ -40,12 +39,12 @@ _REMEMBERED: Final = 4096
 class CustomLaw:
     """A law (see `controllers.laws.situation.Law`) that calls `law(situation)` of a file, in a process of its own.
 
-    The process is started by the first call, and anew when the file has changed; there is never more than one. Where the law
-    fails, q̇ = 0: the arm freezes, and `problem` says why. It stays so until the file has changed, or `restart`. Of what the law
-    does, no exception but `Unanswered` leaves any method. All methods belong to one thread; one `CustomLaw` may be the law of several
+    The first call starts the process, and a changed file restarts it; there is never more than one. Where the law
+    fails, q̇ = 0: the arm freezes until the file has changed, or `restart`, and `problem` says why. Methods raise no exception of the
+    law, only `Unanswered`. All methods belong to one thread; one `CustomLaw` may be the law of several
     simulations of that thread.
 
-    The same situations give the same bits as long as the law itself keeps nothing in mind between two calls.
+    The same situations give the same bits if the law keeps no state between two calls.
 
     Args:
         path: of the file.
@@ -56,7 +55,7 @@ class CustomLaw:
 
     Attributes:
         problem: why it is not in force; None if all is well. After the file has changed, the old one's stays until the new one has
-            given velocities; `refresh` asks it for some, so that it goes while nothing moves, too.
+            given velocities; `refresh` asks it for some, so that it also disappears while nothing moves.
         need: time that a call takes inside the law, averaged over the last ten or so [s]; 0 before the first one.
 
     Raises:
@@ -65,7 +64,7 @@ class CustomLaw:
 
     wants_task: ClassVar[bool] = True
     wants_all_pairs: ClassVar[bool] = True
-    """A file that says `WANTS_ALL_PAIRS = False` is spared them."""
+    """A file with `WANTS_ALL_PAIRS = False` does not get them."""
 
     def __init__(
         self,
@@ -87,11 +86,11 @@ class CustomLaw:
         """Whether no process is to be started: the law has failed, or is closed."""
         self._closed = False
         self._known: dict[float, float] = {}
-        self._question: bytes | None = None
+        self._question: VelocityQuestion | None = None
         """The newest situation, as it was asked about."""
-        self._answers: dict[bytes, bytes] = {}
-        """What has been answered of the present step, which may have to be made again."""
-        self._curves: dict[QuestionKind, tuple[bytes, bytes]] = {}
+        self._answers: dict[Question, Array] = {}
+        """Answers for the present step, which may have to be repeated."""
+        self._curves: dict[type[Question], tuple[Question, Array]] = {}
         """The newest curves for charts: question and answer."""
         self._left = 0.0
         """How long calls may still wait [s]."""
@@ -133,12 +132,12 @@ class CustomLaw:
         return self._since is not None and monotonic() - self._since > LONG
 
     def allow(self, seconds: float) -> None:
-        """Let the calls from now on wait so long together, and as long as was left over before, at most `MOST` [s]."""
+        """Allow the calls this much more waiting time together, at most `MOST` with what is left [s]."""
         self._left = min(self._left + seconds, MOST)
 
     def step_made(self) -> int:
-        """Note that the step which was asked about was made; return how often the law was called for it."""
-        calls = sum(question[0] == QuestionKind.LAW for question in self._answers)
+        """Forget the answers for the step, which was made; return the number of calls of the law for it."""
+        calls = sum(isinstance(question, VelocityQuestion) for question in self._answers)
         self._answers.clear()
         return calls
 
@@ -148,9 +147,9 @@ class CustomLaw:
         Raises:
             Unanswered: there is no answer yet.
         """
-        self._question = pack_situation(situation)
-        payload = self._ask(self._question)
-        return np.zeros(len(situation.nominal)) if payload is None else np.frombuffer(payload, np.float64).copy()
+        self._question = VelocityQuestion.of(situation)
+        velocities = self._ask(self._question)
+        return np.zeros(len(situation.nominal)) if velocities is None else velocities.copy()
 
     def activation(self, distance: float) -> float:
         """Return what the file's `activation(distance)` says, in [0, 1]; 0 if it has none, or has failed.
@@ -164,13 +163,12 @@ class CustomLaw:
         process = self._loaded()
         if process is None or not process.has_activation:
             return 0.0
-        payload = self._ask(pack_activation(distance))
-        if payload is None:
+        values = self._ask(ActivationQuestion(distance))
+        if values is None:
             return 0.0
         if len(self._known) >= _REMEMBERED:
             self._known.clear()
-        lam: float = struct.unpack("<d", payload)[0]
-        self._known[distance] = lam
+        lam = self._known[distance] = float(values[0])
         return lam
 
     def activations(self, distances: Array) -> Array:
@@ -178,7 +176,7 @@ class CustomLaw:
         process = self._ready(self._waits)
         if process is not None and not process.has_activation:
             return np.zeros(len(distances))
-        return self._curve(QuestionKind.ACTIVATIONS, pack_activations(distances), len(distances))
+        return self._curve(ActivationsQuestion(distances.tobytes()), len(distances))
 
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
         """Return J_d q̇ [m/s] of an arm of which only one joint moves the distance, see `Law.line_rate`; nan where it is not known."""
@@ -186,7 +184,7 @@ class CustomLaw:
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
         """Return `line_rate` (k,) at distances (k,) for a chart: the newest answer, of a moment ago; nan until there is one."""
-        return self._curve(QuestionKind.RATES, pack_rates(distances, pull, approach, square), len(distances))
+        return self._curve(RatesQuestion(distances.tobytes(), pull, approach, square), len(distances))
 
     def refresh(self) -> bool:
         """Return whether the file has changed, and if so load it. It looks no more often than every 0.5 s, so call it every frame."""
@@ -218,13 +216,13 @@ class CustomLaw:
         return True
 
     def _listen(self) -> None:
-        """Take in what the process has answered meanwhile; one that has not given any velocities yet is asked for the newest ones."""
+        """Take in new answers; ask a process that has not given velocities yet for the newest ones."""
         process = self._ready(False)
         if process is None:
             return
         if not self._answered and self._question is None:
             self.problem = None
-        elif not self._answered and self._question is not None and not process.asked(QuestionKind.LAW):
+        elif not self._answered and self._question is not None and not process.asked(VelocityQuestion):
             self._post(process, self._question)
         while self._take_in(process, 0.0):
             pass
@@ -236,7 +234,7 @@ class CustomLaw:
         return self._ready(True) is not None
 
     def restart(self) -> None:
-        """Begin anew with the text as it is, at once; after a failure that was the machine's."""
+        """Restart the process with the text as it is; for failures that the machine caused."""
         if self._closed:
             return
         self._end()
@@ -280,7 +278,7 @@ class CustomLaw:
             raise self._unanswered()
         return process
 
-    def _ask(self, question: bytes) -> bytes | None:
+    def _ask(self, question: Question) -> Array | None:
         """Return the answer to a question of the present step; None if the law has failed.
 
         Raises:
@@ -288,11 +286,11 @@ class CustomLaw:
         """
         while (process := self._loaded()) is not None:
             if question in self._answers:
-                # Whoever waits makes no step twice, and a law may answer the same question in another way the next time.
+                # With `waits` no step is repeated, and a law may answer the same question differently the next time.
                 return self._answers.pop(question) if self._waits else self._answers[question]
-            kind = QuestionKind(question[0])
+            kind = type(question)
             # A law that took longer the last time, or did not answer in an earlier frame, would be waited for in vain.
-            in_vain = process.asked(kind) or (kind is QuestionKind.LAW and process.seconds > self._left)
+            in_vain = process.asked(kind) or (kind is VelocityQuestion and process.seconds > self._left)
             if not process.asked(kind):
                 self._post(process, question)
             begin = monotonic()
@@ -306,17 +304,17 @@ class CustomLaw:
         self._since = self._since or monotonic()
         return Unanswered()
 
-    def _curve(self, kind: QuestionKind, question: bytes, count: int) -> Array:
+    def _curve(self, question: Question, count: int) -> Array:
         """Return the newest curve (count,) of a kind, nan until there is one; ask for this one if it is another."""
-        process = self._ready(self._waits)
-        if process is not None and self._curves.get(kind, (b"", b""))[0] != question and not process.asked(kind):
+        process, kind = self._ready(self._waits), type(question)
+        if process is not None and self._curves.get(kind, (None,))[0] != question and not process.asked(kind):
             self._post(process, question)
             while self._take_in(process, math.inf if self._waits else 0.0):
                 pass
-        values = np.frombuffer(self._curves.get(kind, (b"", b""))[1], np.float64)
-        return values.copy() if len(values) == count else np.full(count, np.nan)
+        values = self._curves[kind][1] if kind in self._curves else ()
+        return np.array(values) if len(values) == count else np.full(count, np.nan)
 
-    def _post(self, process: LawProcess, question: bytes) -> None:
+    def _post(self, process: LawProcess, question: Question) -> None:
         try:
             process.ask(question)
         except LawFailed as failed:
@@ -331,13 +329,12 @@ class CustomLaw:
             return False
         if news is None:
             return False
-        question, payload = news
-        kind = QuestionKind(question[0])
-        if kind in (QuestionKind.RATES, QuestionKind.ACTIVATIONS):
-            self._curves[kind] = news
+        question, values = news[0], news[1].array()
+        if isinstance(question, RatesQuestion | ActivationsQuestion):
+            self._curves[type(question)] = question, values
             return True
-        self._answers[question] = payload
-        if kind is QuestionKind.LAW:
+        self._answers[question] = values
+        if isinstance(question, VelocityQuestion):
             self._answered, self.problem = True, None
             self.need += (process.seconds - self.need) * (0.1 if self.need else 1.0)
         return True
@@ -358,7 +355,7 @@ class CustomLaw:
 
 
 def _stamp(path: Path) -> tuple[int, int, int] | None:
-    """Return what changes when a file is written; None if it is not there."""
+    """Return the stamp of a file, which changes when it is written; None if there is no file."""
     try:
         found = path.stat()
     except OSError:

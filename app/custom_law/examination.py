@@ -1,4 +1,4 @@
-"""The six tests of a file, made beside the page, one after another; every verdict is there as soon as it is known."""
+"""The six tests of a file, run in the background one after another; every verdict appears as soon as it is known."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -14,7 +14,7 @@ from scenes.files import readable
 
 
 class Dropped(DuetError):
-    """Nobody wants to know any more."""
+    """The tests were given up."""
 
 
 def examine(
@@ -24,11 +24,11 @@ def examine(
     text: bytes | None = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> list[TrialResult]:
-    """Return the verdicts of the tests on a file; a law that fails in one of them begins the next one anew.
+    """Return the verdicts of the tests on a file; a law that fails in one of them is restarted for the next one.
 
     Args:
         path: of the file.
-        limits: that it is held to.
+        limits: of time and memory.
         only: names of the tests to be made; None for all six.
         text: the file as it is to be tested, whatever it holds by now; None for what it holds.
         stopped: asked before every call whether to give up.
@@ -57,7 +57,7 @@ def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool])
 
 
 class _Examined(CustomLaw):
-    """A law that waits to be loaded, and gives up when it is told so."""
+    """A law that waits to be loaded, and stops on request."""
 
     def __init__(self, path: Path, limits: LawLimits, text: bytes | None, stopped: Callable[[], bool]) -> None:
         super().__init__(path, limits, waits=True, text=text)

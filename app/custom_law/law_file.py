@@ -1,4 +1,4 @@
-"""A student's file, as it is read and called in its own process, and what is wrong with it in the student's words."""
+"""A student's file: loading and calling it in its own process, and error messages in its terms."""
 
 import contextlib
 import inspect
@@ -126,27 +126,27 @@ class LawFile:
             raise self._explained(error, _line_of(law)) from None
 
     def _checked(self, result: Any, n: int) -> Array:
-        """Return what `law` returned as an array (n,) of finite numbers."""
+        """Return the result of `law` as an array (n,) of finite numbers."""
         line = _line_of(self._law)
-        told = {"line": line, "expected": LazyText("{n} joint velocities [rad/s], an array of shape ({n},)", n=n)}
+        parts = {"line": line, "expected": LazyText("{n} joint velocities [rad/s], an array of shape ({n},)", n=n)}
         if result is None:
-            raise Wrong("law returned None; expected {expected}. Is a `return` missing?", **told)
+            raise Wrong("law returned None; expected {expected}. Is a `return` missing?", **parts)
         try:
             array = np.asarray(result)
             number = array.dtype.kind in "fiub"
         except ValueError:
             raise Wrong(
-                "law returned a {kind} of uneven parts; expected {expected}.", kind=type(result).__name__, **told
+                "law returned a {kind} of uneven parts; expected {expected}.", kind=type(result).__name__, **parts
             ) from None
         if not number:
             if array.dtype.kind == "c":
-                raise Wrong("law returned complex numbers; expected {expected}.", **told)
+                raise Wrong("law returned complex numbers; expected {expected}.", **parts)
             kind = type(result).__name__
-            raise Wrong("law returned a {kind} that holds no plain numbers; expected {expected}.", kind=kind, **told)
+            raise Wrong("law returned a {kind} that holds no plain numbers; expected {expected}.", kind=kind, **parts)
         if array.shape != (n,):
             if array.shape == ():
-                raise Wrong("law returned a single number; expected {expected}.", **told)
-            raise Wrong("law returned an array of shape {shape}; expected {expected}.", shape=str(array.shape), **told)
+                raise Wrong("law returned a single number; expected {expected}.", **parts)
+            raise Wrong("law returned an array of shape {shape}; expected {expected}.", shape=str(array.shape), **parts)
         velocities = array.astype(np.float64, copy=False)
         finite = np.isfinite(velocities)
         if np.count_nonzero(finite) < n:
@@ -205,7 +205,7 @@ class LawFile:
         return _curve(rate, distances)
 
     def _explained(self, error: BaseException, otherwise: int | None) -> Wrong:
-        """Return what an exception in the file says, and on which of its lines; `otherwise` if on none."""
+        """Return the message and the line of an exception in the file; `otherwise` if it names no line."""
         self._ballast = None
         line = otherwise
         for frame, number in traceback.walk_tb(error.__traceback__):

@@ -1,4 +1,4 @@
-"""What a student's law may take, and what is said when it fails."""
+"""Limits of a student's law, and its problems."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from controllers.errors import LazyText
 
 @dataclass(frozen=True)
 class LawLimits:
-    """What a law's process may take.
+    """Time and memory for the process of a law.
 
     Attributes:
         start: time until the process is up, before it has seen the file [s]; nothing that the file could do anything about.

@@ -1,4 +1,4 @@
-"""How long is too long: an endless loop, or a machine that has other things to do?"""
+"""Time limits that tell an endless loop from an overloaded machine."""
 
 import sys
 import time

@@ -1,24 +1,25 @@
-"""The page's side of a student's law: load the file, ask, and say what went wrong."""
+"""The page's side of a student's law: load the file, ask questions, explain failures."""
 
 import contextlib
 import math
 import signal
-import struct
 from collections import deque
 from pathlib import Path
 from time import monotonic
-from typing import Final, Literal
+from typing import Final, Literal, TypeVar
 
 from app.custom_law.child import Child
 from app.custom_law.law_file import quoted
 from app.custom_law.law_limits import LawLimits, LawProblem, problem_of
 from app.custom_law.patience import Patience
-from app.custom_law.wire import BROKEN, QuestionKind, ReplyKind, pack_file, unpack_answer, unpack_failure
+from app.custom_law.wire import BROKEN, Failure, FileLoaded, LoadFile, Numbers, Question, Reply, Started, decode_reply, encode
 from controllers.errors import LazyText, joined
 from scenes.files import readable
 
 _SLICE: Final = 0.02
-"""How often somebody who waits looks whether it is too long [s]."""
+"""Time between two checks of the limit while a call waits [s]."""
+
+_R = TypeVar("_R", bound=Reply)
 
 
 class LawFailed(Exception):
@@ -39,11 +40,11 @@ class LawProcess:
     Args:
         path: of the file.
         text: of it, as it is.
-        limits: that it is held to.
+        limits: of time and memory.
 
     Attributes:
         wants_all_pairs, has_activation: what the file says, once it is ready.
-        seconds: time that the newest call of the law took by itself, without the way to it [s].
+        seconds: time of the newest call inside the law, without the way there and back [s].
     """
 
     def __init__(self, path: Path, text: bytes, limits: LawLimits) -> None:
@@ -53,8 +54,8 @@ class LawProcess:
         self._child = Child(path, limits.memory)
         self._phase: Literal["starting", "loading", "ready"] = "starting"
         self._patience = Patience(self.pid, limits.start)
-        self._asked: deque[bytes] = deque()
-        self._first = set(QuestionKind)
+        self._asked: deque[Question] = deque()
+        self._called: set[type[Question]] = set()
 
     @property
     def pid(self) -> int:
@@ -62,7 +63,7 @@ class LawProcess:
         return self._child.pid
 
     def end(self) -> None:
-        """End it, if that has not been done yet."""
+        """End it; can be called again."""
         self._child.end()
 
     def ready(self, wait: bool) -> bool:
@@ -75,16 +76,19 @@ class LawProcess:
             LawFailed: the file cannot be used.
         """
         while self._phase != "ready":
-            payload = self._receive(math.inf if wait else 0.0)
-            if payload is None:
-                return False
+            seconds = math.inf if wait else 0.0
             if self._phase == "starting":
+                if self._receive(Started, seconds) is None:
+                    return False
                 self._phase = "loading"
                 self._patience = Patience(self.pid, self._limits.load)
-                self._send(pack_file(self._text))
+                self._send(LoadFile(self._text))
             else:
+                loaded = self._receive(FileLoaded, seconds)
+                if loaded is None:
+                    return False
                 self._phase = "ready"
-                self.wants_all_pairs, self.has_activation = map(bool, payload)
+                self.wants_all_pairs, self.has_activation = loaded.wants_all_pairs, loaded.has_activation
         return True
 
     @property
@@ -92,12 +96,12 @@ class LawProcess:
         """Whether any question waits for its answer."""
         return bool(self._asked)
 
-    def asked(self, kind: QuestionKind) -> bool:
+    def asked(self, kind: type[Question]) -> bool:
         """Return whether a question of a kind waits for its answer."""
-        return any(question[0] == kind for question in self._asked)
+        return any(type(question) is kind for question in self._asked)
 
-    def ask(self, question: bytes) -> None:
-        """Ask a question of `app.custom_law.wire`; only once it is ready.
+    def ask(self, question: Question) -> None:
+        """Ask a question; only once it is ready.
 
         Raises:
             LawFailed: the process is gone.
@@ -107,31 +111,33 @@ class LawProcess:
         if len(self._asked) == 1:
             self._be_patient()
 
-    def answer(self, seconds: float) -> tuple[bytes, bytes] | None:
-        """Return the question that was asked first, and the payload of its answer; None if that is not there in time.
+    def answer(self, seconds: float) -> tuple[Question, Numbers] | None:
+        """Return the question that was asked first, and its answer; None if that is not there in time.
 
         Args:
             seconds: how long to wait, at most until the law has had its time [s].
 
         Raises:
-            LawFailed: an exception, a result that is none, no answer in time, or the process is gone.
+            LawFailed: an exception, an invalid result, no answer in time, or the process is gone.
         """
-        payload = self._receive(seconds) if self._asked else None
-        if payload is None:
+        numbers = self._receive(Numbers, seconds) if self._asked else None
+        if numbers is None:
             return None
+        if numbers.seconds is not None:
+            self.seconds = numbers.seconds
         question = self._asked.popleft()
         if self._asked:
             self._be_patient()
-        return question, payload
+        return question, numbers
 
     def _be_patient(self) -> None:
-        """Give the question that is answered next its time; the first of its kind may have to load a library."""
-        kind = QuestionKind(self._asked[0][0])
-        self._patience = Patience(self.pid, self._limits.load if kind in self._first else self._limits.call)
-        self._first.discard(kind)
+        """Start the time limit of the question that is answered next; the first of its kind may have to load a library."""
+        kind = type(self._asked[0])
+        self._patience = Patience(self.pid, self._limits.call if kind in self._called else self._limits.load)
+        self._called.add(kind)
 
-    def _receive(self, seconds: float) -> bytes | None:
-        """Return the payload of the next answer; None if it is not there in time."""
+    def _receive(self, kind: type[_R], seconds: float) -> _R | None:
+        """Return the next reply, which must be of a kind; None if it is not there in time."""
         end = monotonic() + seconds
         while True:
             left = max(end - monotonic(), 0.0)
@@ -142,37 +148,37 @@ class LawProcess:
                 if body is None:
                     raise self._too_long(self._patience.limit)
             if body is not None:
-                return self._payload(body)
+                return self._reply(kind, body)
             if left <= _SLICE:
                 return None
 
-    def _payload(self, body: bytes) -> bytes:
+    def _reply(self, kind: type[_R], body: bytes) -> _R:
         try:
-            outcome, payload, seconds = unpack_answer(body)
-            if outcome is not ReplyKind.FAILED:
-                if not math.isnan(seconds):
-                    self.seconds = seconds
-                return payload
-            text, line = unpack_failure(payload)
-        except (ValueError, struct.error):
+            reply = decode_reply(body)
+            if isinstance(reply, kind):
+                return reply
+            if not isinstance(reply, Failure):
+                raise ValueError("another reply")
+            text, line = reply.text.text(), reply.line
+        except ValueError:
             line = None
             text = LazyText("it wrote to the line between its process and the page; descriptors are not its own")
         raise self._lost(text, line)
 
-    def _send(self, body: bytes) -> None:
+    def _send(self, message: LoadFile | Question) -> None:
         try:
-            self._child.line.send(body)
+            self._child.line.send_bytes(encode(message))
         except OSError:
             raise self._died() from None
 
     def _body(self, seconds: float) -> bytes | None:
         try:
-            return self._child.line.receive(seconds)
+            return self._child.receive(seconds)
         except (OSError, EOFError):
             raise self._died() from None
 
     def _lost(self, what: str, line: int | None = None) -> LawFailed:
-        """Return the failure, after an end to everything."""
+        """End the process; return the failure."""
         self.end()
         return LawFailed(problem_of(self._name, what, line))
 
@@ -185,15 +191,15 @@ class LawProcess:
                 )
             )
         line = self._child.place()
-        told = {"limit": limit * 1e3, "where": quoted(self._text, line)}
+        parts = {"limit": limit * 1e3, "where": quoted(self._text, line)}
         if self._phase == "loading":
-            what = LazyText("reading the file did not end within {limit:g} ms{where}. Is there an endless loop?", **told)
+            what = LazyText("reading the file did not end within {limit:g} ms{where}. Is there an endless loop?", **parts)
         else:
-            what = LazyText("no answer within {limit:g} ms{where}. Is there an endless loop?", **told)
+            what = LazyText("no answer within {limit:g} ms{where}. Is there an endless loop?", **parts)
         return self._lost(what, line)
 
     def _died(self) -> LawFailed:
-        """Return why nobody is at the other end of the line."""
+        """Return why the connection is broken."""
         code, words, line = self._child.last_words()
         if self._phase == "starting":
             why = words.splitlines()[-1] if words else LazyText("exit code {code}", code=code)

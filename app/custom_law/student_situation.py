@@ -1,7 +1,7 @@
-"""What a student's law sees: `controllers.laws.situation.Situation` without the libraries that come with it.
+"""The situation for a student's law: `controllers.laws.situation.Situation` without its libraries.
 
-The law's process imports nothing but NumPy: it is there after a tenth of a second and takes little memory. A test holds the two
-against each other.
+The law's process imports only NumPy and msgspec, so that it starts in a tenth of a second and takes little memory. A test compares
+the two.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 class Situation(NamedTuple):
     """One arm, one tick; fields and units as in `controllers.laws.situation.Situation`.
 
-    Every array belongs to the law: it may keep or change them, nobody else sees that.
+    Every array belongs to the law: it may keep or change them.
     """
 
     positions: Array

@@ -1,17 +1,17 @@
-"""How much of a frame the server waits for laws of one's own."""
+"""How much of a frame the server waits for custom laws."""
 
 from time import monotonic
 from typing import Final
 
 SHARE: Final = 0.4
-"""Part of the wall time that the frame thread waits for all laws of one's own together."""
+"""Part of the wall time that the frame thread waits for all custom laws together."""
 
 _LATELY: Final = 0.5
 """Time after which a law that was not called does not count any more [s]."""
 
 
 class LawTimeShare:
-    """`SHARE` in equal parts, one for every session whose law of one's own is called."""
+    """`SHARE` in equal parts, one for every session that calls a custom law."""
 
     def __init__(self) -> None:
         self._called: dict[int, float] = {}

@@ -1,4 +1,4 @@
-"""What a test of a law comes to."""
+"""The result of a test of a law."""
 
 from dataclasses import dataclass
 from typing import Protocol

@@ -56,7 +56,7 @@ def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: 
 
     Args:
         law: d ↦ q̇ as in `controllers.laws.situation.Law`.
-        again: called before every test, so that a law that has failed can begin anew.
+        again: called before every test, so that a law that has failed can restart.
         only: names of the tests to be made; None for all six.
     """
     verdicts: list[TrialResult] = []
@@ -77,18 +77,18 @@ Outcome = tuple[bool, str, dict[str, float]]
 def keeps_its_distance(law: Candidate) -> Outcome:
     """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
     simulation = enter("hold", law)
-    person = simulation.person()
-    table = play(simulation, law, (person.target(i * DT) for i in range(round(APPROACH / DT))))
+    source = simulation.source()
+    table = play(simulation, law, (source.target(i * DT) for i in range(round(APPROACH / DT))))
     d = table[:, COLUMN["d"]]
     i = int(d.argmin())
     pair = pair_label(simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
-    told = {"limit": _mm(CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
+    parts = {"limit": _mm(CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
     numbers = {"d_min": float(d[i]), "d_m": CRITICAL_DISTANCE, "time_below": float(np.count_nonzero(d < CRITICAL_DISTANCE)) * DT}
     missing = CRITICAL_DISTANCE - float(d[i])
     if missing > SLACK:
-        failed = LazyText("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.", by=_mm(missing), **told)
+        failed = LazyText("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.", by=_mm(missing), **parts)
         return False, failed, numbers
-    return True, LazyText("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.", **told), numbers
+    return True, LazyText("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.", **parts), numbers
 
 
 def leaves_the_task_alone(law: Candidate) -> Outcome:
@@ -99,22 +99,22 @@ def leaves_the_task_alone(law: Candidate) -> Outcome:
     numbers = {"empty_room": error, "task_alone": task_alone}
     if error > task_alone + UNTOUCHED:
         limit = task_alone + UNTOUCHED
-        told = {"limit": _mm(limit), "by": _mm(error - limit)}
-        return False, LazyText("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **told), numbers
+        parts = {"limit": _mm(limit), "by": _mm(error - limit)}
+        return False, LazyText("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **parts), numbers
     beside = enter("ball", law)
     put_the_ball_away(beside)
     table = play(beside, law, [None] * round(REST / DT))
     error, d = largest_error(table), float(table[0, COLUMN["d"]])
     numbers |= {"beside_a_ball": error, "d": d}
-    told = {"limit": _mm(UNHARMED), "d": _mm(d), "error": _mm(error)}
+    parts = {"limit": _mm(UNHARMED), "d": _mm(d), "error": _mm(error)}
     if error > UNHARMED:
         failed = LazyText(
             "|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}.",
             by=_mm(error - UNHARMED),
-            **told,
+            **parts,
         )
         return False, failed, numbers
-    return True, LazyText("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.", **told), numbers
+    return True, LazyText("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.", **parts), numbers
 
 
 def gets_out(law: Candidate) -> Outcome:
@@ -130,16 +130,18 @@ def gets_out(law: Candidate) -> Outcome:
         "time": (int(inside[-1]) + 1) * DT if len(inside) else 0.0,
     }
     missing = CRITICAL_DISTANCE - numbers["d_min_after"]
-    told = {"start": _mm(d[0]), "limit": _mm(CRITICAL_DISTANCE), "after": ESCAPE}
+    parts = {"start": _mm(d[0]), "limit": _mm(CRITICAL_DISTANCE), "after": ESCAPE}
     if missing > SLACK:
         failed = LazyText(
             "from d = {start}, d ≥ {limit} after {after:g} s fails by {by}: d = {d}.",
             by=_mm(missing),
             d=_mm(numbers["d_min_after"]),
-            **told,
+            **parts,
         )
         return False, failed, numbers
-    held = LazyText("from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.", time=numbers["time"], **told)
+    held = LazyText(
+        "from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.", time=numbers["time"], **parts
+    )
     return True, held, numbers
 
 
@@ -154,16 +156,16 @@ def is_smooth(law: Candidate) -> Outcome:
     share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
     numbers = {"dq_step_10ms": largest[0], "dq_step_5ms": largest[1], "share": share}
     steps = LazyText("{before:.3g} rad/s at dt = 10 ms, {after:.3g} at 5 ms", before=largest[0], after=largest[1])
-    told = {"limit": HALVED, "share": share, "steps": steps}
+    parts = {"limit": HALVED, "share": share, "steps": steps}
     if share > HALVED:
         stays, leaves = LazyText("a jump stays, however small dt"), LazyText("a smooth q̇ leaves 50 %")
         failed = LazyText(
             "largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.",
             word=stays if share > 0.85 else leaves,
-            **told,
+            **parts,
         )
         return False, failed, numbers
-    held = LazyText("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).", **told)
+    held = LazyText("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).", **parts)
     return True, held, numbers
 
 
@@ -178,16 +180,16 @@ def is_bounded(law: Candidate) -> Outcome:
             worst = speed
             where = f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
     numbers = {"dq_max": worst, "bound": TOP_SPEED}
-    told = {"limit": TOP_SPEED, "worst": worst}
+    parts = {"limit": TOP_SPEED, "worst": worst}
     if worst > TOP_SPEED * (1.0 + 1e-9):
         failed = LazyText(
             "|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.",
             by=worst - TOP_SPEED,
             where=where,
-            **told,
+            **parts,
         )
         return False, failed, numbers
-    return True, LazyText("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.", **told), numbers
+    return True, LazyText("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.", **parts), numbers
 
 
 def is_quick(law: Candidate) -> Outcome:

@@ -1,42 +1,45 @@
-"""The process of a student's law: `python -m app.custom_law.worker LINE MEMORY PATH`. It says that it is up, gets the file, then answers.
+"""The process of a student's law: `python -m app.custom_law.worker CONNECTION MEMORY PATH`. It gets the file, then answers.
 
-Nothing that the file prints gets anywhere, nothing that it does reaches the page but by its answers, and it goes when the page goes.
-This keeps mistakes apart, not malice: whoever may write the file may do whatever the user may.
+What the file prints is discarded, only answers reach the page, and the process ends with the page. This protects against mistakes,
+not against malice: the author of the file can do what the user can do.
 """
 
 import faulthandler
 import os
 import signal
-import socket
-import struct
 import sys
 import threading
+from multiprocessing import connection
+
+import numpy as np
 
 from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.wire import (
     BROKEN,
-    LawConnection,
-    QuestionKind,
-    ReplyKind,
-    pack_answer,
-    pack_failure,
-    unpack_activation,
-    unpack_activations,
-    unpack_rates,
-    unpack_situation,
+    ActivationQuestion,
+    ActivationsQuestion,
+    Failure,
+    FileLoaded,
+    LoadFile,
+    Numbers,
+    Question,
+    Started,
+    TextParts,
+    VelocityQuestion,
+    decode_question,
+    encode,
 )
 
 
 def main() -> None:
-    """Serve until the line is hung up."""
-    line_number, memory, path = sys.argv[1], int(sys.argv[2]), sys.argv[3]
-    line = LawConnection(_end_of(line_number))
+    """Serve until the page closes the connection."""
+    line, memory, path = _inherited(int(sys.argv[1])), int(sys.argv[2]), sys.argv[3]
     _mute()
     _limit(memory)
     # A neighbour of the file may be imported, but it cannot take the place of a library.
     sys.path.append(os.path.dirname(path))
     try:
-        line.send(pack_answer(ReplyKind.UP))
+        line.send_bytes(encode(Started()))
         _serve(line, path, memory)
     except EOFError:
         pass
@@ -45,20 +48,20 @@ def main() -> None:
         sys.exit(BROKEN)
 
 
-def _end_of(name: str) -> socket.socket:
-    """Return this end of the line: an inherited descriptor, or on Windows what is written to the standard input."""
-    if name != "share":
-        # The lowest number that is free, however many files the page has open.
-        with socket.socket(fileno=int(name)) as end:
-            return end.dup()
-    size = int.from_bytes(sys.stdin.buffer.read(4), "little")
-    return socket.fromshare(sys.stdin.buffer.read(size))  # type: ignore[attr-defined]
+def _inherited(handle: int) -> "connection.Connection":
+    """Return the connection of an inherited descriptor, or of a handle of Windows."""
+    if os.name == "nt":
+        return connection.PipeConnection(handle)  # pyright: ignore[reportAttributeAccessIssue]
+    # The lowest number that is free, however many files the page has open.
+    lowest = os.dup(handle)
+    os.close(handle)
+    return connection.Connection(lowest)
 
 
 def _mute() -> None:
-    """Let nothing in or out but over the line, and leave if the parent goes, even in the middle of an endless loop.
+    """Redirect the standard streams to nothing, and end with the parent, even in the middle of an endless loop.
 
-    The parent reads from the old standard error where a crash, or a call that it has lost patience with, was under way.
+    The parent reads from the old standard error where a crash, or a call that exceeded its time, happened.
     """
     trace, life = os.dup(2), os.dup(0)
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -77,45 +80,45 @@ def _mute() -> None:
 
 
 def _limit(memory: int) -> None:
-    """Allow so much more memory than is in use now [bytes], where the system can count it."""
+    """Limit the memory to what is in use now and this much more [bytes], where the system supports it."""
     try:
         import resource
 
         with open("/proc/self/statm", encoding="ascii") as file:
             used = int(file.read().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + memory, used + memory))
-        # A crash is reported, not kept.
+        # No core dumps.
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     except (ImportError, OSError, ValueError):
         pass
 
 
-def _serve(line: LawConnection, path: str, memory: int) -> None:
+def _serve(line: "connection.Connection", path: str, memory: int) -> None:
     law: LawFile | None = None
-    while (body := line.receive(None)) is not None:
+    while True:
+        question = decode_question(line.recv_bytes())
         try:
-            if body[0] == QuestionKind.LOAD:
-                law = LawFile(path, body[1:], memory)
-                answer = pack_answer(ReplyKind.DONE, bytes((law.wants_all_pairs, law.has_activation)))
+            if isinstance(question, LoadFile):
+                law = LawFile(path, question.text, memory)
+                reply = FileLoaded(law.wants_all_pairs, law.has_activation)
             else:
                 assert law is not None
-                answer = _answer(law, body)
+                reply = _answer(law, question)
         except Wrong as wrong:
-            answer = pack_answer(ReplyKind.FAILED, pack_failure(wrong.text, wrong.line))
-        line.send(answer)
+            reply = Failure(TextParts.of(wrong.text), wrong.line)
+        line.send_bytes(encode(reply))
 
 
-def _answer(law: LawFile, body: bytes) -> bytes:
-    match body[0]:
-        case QuestionKind.LAW:
-            velocities, seconds = law.velocities(unpack_situation(body))
-            return pack_answer(ReplyKind.DONE, velocities.tobytes(), seconds)
-        case QuestionKind.ACTIVATION:
-            return pack_answer(ReplyKind.DONE, struct.pack("<d", law.activation(unpack_activation(body))))
-        case QuestionKind.ACTIVATIONS:
-            return pack_answer(ReplyKind.DONE, law.activations(unpack_activations(body)).tobytes())
-        case _:
-            return pack_answer(ReplyKind.DONE, law.rates(*unpack_rates(body)).tobytes())
+def _answer(law: LawFile, question: Question) -> Numbers:
+    if isinstance(question, VelocityQuestion):
+        velocities, seconds = law.velocities(question.situation())
+        return Numbers(velocities.tobytes(), seconds)
+    if isinstance(question, ActivationQuestion):
+        return Numbers(np.float64(law.activation(question.distance)).tobytes())
+    distances = np.frombuffer(question.distances)
+    if isinstance(question, ActivationsQuestion):
+        return Numbers(law.activations(distances).tobytes())
+    return Numbers(law.rates(distances, question.pull, question.approach, question.square).tobytes())
 
 
 if __name__ == "__main__":

@@ -145,7 +145,7 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
     start, there = simulation.snapshot(), recorded.snapshot
     if start.positions.tobytes() != there.positions.tobytes() or there.velocities.any():
         return False
-    person = simulation.person()
+    person = simulation.source()
     step, time = 0, 0.0
     for target, count in stretch.targets.runs():
         wanted = encoded(target)

@@ -227,7 +227,7 @@ class Curves:
     def _section(self) -> Panel:
         run, title = self.settings, tr("smallest eigenvalue of sym(M) over K, and 1 − λρ²")
         laws = {stretch.settings.law.law for stretch in self._recorded.stretches}
-        one_row_for_two = run.law.coupled and len(self._simulation.cast.avoiders(run.avoid)) > 1
+        one_row_for_two = run.law.coupled and len(self._simulation.roles.avoiders(run.avoid)) > 1
         if not laws <= {"smooth_priority", "unprotected"} or one_row_for_two or run.gain <= 0.0:
             note = tr("Section III is about eq. (12), one arm and a gain K > 0; of this run it says nothing.")
             return Panel(title, "", self.times, (), (0.0, 1.0), note=note)

@@ -45,7 +45,7 @@ def film(plan: Plan) -> Drawn:
     figure = sheet(3.3, 10.4)
     figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.02)
     # The person of the run, asked once more.
-    person = run.simulation.person()
+    person = run.simulation.source()
     rows: list[list[object]] = []
     for axes, row in zip(figure.subplots(2, FRAMES // 2).flat, run.table[picked], strict=True):
         wanted = person.target(float(row[COLUMN["t"]]))

@@ -37,7 +37,7 @@ def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSou
 def _person(simulation: Simulation, setup: Setup, given: Input, kept: Mapping[str, TargetSource]) -> TargetSource:
     match given.kind:
         case "autopilot":
-            return simulation.person()
+            return simulation.source()
         case "script":
             return script(given.name, given.parameters).person(simulation)
         case "file":
@@ -58,7 +58,7 @@ def simulated(setup: Setup) -> Simulation:
     steps = max(1, round(setup.seconds / run.dt))
     simulation = Simulation(run, steps)
     begin(simulation, setup)
-    person = simulation.person() if setup.input.kind == "yours" else person_of(simulation, setup)
+    person = simulation.source() if setup.input.kind == "yours" else person_of(simulation, setup)
     for _ in range(steps):
         simulation.step(person.target(simulation.time))
     return simulation

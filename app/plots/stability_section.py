@@ -42,7 +42,7 @@ def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | N
     if place is None or rotation is None:
         return sample.desired[arm.joints] - sample.positions[arm.joints], None
     pose = simulation.kinematics.hand_pose(arm)
-    J = simulation.cast.task.task_jacobian
+    J = simulation.roles.task.task_jacobian
     if J is None:
         # Nothing was asked of the hand yet.
         J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.settings.task]]

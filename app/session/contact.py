@@ -34,7 +34,7 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
     """Return the contact in the simulation's newest step, whose sample is given. The positions are left as they are."""
     run = simulation.settings
     near = simulation.detector.detect(run.law.pairs, run.law.beta)
-    own, *others = [mover.joints for mover in simulation.cast.avoiders(run.avoid)]
+    own, *others = [mover.joints for mover in simulation.roles.avoiders(run.avoid)]
     second_square = 0.0
     if others and run.law.coupled:
         own = slice(min(own.start, others[0].start), max(own.stop, others[0].stop))

@@ -43,7 +43,7 @@ class InputSource:
         if not autopilot:
             return None
         if self._active is None:
-            self._active = self._chosen or simulation.person()
+            self._active = self._chosen or simulation.source()
             self._begin = simulation.time
         return self._active.target(simulation.time - self._begin)
 

@@ -214,10 +214,10 @@ class Session:
         self.settings, self._wish = after, None
         if _built_of(before) != _built_of(after):
             self.posts.rebuilt()
-        cast = self.simulation.cast
+        roles = self.simulation.roles
         if after.run != before.run:
             self.simulation.apply(after.run)
-        rebuilt = self.simulation.cast is not cast
+        rebuilt = self.simulation.roles is not roles
         if after.page.source != before.page.source:
             self._input.set_source(None)
         elif rebuilt or source_key(after.run) != source_key(before.run):

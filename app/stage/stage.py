@@ -120,7 +120,7 @@ class Stage:
             parts.append(PathLine(self.scene, circle=settings.scene == "solo"))
         if room.ball is not None:
             parts.append(BallView(self.scene, room, self._arms[0]))
-        if any(mover.desired is not None for mover in simulation.cast.movers):
+        if any(mover.desired is not None for mover in simulation.roles.tasks):
             parts.append(WishView(self.scene, fine))
         parts.append(GhostView(self.scene, fine))
         if settings.scene == "imitation":

@@ -14,7 +14,7 @@ HARDNESS: Final = 1e-8
 """ρ of a regular row [m²/rad²]: what has to be violated is, what need not be is kept to some 1e-6 m/s."""
 
 FREE_SPEED: Final = 1.0
-"""An approach of this speed is faster than anything in the room [m/s]: whoever permits it does not interfere."""
+"""An approach of this speed is faster than anything in the room [m/s]: a pair that permits it does not constrain the arm."""
 
 _SOFT: Final = 8
 """DAQP's mark of a constraint that may be violated at a cost."""

@@ -22,7 +22,7 @@ class IntermediateValue(RowLaw):
     with the paper's λ, eq. (31), the distance rate is the paper's, J_d q̇ = λ v − (1 − λ) u.
 
     The difference is in the second task. The paper cuts J_b^# ẋ_b to the null space of J_d and thereby moves the hand even if other
-    joints could have made up for it. Here the hand's task is solved anew in the null space of J_d: of all q̇ with that distance rate,
+    joints could have made up for it. Here the hand's task is solved again in the null space of J_d: of all q̇ with that distance rate,
     the one nearest to the hand's velocity, and of these the one nearest to q̇_n. With a task that uses every joint, J_b = I, nothing
     can make up for anything, and the law is the paper's.
 

@@ -1,1 +1,1 @@
-"""Who moves some of the joints, and what they want of them: one kind of mover a file."""
+"""Tasks of the arms and the ball: each asks for velocities of some joints; one kind a file."""

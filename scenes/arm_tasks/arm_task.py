@@ -1,4 +1,4 @@
-"""What a mover is."""
+"""The interface of a task."""
 
 from typing import Protocol
 
@@ -7,7 +7,7 @@ from scenes.settings import RunSettings
 from scenes.targets import Target
 
 Memory = tuple[Array, ...]
-"""Everything that a mover carries from one tick to the next, as copies."""
+"""Everything that a task carries from one tick to the next, as copies."""
 
 
 class ArmTask(Protocol):
@@ -35,17 +35,17 @@ class ArmTask(Protocol):
         ...
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
-        """Return q̇_n (n,) inside the mover's bounds [rad/s].
+        """Return q̇_n (n,) inside the task's bounds [rad/s].
 
         Args:
-            target: what the person wants now; a mover takes up what is meant for it.
+            target: what the person wants now; a task takes up what is meant for it.
             settings: of the run.
             time: since the start [s].
         """
         ...
 
     def memory(self) -> Memory:
-        """Return what `remember` needs to go on from here."""
+        """Return the state that `remember` restores."""
         ...
 
     def remember(self, memory: Memory) -> None:

@@ -12,7 +12,7 @@ from scenes.world import World
 
 
 class JointSource(Protocol):
-    """Whoever is followed."""
+    """The model that is followed."""
 
     def begin(self) -> None:
         """Take the present state as where everything begins."""
@@ -65,7 +65,7 @@ class JointFollower:
         return self._box.clip(error)
 
     def memory(self) -> Memory:
-        """Return what the model remembers."""
+        """Return the state of the model."""
         return self._model.memory()
 
     def remember(self, memory: Memory) -> None:
@@ -100,7 +100,7 @@ class Master:
         return self._to + signs * (self._master - self._from), signs * self._speed
 
     def memory(self) -> Memory:
-        """Return nothing: the master is seen anew at every tick."""
+        """Return nothing: the master is read again at every tick."""
         return ()
 
     def remember(self, memory: Memory) -> None:

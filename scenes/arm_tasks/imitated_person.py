@@ -32,7 +32,7 @@ class ImitatedPerson:
 
     @property
     def lost_for(self) -> float:
-        """How long nobody has been seen [s]; 0 while the person is seen."""
+        """Time since the person was last seen [s]; 0 while the person is seen."""
         return self._filters[0].lost_for
 
     def arm(self, side: int) -> "ImitatedArm":
@@ -80,7 +80,7 @@ class ImitatedArm:
     """One arm of an imitated person.
 
     Args:
-        person: whose.
+        person: the imitated person.
         side: 0 for the left one.
     """
 

@@ -16,7 +16,7 @@ The sign s makes it mirror symmetric: arms that mirror each other have the same 
 coordinate recommendations of the International Society of Biomechanics for the elbow and in the human model that is drawn.
 
 No three angles describe a direction and a roll without a singular posture. Here it is the T: at 90° of abduction flexion and
-rotation turn about the same line. And with a straight elbow nobody can see the rotation. In both the last value is remembered.
+rotation turn about the same line. And with a straight elbow the rotation is not visible. In both the last value is remembered.
 """
 
 import math

@@ -66,7 +66,7 @@ class BodyPart(NamedTuple):
 _CUTS: Final = {
     f"{side}_{part}": f"{side}_{link}" for side in SIGN for part, link in (("upper_arm", "upperarm"), ("forearm", "lowerarm"))
 }
-"""Node → link of the URDF at whose joint it begins."""
+"""Node → link of the URDF; the node begins at the joint of this link."""
 
 
 @cache

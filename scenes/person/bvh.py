@@ -1,4 +1,4 @@
-"""A person out of a BVH file, whoever named its joints.
+"""A person from a BVH file, with any of the usual names of joints.
 
 Only directions between joints matter, seen from the torso that the joints themselves span: so neither the unit, nor which axis is up,
 nor where the person walks makes a difference. The file must be right-handed, as the format demands.

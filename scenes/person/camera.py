@@ -10,7 +10,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, DuetError, LazyText
 from controllers.kinematics import Array
-from scenes.person.film import Detector, Film, Picture, first_line
+from scenes.person.film import Detector, Film, VideoFrame, first_line
 from scenes.person.landmarks import LEAST_VISIBILITY, landmarks_to_angles
 from scenes.person.source import SampledAngles
 
@@ -39,7 +39,7 @@ class CameraSource:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._film, self._detector, self._least_visibility, self._clock = film, detector, least_visibility, clock
-        # One tuple, replaced as a whole: whoever reads it needs no lock.
+        # One tuple, replaced as a whole: readers need no lock.
         self._latest: tuple[float, Array | None] = (-math.inf, None)
         self._end = ""
         self._stopping = threading.Event()
@@ -69,17 +69,17 @@ class CameraSource:
 
     @property
     def message(self) -> str:
-        """Why nobody is seen, in one line; "" while somebody is."""
+        """Why no person is seen, in one line; "" while one is seen."""
         if self._end:
             return self._end
         if not self.running:
             return LazyText("The camera is off.")
         if self.angles(0.0) is not None:
             return ""
-        return LazyText("Nobody is seen: step back until shoulders, elbows and wrists are in the picture.")
+        return LazyText("No person is seen: step back until shoulders, elbows and wrists are in the picture.")
 
     def angles(self, time: float) -> Array | None:
-        """Return the angles (2, 4) last seen [rad], or None if that is too long ago or nobody was there."""
+        """Return the angles (2, 4) last seen [rad], or None if that is too long ago or no person was there."""
         seen, angles = self._latest
         return None if angles is None or self._clock() - seen > STALE else angles.copy()
 
@@ -119,7 +119,7 @@ def read_film(film: Film, detector: Detector, least_visibility: float = LEAST_VI
     """Return the person in a whole film, picture by picture, and close both: the same film gives the same angles each time.
 
     Raises:
-        BadInputFile: no pictures, nobody in any of them, or a film too long.
+        BadInputFile: no pictures, no person in any of them, or a film too long.
     """
     times: list[float] = []
     table: list[Array] = []
@@ -136,10 +136,10 @@ def read_film(film: Film, detector: Detector, least_visibility: float = LEAST_VI
         film.close()
         detector.close()
     if previous is None:
-        raise BadInputFile("Nobody is seen in the video: shoulders, elbows and wrists must be in the picture.")
+        raise BadInputFile("No person is seen in the video: shoulders, elbows and wrists must be in the picture.")
     return SampledAngles(np.array(times), np.array(table))
 
 
-def _angles_in(picture: Picture, detector: Detector, previous: Array | None, least_visibility: float) -> Array | None:
+def _angles_in(picture: VideoFrame, detector: Detector, previous: Array | None, least_visibility: float) -> Array | None:
     found = detector.find(picture)
     return None if found is None else landmarks_to_angles(*found, previous, least_visibility)

@@ -20,7 +20,7 @@ TRUSTED_SINE: Final = 1e-3
 class Figure:
     """A person who stays as they were dragged; a `PersonSource`.
 
-    All points are in the torso frame, whose origin is halfway between the shoulders.
+    All points are in the torso frame; its origin is halfway between the shoulders.
 
     Args:
         proportions: the lengths that are kept.
@@ -106,7 +106,7 @@ def _length(vector: Array) -> float:
 
 
 def _across(vector: Array, axis: Array, least: float) -> Array | None:
-    """Return the unit vector of what of a vector is square to a unit axis; None if that is no longer than `least`."""
+    """Return the unit vector of the component of a vector normal to a unit axis; None if that is not longer than `least`."""
     rest = vector - float(vector @ axis) * axis
     length = _length(rest)
     return rest / length if length > least else None

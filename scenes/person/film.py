@@ -1,4 +1,4 @@
-"""Pictures of a person, and MediaPipe to find the person in them.
+"""Frames of a camera or a video, and MediaPipe to find the person in them.
 
 OpenCV and MediaPipe are the extra `[camera]` and are imported only here, only when asked for. MediaPipe comes without a model: the
 user names a pose_landmarker file.
@@ -19,8 +19,8 @@ from scenes.person.landmarks import COUNT
 from scenes.person.source import MissingPackage
 
 
-class Picture(NamedTuple):
-    """One picture of a film.
+class VideoFrame(NamedTuple):
+    """One frame of a film.
 
     Attributes:
         time: since the film began [s].
@@ -32,29 +32,29 @@ class Picture(NamedTuple):
 
 
 class Film(Protocol):
-    """Pictures, one after the other."""
+    """A sequence of frames."""
 
     live: bool
-    """Whether they come when they are made, not when they are asked for."""
+    """Whether frames come in real time instead of on request."""
 
-    def next(self) -> Picture | None:
-        """Return the next picture, or None at the end."""
+    def next(self) -> VideoFrame | None:
+        """Return the next frame, or None at the end."""
         ...
 
     def close(self) -> None:
-        """Let go of the device or the file."""
+        """Release the device or the file."""
         ...
 
 
 class Detector(Protocol):
-    """Finds a person in pictures whose times grow."""
+    """Finds a person in frames; their times must increase."""
 
-    def find(self, picture: Picture) -> tuple[Array, Array] | None:
-        """Return world landmarks (33, 3) [m] and their visibility (33,), or None if nobody is there."""
+    def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
+        """Return world landmarks (33, 3) [m] and their visibility (33,), or None if no person is seen."""
         ...
 
     def close(self) -> None:
-        """Let go of the model."""
+        """Release the model."""
         ...
 
 
@@ -131,13 +131,13 @@ class _Capture:
         self.live = rate == 0.0
         self._count, self._began = 0, time.monotonic()
 
-    def next(self) -> Picture | None:
+    def next(self) -> VideoFrame | None:
         good, image = self._capture.read()
         if not good:
             return None
         seconds = time.monotonic() - self._began if self.live else self._count / self._rate
         self._count += 1
-        return Picture(seconds, self._cv2.cvtColor(image, self._cv2.COLOR_BGR2RGB))
+        return VideoFrame(seconds, self._cv2.cvtColor(image, self._cv2.COLOR_BGR2RGB))
 
     def close(self) -> None:
         self._capture.release()
@@ -148,7 +148,7 @@ class _Landmarker:
         self._mediapipe, self._landmarker = mediapipe, landmarker
         self._milliseconds = -1
 
-    def find(self, picture: Picture) -> tuple[Array, Array] | None:
+    def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
         # MediaPipe insists on times that grow.
         self._milliseconds = max(self._milliseconds + 1, round(1000.0 * picture.time))
         image = self._mediapipe.Image(image_format=self._mediapipe.ImageFormat.SRGB, data=picture.image)
@@ -178,5 +178,5 @@ def _must_exist(path: Path, what: str) -> None:
 
 
 def first_line(error: Exception) -> str:
-    """Return what an error says, short enough for a message of ours."""
+    """Return the first line of an error, shortened for a message."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0].rstrip(".")[:200]

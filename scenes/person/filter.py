@@ -1,4 +1,4 @@
-"""What is asked of the robots, made fit to be asked: a low-pass, a top speed, and a hold while nobody is seen. The one place for it."""
+"""Filter of the robots' joint targets: a low-pass, a top speed, and a hold while no person is seen."""
 
 import math
 from typing import Final
@@ -68,7 +68,7 @@ class AngleFilter:
         """Return the output after dt [s], a fresh array.
 
         Args:
-            wanted: the input, shaped like `start` [rad]; None, or anything not finite, means that nobody is seen: the output comes
+            wanted: the input, shaped like `start` [rad]; None, or anything not finite, means that no person is seen: the output comes
                 to rest at the input seen last.
         """
         self.lost = wanted is None or not bool(np.isfinite(wanted).all())
@@ -94,7 +94,7 @@ class AngleFilter:
         self.lost = self.lost_for > 0.0
 
     def _gap_after(self, gap: Array, dt: float) -> Array:
-        """Return what is left of x − y after dt."""
+        """Return x − y after dt."""
         knee = self._top_rate / self._omega
         size = np.abs(gap)
         straight = np.minimum(np.maximum(size - knee, 0.0) / self._top_rate, dt)

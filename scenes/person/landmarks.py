@@ -29,7 +29,7 @@ def landmarks_to_angles(
 ) -> Array | None:
     """Return the angles (2, 4) of both arms [rad], left first; None if the person is not seen well enough.
 
-    Shoulders, elbows and wrists must be visible. Somebody at a desk shows no hips: then the body is taken to be upright in the
+    Shoulders, elbows and wrists must be visible. A person at a desk shows no hips: then the body is taken to be upright in the
     picture.
 
     Args:

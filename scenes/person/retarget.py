@@ -143,7 +143,7 @@ class Retargeter:
         self._previous: Array | None = None
 
     def reset(self, joints: Array | None = None) -> None:
-        """Go on from these q1 … q4 (2, 4) [rad], or choose anew."""
+        """Continue from these q1 … q4 (2, 4) [rad], or choose again."""
         self._previous = None if joints is None else joints.copy()
 
     def joints(self, angles: Array) -> Array:

@@ -18,7 +18,7 @@ class PersonSource(Protocol):
     def angles(self, time: float) -> Array | None:
         """Return the four angles of both arms at a time [s] of the run: (2, 4) [rad], left first, as `scenes.person.angles` defines.
 
-        None while nobody is seen. The array is the caller's to keep.
+        None while no person is seen. The array is the caller's to keep.
         """
         ...
 
@@ -28,7 +28,7 @@ class SampledAngles:
 
     Args:
         times: (k,) [s], strictly increasing, at least one.
-        table: angles (k, 2, 4) [rad]; a row with a NaN is a moment when nobody was seen.
+        table: angles (k, 2, 4) [rad]; a row with a NaN is a moment when no person was seen.
 
     Raises:
         ValueError: shapes that don't fit, or times that don't increase.
@@ -47,7 +47,7 @@ class SampledAngles:
         return float(self.times[-1])
 
     def angles(self, time: float) -> Array | None:
-        """Return the angles (2, 4) at a time [s], or None between samples of which one saw nobody."""
+        """Return the angles (2, 4) at a time [s], or None between samples if one of them is without a person."""
         i = min(max(int(np.searchsorted(self.times, time, side="right")) - 1, 0), len(self.times) - 1)
         j = min(i + 1, len(self.times) - 1)
         part = 0.0

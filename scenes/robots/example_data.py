@@ -24,7 +24,7 @@ class Segment:
     Attributes:
         name: part of the arm, as a person calls it.
         joint: index of the joint that carries the capsule and whose link it encloses.
-        rolled: index of a neighbouring joint whose link it encloses too, however the joint between the two is turned, or None.
+        rolled: index of a neighbouring joint also enclosed, at any angle of the joint between the two; or None.
         ball: joint and radius: it also encloses this ball about the origin of a joint that is at rest in its frame [m].
         without: radius: of the rolled link it need not enclose what is in a ball about that link's own joint, as another capsule
             does [m].

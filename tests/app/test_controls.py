@@ -61,7 +61,7 @@ def test_every_setting_has_one_place() -> None:
 def moves(settings: RunSettings, steps: int = 120) -> bytes:
     """Every joint at every step."""
     simulation = Simulation(settings)
-    person = simulation.person()
+    person = simulation.source()
     for _ in range(steps):
         simulation.step(person.target(simulation.time))
     return simulation.history.positions(simulation.history.table()).tobytes()
@@ -96,10 +96,10 @@ def test_what_a_law_shows_has_an_effect(law: LawName) -> None:
 def test_only_two_arms_can_both_avoid() -> None:
     for scene in SCENES:
         run = replace(RunSettings(), scene=scene)
-        assert both_avoid(run) == (len(Simulation(run).cast.avoiders(run.avoid)) > 1)
+        assert both_avoid(run) == (len(Simulation(run).roles.avoiders(run.avoid)) > 1)
         for avoid in ("free", "guided", "both"):
             chosen = replace(run, avoid=avoid)
-            assert both_avoid(chosen) == (len(Simulation(chosen).cast.avoiders(avoid)) > 1)
+            assert both_avoid(chosen) == (len(Simulation(chosen).roles.avoiders(avoid)) > 1)
 
 
 def test_what_the_issue_names() -> None:

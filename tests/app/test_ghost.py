@@ -213,7 +213,7 @@ def test_reset_resets_both() -> None:
     assert ghost.settings.law.critical_distance == 0.15
     go(session, 1.0)
     fresh = Simulation(ghost.settings)
-    person = Simulation(session.settings.run).person()
+    person = Simulation(session.settings.run).source()
     for _ in range(200):
         fresh.step(person.target(fresh.time))
     assert table(ghost).tobytes() == fresh.history.table().tobytes()

@@ -48,7 +48,7 @@ def settings(query: str) -> Settings:
 def played(query: str, seconds: float = 1.0) -> Simulation:
     """An experiment that its own person has moved for a while; not to be moved on."""
     simulation = Simulation(settings(query).run)
-    person = simulation.person()
+    person = simulation.source()
     while simulation.time < seconds:
         simulation.step(person.target(simulation.time))
     return simulation
@@ -174,7 +174,7 @@ def test_the_trace_of_n_counts_what_the_hand_leaves_free(robot: str, task: str, 
 
 def test_the_ghost_has_a_second_number_in_every_tile() -> None:
     session = Session(settings("ghost=unprotected&v=0.1"))
-    person = session.simulation.person()
+    person = session.simulation.source()
     for simulation in (session.simulation, session.ghost):
         assert simulation is not None
         for _ in range(900):
@@ -302,7 +302,7 @@ def test_the_numbers_leave_the_run_alone() -> None:
     """Looking at it changes no bit of it."""
     query = "scene=hold&dm=0.25&pairs=soft"
     watched, alone = Simulation(settings(query).run), Simulation(settings(query).run)
-    person = watched.person()
+    person = watched.source()
     for step in range(400):
         target = person.target(watched.time)
         for simulation in (watched, alone):

@@ -52,11 +52,21 @@ def test_the_papers_examples(n: int, expected: float) -> None:
     assert budget.resting_distance(0.15, n, 0.3, 0.2, 0.0) == pytest.approx(expected, abs=5e-5)
 
 
-def test_one_worked_example_with_a_moving_obstacle() -> None:
-    """u = w = .1, v = .3: λ* = .2/.4 = 1/2, so d* = d_m 2^(1/n)."""
+def test_limits_of_the_threshold() -> None:
+    # u = w = .1, v = .3: λ* = .2/.4 = 1/2, so d* = d_m 2^(1/n).
     assert budget.resting_activation(0.3, 0.1, 0.1) == pytest.approx(0.5)
     assert budget.resting_distance(0.15, 1, 0.3, 0.1, 0.1) == pytest.approx(0.30)
     assert budget.resting_distance(0.15, 4, 0.3, 0.1, 0.1) == pytest.approx(0.15 * 2**0.25)
+    # w = v still holds, at d_m exactly; the least bit more does not.
+    assert budget.holds_distance(0.3, 0.3)
+    assert budget.resting_distance(0.15, 6, 0.3, 0.2, 0.3) == pytest.approx(0.15)
+    assert budget.resting_activation(0.3, 0.2, 0.3) == pytest.approx(1.0)
+    assert not budget.holds_distance(0.3, 0.3 + 1e-9)
+    # u + v = 0: λ does not matter, λ* is nan; a little off it is a number again.
+    assert math.isnan(budget.resting_activation(0.3, -0.3, 0.1))
+    assert budget.resting_activation(0.3, -0.2, 0.25) == pytest.approx(0.5)
+    assert budget.largest_step(0.15, 6, 0.3, -0.3) == math.inf
+    assert math.isfinite(budget.largest_step(0.15, 6, 0.3, -0.2))
 
 
 @given(CRITICAL, ORDERS, NOMINAL, st.floats(0.01, 1.0), SHARE)
@@ -79,14 +89,6 @@ def test_the_threshold_is_the_obstacles_speed(dm: float, n: float, v: float, u: 
     assert budget.loss_rate(v, w) == pytest.approx(max(0.0, -at_threshold), abs=1e-12)
 
 
-def test_at_the_threshold_itself() -> None:
-    """w = v still holds, at d_m exactly; the least bit more does not."""
-    assert budget.holds_distance(0.3, 0.3)
-    assert budget.resting_distance(0.15, 6, 0.3, 0.2, 0.3) == pytest.approx(0.15)
-    assert budget.resting_activation(0.3, 0.2, 0.3) == pytest.approx(1.0)
-    assert not budget.holds_distance(0.3, 0.3 + 1e-9)
-
-
 @given(CRITICAL, ORDERS, st.floats(0.0, 1.0), st.floats(-1.0, 1.0), st.floats(0.0, 1.0))
 def test_without_a_pull_there_is_no_rest(dm: float, n: float, v: float, w: float, more: float) -> None:
     """u + w ≤ 0: nothing draws the bodies together, d* = inf, and so are the times that follow from it."""
@@ -107,14 +109,6 @@ def test_a_faster_obstacle_leaves_no_rest(dm: float, n: float, v: float, u: floa
     assert math.isnan(budget.largest_step_at_rest(dm, n, v, u, w))
 
 
-def test_when_every_activation_is_as_good_as_any_other() -> None:
-    """u + v = 0: λ does not matter, λ* is nan; a little off it is a number again."""
-    assert math.isnan(budget.resting_activation(0.3, -0.3, 0.1))
-    assert budget.resting_activation(0.3, -0.2, 0.25) == pytest.approx(0.5)
-    assert budget.largest_step(0.15, 6, 0.3, -0.3) == math.inf
-    assert math.isfinite(budget.largest_step(0.15, 6, 0.3, -0.2))
-
-
 @given(CRITICAL, ORDERS, NOMINAL, st.floats(0.02, 1.0), st.floats(0.0, 0.9))
 def test_settling_time_against_finite_differences(dm: float, n: float, v: float, u: float, share: float) -> None:
     """The time constant at d* is −1 over the slope of ḋ(d) there."""
@@ -126,12 +120,16 @@ def test_settling_time_against_finite_differences(dm: float, n: float, v: float,
     assert budget.settling_time(dm, n, v, u, w) == pytest.approx(-1.0 / slope, rel=1e-5)
 
 
-def test_the_line_settles_in_that_time() -> None:
-    """Integrated finely, 1 mm off the rest has fallen to 1/e after one settling time."""
+def test_euler_by_example() -> None:
+    # Integrated finely, 1 mm off the rest has fallen to 1/e after one settling time.
     dm, n, v, u, w = 0.15, 6.0, 0.3, 0.1, 0.05
     rest, tau = budget.resting_distance(dm, n, v, u, w), budget.settling_time(dm, n, v, u, w)
     end = euler(rest + 1e-3, tau / 2000.0, 2000, dm, n, v, u, w)[-1]
     assert (end - rest) / 1e-3 == pytest.approx(math.exp(-1.0), rel=0.02)
+    # Positive control of the test before: at .95 of the limit near the threshold the path does cross its rest.
+    dm, n, v, u, w = 0.15, 6.0, 0.3, 0.2, 0.28
+    path = euler(0.5 * dm, 0.95 * budget.largest_step(dm, n, v, u), 400, dm, n, v, u, w)
+    assert max(path) > budget.resting_distance(dm, n, v, u, w) * (1.0 + 1e-6)
 
 
 @given(CRITICAL, ORDERS, NOMINAL, st.floats(0.02, 1.0), st.floats(0.0, 0.8))
@@ -150,9 +148,14 @@ def test_explicit_euler_is_stable_just_below_its_limit_and_unstable_just_above(
 
 
 @given(CRITICAL, ORDERS, NOMINAL, st.floats(0.02, 1.0), SHARE)
-def test_the_limit_at_the_critical_distance_is_the_cautious_one(dm: float, n: float, v: float, u: float, share: float) -> None:
-    """Below `largest_step` no rest is unstable, whatever the obstacle's speed."""
+def test_the_limit_at_the_critical_distance(dm: float, n: float, v: float, u: float, share: float) -> None:
+    # Below `largest_step` no rest is unstable, whatever the obstacle's speed.
     assert budget.largest_step(dm, n, v, u) <= budget.largest_step_at_rest(dm, n, v, u, share * v) * (1.0 + 1e-12)
+    # With dt ≤ half of `largest_step` the distance comes to rest from its side; at .9 of the whole it may cross over.
+    w = share * v
+    rest = budget.resting_distance(dm, n, v, u, w)
+    path = euler(0.5 * dm, 0.499 * budget.largest_step(dm, n, v, u), 60, dm, n, v, u, w)
+    assert max(path) <= rest * (1.0 + 1e-9)
 
 
 @given(CRITICAL, st.floats(1.5, 20.0), NOMINAL, st.floats(0.02, 1.0))
@@ -160,22 +163,6 @@ def test_the_limit_at_the_critical_distance_is_where_lambda_is_steepest(dm: floa
     """As the obstacle's speed nears v, the rest nears d_m, and its limit nears `largest_step`: neither is too cautious."""
     w = (1.0 - 1e-7) * v
     assert budget.largest_step_at_rest(dm, n, v, u, w) == pytest.approx(budget.largest_step(dm, n, v, u), rel=1e-5)
-
-
-@given(CRITICAL, ORDERS, NOMINAL, st.floats(0.02, 1.0), SHARE)
-def test_half_the_limit_never_overshoots(dm: float, n: float, v: float, u: float, share: float) -> None:
-    """With dt ≤ half of `largest_step` the distance comes to rest from its side; at .9 of the whole it may cross over."""
-    w = share * v
-    rest = budget.resting_distance(dm, n, v, u, w)
-    path = euler(0.5 * dm, 0.499 * budget.largest_step(dm, n, v, u), 60, dm, n, v, u, w)
-    assert max(path) <= rest * (1.0 + 1e-9)
-
-
-def test_beyond_half_the_limit_it_does_overshoot() -> None:
-    """Positive control of the test before: at .95 of the limit near the threshold the path does cross its rest."""
-    dm, n, v, u, w = 0.15, 6.0, 0.3, 0.2, 0.28
-    path = euler(0.5 * dm, 0.95 * budget.largest_step(dm, n, v, u), 400, dm, n, v, u, w)
-    assert max(path) > budget.resting_distance(dm, n, v, u, w) * (1.0 + 1e-6)
 
 
 @pytest.mark.parametrize(("d", "n", "speed"), [(0.15, 6, 0.3), (0.10, 6, 0.3), (0.30, 1, 0.15), (0.30, 2, 0.075)])

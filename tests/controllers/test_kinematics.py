@@ -76,8 +76,8 @@ def test_point_jacobian_against_finite_differences(rig: RigName) -> None:
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_every_arm_stands_where_its_rig_says(rig: RigName) -> None:
-    """All zero is straight up from the base: shoulder .310, elbow .710, wrist 1.100, flange 1.178 m along it."""
+def test_where_arms_stand_and_errors_begin(rig: RigName) -> None:
+    # All zero is straight up from the base: shoulder .310, elbow .710, wrist 1.100, flange 1.178 m along it.
     room, kinematics, _ = bodies(rig)
     kinematics.update(np.zeros(room.model.nv))
     for arm, base in zip(room.arms, (RIGS[rig].left_base, RIGS[rig].right_base), strict=True):
@@ -88,10 +88,17 @@ def test_every_arm_stands_where_its_rig_says(rig: RigName) -> None:
             (1.178, kinematics.hand_pose(arm).translation),
         ):
             assert_allclose(point, base.act(np.array([0.0, 0.0, height])), atol=1e-12)
+    # e = 0 at the pose itself; a target moved by δ and turned by φ about a world axis gives e = (δ, φ).
+    room, kinematics, _ = bodies(rig)
+    kinematics.update(room.start)
+    pose = kinematics.hand_pose(room.arms[0])
+    assert_allclose(pose_error(pose, pose.translation, pose.rotation), 0.0, atol=1e-12)
+    shift, turn = np.array([0.1, -0.2, 0.05]), np.array([0.3, 0.1, -0.4])
+    assert_allclose(pose_error(pose, pose.translation + shift, pin.exp3(turn) @ pose.rotation), np.r_[shift, turn], atol=1e-12)
 
 
-def test_copies_and_live_views() -> None:
-    """Points and rotations of joints are copies that a later update leaves alone; the Jacobian is live (positive control)."""
+def test_copies_and_singular_postures() -> None:
+    # Points and rotations of joints are copies that a later update leaves alone; the Jacobian is live (positive control).
     room, kinematics, _ = bodies("torso")
     kinematics.update(room.start)
     arm = room.arms[0]
@@ -102,6 +109,14 @@ def test_copies_and_live_views() -> None:
     assert_allclose(rotation, turned, atol=0.0)
     assert np.abs(kinematics.jacobian - live).max() > 0.01
     assert np.abs(kinematics.joint_point(arm.elbow) - kept).max() > 0.01
+    # All joints zero, the hand asked to come straight down: |q̇| ≤ |ẋ| / 2μ, where the undamped inverse would blow up.
+    room, kinematics, _ = bodies("table")
+    kinematics.update(np.zeros(room.model.nv))
+    J = kinematics.hand_jacobian(room.arms[0])[:3]
+    assert np.linalg.svd(J)[1][-1] < 1e-9
+    dq = damped_solution(J, np.array([0.1, 0.0, -0.25]))
+    assert np.isfinite(dq).all()
+    assert np.linalg.norm(dq) <= np.linalg.norm([0.1, 0.0, -0.25]) / (2.0 * DAMPING)
 
 
 @given(st.integers(0, 10_000), st.sampled_from([1, 2, 3, 6]), st.floats(0.0, 0.5))
@@ -126,20 +141,6 @@ def test_damping_is_tikhonovs(seed: int, damping: float) -> None:
     assert_allclose(J.T @ (J @ dq - task) + damping**2 * dq, 0.0, atol=1e-6)
 
 
-def test_a_singular_posture_stays_bounded() -> None:
-    """All joints zero, the hand asked to come straight down: |q̇| ≤ |ẋ| / 2μ, where the undamped inverse would blow up."""
-    room, kinematics, _ = bodies("table")
-    kinematics.update(np.zeros(room.model.nv))
-    J = kinematics.hand_jacobian(room.arms[0])[:3]
-    assert np.linalg.svd(J)[1][-1] < 1e-9
-    dq = damped_solution(J, np.array([0.1, 0.0, -0.25]))
-    assert np.isfinite(dq).all()
-    assert np.linalg.norm(dq) <= np.linalg.norm([0.1, 0.0, -0.25]) / (2.0 * DAMPING)
-
-
-# ---- the error and its rate ---------------------------------------------------------------------------------------------------
-
-
 def error_rate(kinematics: Kinematics, arm: Arm, q: Array, position: Array, rotation: Array, h: float = 1e-6) -> Array:
     """∂e/∂q of one arm's pose error (6, 7) by central differences."""
 
@@ -148,17 +149,6 @@ def error_rate(kinematics: Kinematics, arm: Arm, q: Array, position: Array, rota
         return pose_error(kinematics.hand_pose(arm), position, rotation)
 
     return derivative(error, q, h)[:, arm.joints]
-
-
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_the_error_is_zero_at_the_target_and_turns_about_world_axes(rig: RigName) -> None:
-    """e = 0 at the pose itself; a target moved by δ and turned by φ about a world axis gives e = (δ, φ)."""
-    room, kinematics, _ = bodies(rig)
-    kinematics.update(room.start)
-    pose = kinematics.hand_pose(room.arms[0])
-    assert_allclose(pose_error(pose, pose.translation, pose.rotation), 0.0, atol=1e-12)
-    shift, turn = np.array([0.1, -0.2, 0.05]), np.array([0.3, 0.1, -0.4])
-    assert_allclose(pose_error(pose, pose.translation + shift, pin.exp3(turn) @ pose.rotation), np.r_[shift, turn], atol=1e-12)
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)

@@ -10,7 +10,6 @@ from controllers.activation import activation
 from controllers.kinematics import Array, null_space_projector, pseudo_inverse
 from controllers.laws.situation import AUTHORITY, Situation, along_row, row_damping, textbook_projector
 from controllers.laws.smooth_priority import SmoothPriority
-from controllers.laws.unprotected import Unprotected
 
 ENTRIES = st.floats(-1.0, 1.0)
 SPEEDS = st.floats(-2.0, 2.0)
@@ -33,8 +32,8 @@ def rate(situation: Situation, velocities: Array) -> float:
 
 
 @given(LAWS, SITUATIONS)
-def test_one_row_form_equals_the_matrix_form(law: SmoothPriority, situation: Situation) -> None:
-    """q̇ = J_d^# λ v + N' q̇_n, eqs (12), (32), (33), with J_d^# and N' built as matrices by numpy."""
+def test_the_paper_s_law_equals_its_matrices(law: SmoothPriority, situation: Situation) -> None:
+    # q̇ = J_d^# λ v + N' q̇_n, eqs (12), (32), (33), with J_d^# and N' built as matrices by numpy.
     J_d = situation.row[None, :]
     lam = min(1.0, (law.critical_distance / max(situation.distance, law.critical_distance)) ** law.order)
     J_sharp = np.linalg.pinv(J_d)
@@ -42,14 +41,13 @@ def test_one_row_form_equals_the_matrix_form(law: SmoothPriority, situation: Sit
     expected = (J_sharp * lam * law.nominal_velocity)[:, 0] + N_smooth @ situation.nominal
     assert_allclose(law(situation), expected, atol=1e-12, rtol=1e-10)
     assert_allclose(textbook_projector(situation.row, lam), N_smooth, atol=1e-12)
-
-
-@given(LAWS, SITUATIONS)
-def test_the_distance_rate_is_the_blend(law: SmoothPriority, situation: Situation) -> None:
-    """J_d q̇ = λ v − (1 − λ) u, with u = −J_d q̇_n; w plays no part without feed-forward."""
+    # The rate is the blend and the correction what is added.
     lam, u = activation(situation.distance, law.critical_distance, law.order), -rate(situation, situation.nominal)
     assert situation.pull == pytest.approx(u, abs=1e-12)
     assert rate(situation, law(situation)) == pytest.approx(lam * law.nominal_velocity - (1.0 - lam) * u, abs=1e-12)
+    # `correction` alone tells the change of the distance rate: the plots may use it instead of the arm.
+    c = law.correction(situation.distance, situation.pull, situation.approach)
+    assert rate(situation, law(situation)) == pytest.approx(c - situation.pull, abs=1e-12)
 
 
 @given(LAWS, SITUATIONS, vectors(ENTRIES))
@@ -61,16 +59,6 @@ def test_motion_across_the_row_is_untouched(law: SmoothPriority, situation: Situ
     assert float(across @ change) == pytest.approx(0.0, abs=1e-11)
     lam = law.activation(situation.distance)
     assert float(row @ change) == pytest.approx(lam * (law.nominal_velocity + situation.pull), abs=1e-11)
-
-
-@given(LAWS, SITUATIONS)
-def test_correction_is_what_is_added(law: SmoothPriority, situation: Situation) -> None:
-    """`correction` alone tells the change of the distance rate: the plots may use it instead of the arm."""
-    c = law.correction(situation.distance, situation.pull, situation.approach)
-    assert rate(situation, law(situation)) == pytest.approx(c - situation.pull, abs=1e-12)
-
-
-# ---- projectors ---------------------------------------------------------------------------------------------------------------
 
 
 @given(st.integers(0, 10_000), st.sampled_from([1, 3, 6]))
@@ -111,27 +99,20 @@ def test_the_smooth_projector_is_no_projector(row: Array, lam: float) -> None:
         assert_allclose(N @ N, N, atol=1e-12)
 
 
-# ---- ours: feed-forward, one-sided --------------------------------------------------------------------------------------------
-
-
 def variant(law: SmoothPriority, *, feed_forward: bool = False, one_sided: bool = False) -> SmoothPriority:
     """The same law with a switch thrown."""
     return SmoothPriority(law.critical_distance, law.order, law.nominal_velocity, feed_forward, one_sided)
 
 
 @given(LAWS, SITUATIONS)
-def test_feed_forward_adds_the_approach_to_the_nominal_velocity(law: SmoothPriority, situation: Situation) -> None:
-    """With w fed forward the law is the plain one with v + w, so that ḋ = v at λ = 1 for every w."""
+def test_variants_of_the_paper_s_law(law: SmoothPriority, situation: Situation) -> None:
+    # With w fed forward the law is the plain one with v + w, so that ḋ = v at λ = 1 for every w.
     fed = variant(law, feed_forward=True)
     faster = SmoothPriority(law.critical_distance, law.order, law.nominal_velocity + situation.approach)
     assert_allclose(fed(situation), faster(situation), atol=1e-12)
     close = situation._replace(distance=0.5 * law.critical_distance)
     assert rate(close, fed(close)) - close.approach == pytest.approx(law.nominal_velocity, abs=1e-11)
-
-
-@given(LAWS, SITUATIONS)
-def test_one_sided_never_slows_a_retreat(law: SmoothPriority, situation: Situation) -> None:
-    """If the task retreats faster than v it is left alone; else the law is the plain one. The rate is the larger of the two."""
+    # If the task retreats faster than v it is left alone; else the law is the plain one. The rate is the larger of the two.
     one_sided, plain = variant(law, one_sided=True), law(situation)
     velocities = one_sided(situation)
     if -situation.pull > law.nominal_velocity:
@@ -142,26 +123,20 @@ def test_one_sided_never_slows_a_retreat(law: SmoothPriority, situation: Situati
     assert rate(situation, velocities) == pytest.approx(expected, abs=1e-11)
 
 
-def test_the_plain_law_does_slow_a_retreat() -> None:
-    """Positive control: at λ = 1 the paper's law turns a retreat of .5 m/s into v = .25 m/s; one-sided leaves .5."""
+def test_worked_examples_of_one_sided_laws() -> None:
+    # Positive control: at λ = 1 the paper's law turns a retreat of .5 m/s into v = .25 m/s; one-sided leaves .5.
     row = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0])
     situation = Situation(np.zeros(7), 2.0 * row, row, 0.1, 0.0)
     law = SmoothPriority(0.15, 6.0, 0.25)
     assert rate(situation, situation.nominal) == pytest.approx(0.5)
     assert rate(situation, law(situation)) == pytest.approx(0.25)
     assert rate(situation, variant(law, one_sided=True)(situation)) == pytest.approx(0.5)
-
-
-def test_one_sided_counts_the_approach_when_it_is_fed_forward() -> None:
-    """Both switches together: a retreat of .5 m/s from an obstacle that comes at .4 m/s is raised to v + w = .65 m/s."""
+    # Both switches together: a retreat of .5 m/s from an obstacle that comes at .4 m/s is raised to v + w = .65 m/s.
     row = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
     situation = Situation(np.zeros(7), np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), row, 0.1, 0.4)
     law = SmoothPriority(0.15, 6.0, 0.25)
     assert rate(situation, variant(law, one_sided=True)(situation)) == pytest.approx(0.5)
     assert rate(situation, variant(law, feed_forward=True, one_sided=True)(situation)) == pytest.approx(0.65)
-
-
-# ---- where J_d nearly vanishes ------------------------------------------------------------------------------------------------
 
 
 @given(LAWS, SITUATIONS, st.floats(0.0, 1.0))
@@ -174,11 +149,24 @@ def test_short_rows_stay_finite_and_bounded(law: SmoothPriority, situation: Situ
     assert np.linalg.norm(velocities - short.nominal) <= 11.0 * c + 1e-12
 
 
-def test_a_row_of_zeros_changes_nothing() -> None:
-    """No lever, no motion: q̇ = q̇_n; a row of normal length does change it (positive control)."""
+def test_damping_of_short_rows() -> None:
+    # No lever, no motion: q̇ = q̇_n; a row of normal length does change it (positive control).
     nominal = np.linspace(-1.0, 1.0, 7)
     assert_array_equal(along_row(nominal, np.zeros(7), 0.3), nominal)
     assert np.abs(along_row(nominal, np.full(7, 0.2), 0.3) - nominal).max() > 0.1
+    # μ² is 0 from |J_d| = .12 upwards, positive below, and its slope is 0 where it sets in.
+    edge = AUTHORITY**2
+    assert row_damping(edge) == 0.0 == row_damping(4.0)
+    assert row_damping(0.5 * edge) > 0.0
+    assert row_damping(edge * (1.0 - 1e-4)) / (edge * 1e-4) < 1e-3
+    lengths = np.linspace(0.0, AUTHORITY, 50)
+    assert (np.diff([row_damping(float(x) ** 2) for x in lengths]) < 0.0).all()
+    # At |J_d| = .12 m/rad the rate asked for is reached exactly; at half of that it is missed, by less than it all.
+    for length, exact in ((AUTHORITY * 1.000001, True), (0.3, True), (AUTHORITY / 2.0, False)):
+        row = np.full(7, length / np.sqrt(7.0))
+        reached = float(row @ along_row(np.zeros(7), row, 0.3))
+        assert (abs(reached - 0.3) < 1e-12) is exact
+        assert 0.0 < reached < 0.3 + 1e-12
 
 
 @given(vectors(ENTRIES).filter(lambda row: float(np.linalg.norm(row)) > 0.1), st.floats(0.0, 0.3), st.floats(0.0, 1e-6))
@@ -187,51 +175,3 @@ def test_continuous_in_the_rows_length(row: Array, length: float, change: float)
     unit, nominal = row / np.linalg.norm(row), np.zeros(7)
     before, after = along_row(nominal, unit * length, 1.0), along_row(nominal, unit * (length + change), 1.0)
     assert np.linalg.norm(after - before) <= 300.0 * change + 1e-12
-
-
-def test_damping_sets_in_smoothly() -> None:
-    """μ² is 0 from |J_d| = .12 upwards, positive below, and its slope is 0 where it sets in."""
-    edge = AUTHORITY**2
-    assert row_damping(edge) == 0.0 == row_damping(4.0)
-    assert row_damping(0.5 * edge) > 0.0
-    assert row_damping(edge * (1.0 - 1e-4)) / (edge * 1e-4) < 1e-3
-    lengths = np.linspace(0.0, AUTHORITY, 50)
-    assert (np.diff([row_damping(float(x) ** 2) for x in lengths]) < 0.0).all()
-
-
-def test_the_exact_inverse_from_the_edge_on() -> None:
-    """At |J_d| = .12 m/rad the rate asked for is reached exactly; at half of that it is missed, by less than it all."""
-    for length, exact in ((AUTHORITY * 1.000001, True), (0.3, True), (AUTHORITY / 2.0, False)):
-        row = np.full(7, length / np.sqrt(7.0))
-        reached = float(row @ along_row(np.zeros(7), row, 0.3))
-        assert (abs(reached - 0.3) < 1e-12) is exact
-        assert 0.0 < reached < 0.3 + 1e-12
-
-
-# ---- purity -------------------------------------------------------------------------------------------------------------------
-
-
-@given(LAWS, SITUATIONS)
-def test_unprotected_does_what_the_task_says(law: SmoothPriority, situation: Situation) -> None:
-    """q̇ = q̇_n, λ = 0 and nothing added, where the paper's law adds something (positive control, when v + u ≠ 0)."""
-    unprotected = Unprotected()
-    assert_array_equal(unprotected(situation), situation.nominal)
-    assert unprotected.activation(situation.distance) == 0.0
-    assert unprotected.correction(situation.distance, situation.pull, situation.approach) == 0.0
-    close = situation._replace(distance=0.0)
-    if abs(law.nominal_velocity + close.pull) > 1e-3:
-        assert not np.array_equal(law(close), close.nominal)
-
-
-@given(LAWS, SITUATIONS, st.booleans(), st.booleans())
-def test_laws_leave_their_inputs_alone(law: SmoothPriority, situation: Situation, fed: bool, one_sided: bool) -> None:
-    """A law is pure: read-only inputs suffice, stay as they are, and the same situation gives the same bits."""
-    for law_at_work in (variant(law, feed_forward=fed, one_sided=one_sided), Unprotected()):
-        arrays = (situation.positions, situation.nominal, situation.row)
-        copies = [array.copy() for array in arrays]
-        for array in arrays:
-            array.flags.writeable = False
-        first = law_at_work(situation).copy()
-        assert_array_equal(law_at_work(situation), first)
-        for array, copy in zip(arrays, copies, strict=True):
-            assert_array_equal(array, copy)

@@ -71,9 +71,6 @@ def jump_ratio(velocities: Callable[[float], Array], low: float, high: float, st
     return largest[1] / largest[0]
 
 
-# ---- always finite ------------------------------------------------------------------------------------------------------------
-
-
 @given(ANY_LAW, SEEDS, SIZES, st.floats(0.0, 1.5), st.one_of(DISTANCES, st.just(math.inf), st.just(0.0)), st.integers(0, 12))
 @example("barrier_fed", 0, 7, 0.0, -0.2, 6)
 @example("intermediate", 0, 14, 1e-12, 0.0, 12)
@@ -119,9 +116,6 @@ def test_positive_control_with_an_obstacle_it_does_not() -> None:
     assert changed == set(LAWS) - {"unprotected"}
 
 
-# ---- one line -----------------------------------------------------------------------------------------------------------------
-
-
 @given(ANY_LAW, SEEDS, SIZES)
 def test_the_line_tells_the_distance_rate(name: str, seed: int, n: int) -> None:
     """J_d q̇ of one pair, with a regular row and redundancy, is what `line_rate` says: the plots may use it instead of the arm."""
@@ -145,9 +139,6 @@ def test_the_nearer_the_faster_away(name: str, distance: float, farther: float, 
     # An obstacle that retreats (w < 0) takes its speed from v where w is fed forward: v + w + u may be negative.
     if "fed" not in name or approach >= 0.0:
         assert far <= near + 1e-12
-
-
-# ---- smooth or not ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", sorted(set(LAWS) - {"strict_always", "strict_switched", "unprotected"}))
@@ -190,9 +181,6 @@ def test_resting_distances() -> None:
     assert rest(LAWS["unprotected"], u, square) == pytest.approx(1.0 - 60.0 * u)
 
 
-# ---- both arms by one row -----------------------------------------------------------------------------------------------------
-
-
 @given(ANY_LAW, SEEDS)
 def test_coupled_both_arms_give_way(name: str, seed: int) -> None:
     """One row over 14 joints, a task for each hand: the rate is that of any row, and each arm does its share of it."""
@@ -220,11 +208,8 @@ def test_coupled_both_arms_give_way(name: str, seed: int) -> None:
         assert float(row[arm] @ change[arm]) == pytest.approx(gained * square / sum(squares), abs=1e-5)
 
 
-# ---- what a law says of itself ------------------------------------------------------------------------------------------------
-
-
-def test_what_a_law_wants_to_see() -> None:
-    """Only the laws that say so read the pairs or the task: without them, the others' velocities have the same bits."""
+def test_what_a_law_reads() -> None:
+    # Only the laws that say so read the pairs or the task: without them, the others' velocities have the same bits.
     situation = with_pairs(regular_situation(7)._replace(distance=0.1), 7)
     assert {name for name, law in LAWS.items() if law.wants_all_pairs} == {"barrier", "barrier_fed"}
     assert {name for name, law in LAWS.items() if law.wants_task} == {"null_space", "intermediate"}
@@ -240,6 +225,16 @@ def test_what_a_law_wants_to_see() -> None:
     situation.distances[1] = 0.0
     for name, unseen in (("barrier", {"rows": None}), ("null_space", {"task_jacobian": None})):
         assert not np.array_equal(LAWS[name](situation._replace(**unseen)), LAWS[name](situation))
+    # Columns cut out of the Jacobians of both arms are as good as arrays of their own.
+    situation = with_pairs(regular_situation(9)._replace(distance=0.1), 9)
+    assert situation.rows is not None and situation.task_jacobian is not None
+    wide = situation._replace(
+        rows=np.concatenate([situation.rows, situation.rows], axis=1)[:, :7],
+        task_jacobian=np.concatenate([situation.task_jacobian, situation.task_jacobian], axis=1)[:, :7],
+    )
+    assert wide.rows is not None and not wide.rows.flags.c_contiguous
+    for law in LAWS.values():
+        assert_allclose(law(wide), law(situation), atol=1e-12)
 
 
 @given(ANY_LAW, SEEDS, SIZES)
@@ -256,16 +251,3 @@ def test_pure(name: str, seed: int, n: int) -> None:
     assert_array_equal(law(situation), first)
     for array, copy in zip(arrays, copies, strict=True):
         assert_array_equal(array, copy)
-
-
-def test_situations_of_one_arm_need_not_be_contiguous() -> None:
-    """Columns cut out of the Jacobians of both arms are as good as arrays of their own."""
-    situation = with_pairs(regular_situation(9)._replace(distance=0.1), 9)
-    assert situation.rows is not None and situation.task_jacobian is not None
-    wide = situation._replace(
-        rows=np.concatenate([situation.rows, situation.rows], axis=1)[:, :7],
-        task_jacobian=np.concatenate([situation.task_jacobian, situation.task_jacobian], axis=1)[:, :7],
-    )
-    assert wide.rows is not None and not wide.rows.flags.c_contiguous
-    for law in LAWS.values():
-        assert_allclose(law(wide), law(situation), atol=1e-12)

@@ -105,9 +105,6 @@ def test_optimality_conditions_also_if_it_is_impossible(seed: int, n: int, pairs
     assert np.abs(gradient).max() < 1e-5 * scale
 
 
-# ---- one pair -----------------------------------------------------------------------------------------------------------------
-
-
 @given(SEEDS, st.floats(1e-5, 1.0), st.booleans(), st.booleans())
 def test_one_pair_is_a_maximum(seed: int, length: float, fed: bool, listed: bool) -> None:
     """J_d q̇ = max(−u, −γ (d − d_m) + w): c = max(0, …) along the row, damped as any law's; listed as a pair or not."""
@@ -135,24 +132,18 @@ def test_rows_too_short_for_the_solver_hardly_matter(seed: int, length: float) -
     assert_allclose(LAW(short), along_row(short.nominal, row, least + short.pull), atol=2e-3)
 
 
-def test_what_is_permitted_is_left_alone() -> None:
-    """An approach slower than γ (d − d_m) passes to the bit; a faster one is slowed to that (positive control)."""
+def test_what_is_permitted() -> None:
+    # An approach slower than γ (d − d_m) passes to the bit; a faster one is slowed to that (positive control).
     row = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0])
     situation = Situation(np.zeros(7), -row, row, 0.25, 0.0)
     assert situation.pull == pytest.approx(0.25)
     assert_array_equal(LAW(situation), situation.nominal)
     slowed = LAW(situation._replace(distance=0.17))
     assert float(row @ slowed) == pytest.approx(-0.1, abs=1e-6)
-
-
-def test_activation_is_what_is_no_longer_permitted() -> None:
-    """1 up to d_m; at γ (d − d_m) = .4 m/s .6 is left; 0 from 1 m/s on."""
+    # 1 up to d_m; at γ (d − d_m) = .4 m/s .6 is left; 0 from 1 m/s on.
     law = BarrierQP(0.15, 5.0)
     assert [law.activation(d) for d in (-0.1, 0.15, 0.23, 0.35, 0.5)] == pytest.approx([1.0, 1.0, 0.6, 0.0, 0.0])
-
-
-def test_distances_in_discrete_time() -> None:
-    """ḋ = J_d q̇ − w in steps of 5 ms from .4 m against a pull of .5 m/s: with w fed forward d never falls below d_m."""
+    # ḋ = J_d q̇ − w in steps of 5 ms from .4 m against a pull of .5 m/s: with w fed forward d never falls below d_m.
     for w in (0.0, 0.2, 0.6):
         for law, floor in ((BarrierQP(0.15, 5.0, True), 0.15), (BarrierQP(0.15, 5.0), 0.15 - w / 5.0)):
             d = 0.4
@@ -160,9 +151,6 @@ def test_distances_in_discrete_time() -> None:
                 d += 0.005 * (law.line_rate(d, 0.5, w, 0.0) - w)
                 assert d > floor - 1e-12
             assert d == pytest.approx(floor, abs=1e-6)
-
-
-# ---- several pairs ------------------------------------------------------------------------------------------------------------
 
 
 def corner(distance: float, other: float) -> Situation:
@@ -174,37 +162,28 @@ def corner(distance: float, other: float) -> Situation:
     return Situation(np.zeros(7), nominal, rows[near], float(distances[near]), 0.0, None, None, None, rows, distances)
 
 
-def test_all_pairs_not_only_the_closest() -> None:
-    """In the corner the closest pair alone leaves the other approach too fast; all pairs together do not (positive control)."""
+def test_several_pairs() -> None:
+    # In the corner the closest pair alone leaves the other approach too fast; all pairs together do not (positive control).
     both = corner(0.15, 0.1501)
     assert both.rows is not None
     alone = LAW(both._replace(rows=None, distances=None))
     assert float(both.rows[1] @ alone) < -0.1
     assert (both.rows @ LAW(both) >= [-1e-6, -0.0005 - 1e-6]).all()
 
-
-def test_no_jump_where_the_closest_pair_changes() -> None:
-    """One distance grows and the other shrinks: q̇ of the QP is continuous, q̇ of a law for the closest pair jumps at the tie."""
-
+    # One distance grows and the other shrinks: q̇ of the QP is continuous, q̇ of a law for the closest pair jumps at the tie.
     def at(tie: float) -> Situation:
         return corner(0.16 + tie, 0.16 - tie)
 
     assert 0.4 < jump_ratio(lambda tie: LAW(at(tie)), -0.03, 0.03) < 0.6
     assert jump_ratio(lambda tie: SmoothPriority(0.15, 6.0, 0.3)(at(tie)), -0.03, 0.03) > 0.9
-
-
-def test_pairs_that_exclude_each_other_are_both_violated_a_little() -> None:
-    """An arm between two obstacles that close in: neither comes first, and the motion across them goes on."""
+    # An arm between two obstacles that close in: neither comes first, and the motion across them goes on.
     row = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0])
     nominal = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 0.7])
     rows, distances = np.array([row, -row]), np.array([0.09, 0.09])
     velocities = LAW(Situation(np.zeros(7), nominal, row, 0.09, 0.0, rows=rows, distances=distances))
     assert float(row @ velocities) == pytest.approx(0.0, abs=1e-6)
     assert velocities[6] == pytest.approx(0.7, abs=1e-6)
-
-
-def test_bounds_that_exclude_each_other() -> None:
-    """A joint beyond its stop, lower > upper: it comes back as fast as the lower bound says, and nothing fails."""
+    # A joint beyond its stop, lower > upper: it comes back as fast as the lower bound says, and nothing fails.
     situation = regular_situation(8)._replace(distance=0.1, lower=np.full(7, -0.5), upper=np.full(7, 0.5))
     assert situation.lower is not None
     situation.lower[2] = 0.8

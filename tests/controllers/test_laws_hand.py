@@ -48,9 +48,6 @@ def row_under_task(turn: float) -> Situation:
     return Situation(np.zeros(7), rng.uniform(-1.0, 1.0, 7), row, 0.1, 0.0, J)
 
 
-# ---- the free part of a row ---------------------------------------------------------------------------------------------------
-
-
 @given(SEEDS, DIMENSIONS)
 def test_the_free_part_is_the_projected_row(seed: int, m: int) -> None:
     """J_d N with N of eq. (6) built as a matrix, and J (J_d N)ᵀ = 0 to rounding."""
@@ -70,26 +67,35 @@ def test_the_mostly_free_part_solves_the_damped_problem(seed: int, m: int, dampi
     assert_allclose((J.T @ J + square * np.eye(7)) @ way, square * situation.row, atol=1e-9)
 
 
-def test_a_task_that_repeats_itself_is_kept_all_the_same() -> None:
-    """Two equal rows in J: J Jᵀ is singular, and the free part is that of the row alone."""
+def test_special_tasks() -> None:
+    # Two equal rows in J: J Jᵀ is singular, and the free part is that of the row alone.
     rng = np.random.default_rng(2)
     once, row = rng.uniform(-1.0, 1.0, (2, 7)), rng.uniform(-1.0, 1.0, 7)
     assert_allclose(free_part(row, np.vstack([once, once[:1]])), free_part(row, once), atol=1e-9)
-
-
-# ---- the hand first -----------------------------------------------------------------------------------------------------------
+    # Same situation: the paper's law changes the hand's velocity by decimetres a second, and the formula's test is not empty.
+    situation = regular_situation(4)._replace(distance=0.1)
+    assert np.linalg.norm(task(situation) @ (PAPER(situation) - situation.nominal)) > 0.1
+    assert np.linalg.norm(HAND_FIRST(situation) - situation.nominal) > 0.1
+    # J = I, given or by default: N = 0, and the arm does not avoid at all.
+    situation = regular_situation(4)._replace(distance=0.1)
+    assert_array_equal(HAND_FIRST(situation._replace(task_jacobian=None)), situation.nominal)
+    assert_allclose(HAND_FIRST(situation._replace(task_jacobian=np.eye(7))), situation.nominal, atol=1e-12)
 
 
 @given(SEEDS, DIMENSIONS)
-def test_the_hand_keeps_its_velocity(seed: int, m: int) -> None:
-    """J q̇ = J q̇_n to 1e-9, whatever the obstacle does."""
+def test_the_hand_keeps_its_velocity_with_little_motion(seed: int, m: int) -> None:
+    # J q̇ = J q̇_n to 1e-9, whatever the obstacle does.
     situation = near_situation(seed, m)
     assert_allclose(task(situation) @ (HAND_FIRST(situation) - situation.nominal), 0.0, atol=1e-9)
+    # |Δ| ≤ 11 c however short J_d N is: the undamped formula would need c / |J_d N|.
+    situation = near_situation(seed, m)
+    c = abs(HAND_FIRST.correction(situation.distance, situation.pull, 0.0))
+    assert np.linalg.norm(HAND_FIRST(situation) - situation.nominal) <= 11.0 * c + 1e-12
 
 
 @given(SEEDS, DIMENSIONS)
-def test_null_space_avoidance_is_its_formula(seed: int, m: int) -> None:
-    """q̇ = q̇_n + N (J_d N)^# α (v + u) with numpy's matrices, where J_d N is regular; the distance rate is α v − (1 − α) u."""
+def test_formulas_of_the_laws_that_know_the_task(seed: int, m: int) -> None:
+    # q̇ = q̇_n + N (J_d N)^# α (v + u) with numpy's matrices, where J_d N is regular; the distance rate is α v − (1 − α) u.
     situation = regular_situation(seed, 7, m)
     N = null_space_projector(task(situation))
     alpha, u = HAND_FIRST.activation(situation.distance), situation.pull
@@ -97,28 +103,15 @@ def test_null_space_avoidance_is_its_formula(seed: int, m: int) -> None:
     velocities = HAND_FIRST(situation)
     assert_allclose(velocities, expected, atol=1e-9)
     assert float(situation.row @ velocities) == pytest.approx(alpha * 0.30 - (1.0 - alpha) * u, abs=1e-9)
-
-
-def test_positive_control_the_papers_law_moves_the_hand() -> None:
-    """Same situation: the paper's law changes the hand's velocity by decimetres a second, and the formula's test is not empty."""
-    situation = regular_situation(4)._replace(distance=0.1)
-    assert np.linalg.norm(task(situation) @ (PAPER(situation) - situation.nominal)) > 0.1
-    assert np.linalg.norm(HAND_FIRST(situation) - situation.nominal) > 0.1
-
-
-@given(SEEDS, DIMENSIONS)
-def test_little_freedom_little_motion(seed: int, m: int) -> None:
-    """|Δ| ≤ 11 c however short J_d N is: the undamped formula would need c / |J_d N|."""
-    situation = near_situation(seed, m)
-    c = abs(HAND_FIRST.correction(situation.distance, situation.pull, 0.0))
-    assert np.linalg.norm(HAND_FIRST(situation) - situation.nominal) <= 11.0 * c + 1e-12
-
-
-def test_a_task_in_every_joint_leaves_nothing() -> None:
-    """J = I, given or by default: N = 0, and the arm does not avoid at all."""
-    situation = regular_situation(4)._replace(distance=0.1)
-    assert_array_equal(HAND_FIRST(situation._replace(task_jacobian=None)), situation.nominal)
-    assert_allclose(HAND_FIRST(situation._replace(task_jacobian=np.eye(7))), situation.nominal, atol=1e-12)
+    # q̇ = J_a^# ẋ_aⁱ + (J_b N_a)^# (ẋ_b − J_b J_a^# ẋ_aⁱ) with numpy's matrices, for q̇_n = J_b^# ẋ_b, where all is regular.
+    situation = regular_situation(seed, 7, m)
+    J_b, J_a = task(situation), situation.row[None, :]
+    x_b = J_b @ situation.nominal
+    situation = situation._replace(nominal=np.linalg.pinv(J_b) @ x_b)
+    lam = INTERMEDIATE.activation(situation.distance)
+    first = np.linalg.pinv(J_a)[:, 0] * (lam * 0.30 - (1.0 - lam) * situation.pull)
+    expected = first + np.linalg.pinv(J_b @ null_space_projector(J_a)) @ (x_b - J_b @ first)
+    assert_allclose(INTERMEDIATE(situation), expected, atol=1e-8)
 
 
 @given(SEEDS, DIMENSIONS, st.floats(0.0, 1.0))
@@ -135,34 +128,15 @@ def test_bounds_shorten_the_evasive_motion(seed: int, m: int, room: float) -> No
     assert_allclose(velocities - nominal, share * (free - nominal), atol=1e-9)
 
 
-def test_influence_below_the_critical_distance_is_a_switch() -> None:
-    """d_i ≤ d_m: 1 up to d_m, 0 beyond, nothing divided by zero."""
+def test_activation_of_null_space_avoidance() -> None:
+    # d_i ≤ d_m: 1 up to d_m, 0 beyond, nothing divided by zero.
     for influence in (0.15, 0.10):
         law = NullSpaceAvoidance(0.15, influence, 0.3)
         assert [law.activation(d) for d in (0.1, 0.15, 0.15 + 1e-9, 0.4)] == [1.0, 1.0, 0.0, 0.0]
-
-
-def test_activation_has_no_kink() -> None:
-    """α = 1, ½ and 0 at d_m, half way and d_i, with slope 0 at either end."""
+    # α = 1, ½ and 0 at d_m, half way and d_i, with slope 0 at either end.
     assert [HAND_FIRST.activation(d) for d in (0.15, 0.225, 0.30)] == pytest.approx([1.0, 0.5, 0.0])
     for end in (0.15, 0.30):
         assert abs(HAND_FIRST.activation(end + 1e-6) - HAND_FIRST.activation(end - 1e-6)) < 1e-9
-
-
-# ---- intermediate values ------------------------------------------------------------------------------------------------------
-
-
-@given(SEEDS, DIMENSIONS)
-def test_intermediate_value_is_its_formula(seed: int, m: int) -> None:
-    """q̇ = J_a^# ẋ_aⁱ + (J_b N_a)^# (ẋ_b − J_b J_a^# ẋ_aⁱ) with numpy's matrices, for q̇_n = J_b^# ẋ_b, where all is regular."""
-    situation = regular_situation(seed, 7, m)
-    J_b, J_a = task(situation), situation.row[None, :]
-    x_b = J_b @ situation.nominal
-    situation = situation._replace(nominal=np.linalg.pinv(J_b) @ x_b)
-    lam = INTERMEDIATE.activation(situation.distance)
-    first = np.linalg.pinv(J_a)[:, 0] * (lam * 0.30 - (1.0 - lam) * situation.pull)
-    expected = first + np.linalg.pinv(J_b @ null_space_projector(J_a)) @ (x_b - J_b @ first)
-    assert_allclose(INTERMEDIATE(situation), expected, atol=1e-8)
 
 
 @given(SEEDS, DIMENSIONS)

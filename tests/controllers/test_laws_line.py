@@ -18,9 +18,6 @@ DISTANCES = st.floats(-0.2, 1.0)
 FIELDS = st.builds(PotentialField, st.floats(0.1, 0.6), st.floats(1e-4, 0.05), st.floats(0.01, 0.1))
 
 
-# ---- strict priority ----------------------------------------------------------------------------------------------------------
-
-
 @given(SEEDS, st.floats(0.0, 1.0), st.floats(-0.2, 50.0))
 def test_always_on_is_the_textbooks_eq_11(seed: int, v: float, distance: float) -> None:
     """q̇ = J_a^# v + N_a q̇_n at every distance, with J_a^# and N_a built as matrices by numpy."""
@@ -48,9 +45,6 @@ def test_the_papers_law_of_high_order_is_the_switch(seed: int, way: float) -> No
     for distance in (0.15 - way, 0.15 + way):
         near = situation._replace(distance=distance)
         assert_allclose(SmoothPriority(0.15, 1e4, 0.3)(near), StrictPriority(0.15, 0.3, switched=True)(near), atol=1e-12)
-
-
-# ---- potential field ----------------------------------------------------------------------------------------------------------
 
 
 @given(FIELDS, st.floats(0.02, 1.0))

@@ -45,9 +45,6 @@ def reach(row: Array, box: VelocityBox) -> tuple[float, float]:
     return float(np.minimum(a, b).sum()), float(np.maximum(a, b).sum())
 
 
-# ---- the box ------------------------------------------------------------------------------------------------------------------
-
-
 @given(shares(), st.integers(0, 1000), st.floats(1.0, 40.0), st.floats(0.00125, 0.020))
 def test_the_box_keeps_the_stops(share: Array, seed: int, gain: float, dt: float) -> None:
     """q + clip(q̇) dt stays inside the stops for as long as one likes while g dt ≤ 1, however wild q̇ is."""
@@ -64,8 +61,8 @@ def test_the_box_keeps_the_stops(share: Array, seed: int, gain: float, dt: float
         assert (np.abs(q) <= STOPS + 1e-12).all()
 
 
-def test_the_box_keeps_the_stops_at_the_largest_gain_that_it_promises() -> None:
-    """g dt = 1 arrives at the stop in one step and stays; g dt = 1.5 passes it (positive control)."""
+def test_the_box_by_example() -> None:
+    # g dt = 1 arrives at the stop in one step and stays; g dt = 1.5 passes it (positive control).
     for gain, inside in ((50.0, True), (75.0, False)):
         box, q, furthest = VelocityBox(-STOPS, STOPS, 1000.0 * TOP_SPEED, gain), np.zeros(7), np.zeros(7)
         for _ in range(50):
@@ -74,6 +71,15 @@ def test_the_box_keeps_the_stops_at_the_largest_gain_that_it_promises() -> None:
             furthest = np.maximum(furthest, q)
         assert bool((furthest <= STOPS + 1e-12).all()) is inside
         assert (furthest > 0.99 * STOPS).all()
+    # A joint a tenth of a radian before its upper stop has lost top − 1 rad/s upwards and nothing downwards.
+    q = np.zeros(7)
+    q[1] = STOPS[1] - 0.1
+    box = lwr_box(q)
+    up, down = box.lost_speed(np.ones(7)), box.lost_speed(-np.ones(7))
+    expected = np.zeros(7)
+    expected[1] = TOP_SPEED[1] - 1.0
+    assert_allclose(up, expected, atol=1e-12)
+    assert_allclose(down, 0.0, atol=1e-12)
 
 
 @given(shares(), st.floats(1.0, 40.0))
@@ -97,21 +103,6 @@ def test_clip_is_the_nearest_velocity_in_the_box(share: Array, wish: Array) -> N
     assert_allclose(clipped, np.clip(wish, box.lower, box.upper))
     assert_array_equal(box.clip(clipped), clipped)
     assert box.contains(wish) is bool(np.array_equal(clipped, wish))
-
-
-def test_speed_lost_to_a_stop() -> None:
-    """A joint a tenth of a radian before its upper stop has lost top − 1 rad/s upwards and nothing downwards."""
-    q = np.zeros(7)
-    q[1] = STOPS[1] - 0.1
-    box = lwr_box(q)
-    up, down = box.lost_speed(np.ones(7)), box.lost_speed(-np.ones(7))
-    expected = np.zeros(7)
-    expected[1] = TOP_SPEED[1] - 1.0
-    assert_allclose(up, expected, atol=1e-12)
-    assert_allclose(down, 0.0, atol=1e-12)
-
-
-# ---- the bounded row ----------------------------------------------------------------------------------------------------------
 
 
 @given(shares(), shares(), ROWS, st.floats(0.0, 1.0))
@@ -194,11 +185,8 @@ def test_rounding_noise_in_the_row_is_no_lever(joint: int, noise: float, seed: i
     assert abs(bounded.velocities[joint]) < 1e-6
 
 
-# ---- the reason ---------------------------------------------------------------------------------------------------------------
-
-
-def test_the_reason_is_top_speed_in_the_open() -> None:
-    """Far from every stop only the top speeds can be in the way; the joint with the longest lever is named."""
+def test_the_reason_is_the_costliest_joint() -> None:
+    # Far from every stop only the top speeds can be in the way; the joint with the longest lever is named.
     row = np.array([0.1, 0.0, -0.5, 0.2, 0.0, 0.0, 0.05])
     box = lwr_box(np.zeros(7))
     most = reach(row, box)[1]
@@ -206,6 +194,14 @@ def test_the_reason_is_top_speed_in_the_open() -> None:
     assert (bounded.authority, bounded.joint) == (Authority.SPEED, 2)
     assert_allclose(bounded.velocities, np.sign(row) * TOP_SPEED)
     assert bounded_row(np.zeros(7), row, most - 0.1, box).authority is Authority.FULL
+    # Of two joints at their stops it is the one whose lever times lost speed is larger, not the one with the longer lever
+    # alone.
+    row = np.array([0.0, 0.30, 0.0, 0.0, 0.0, 0.28, 0.0])
+    q = np.zeros(7)
+    q[1], q[5] = STOPS[1], STOPS[5]
+    bounded = bounded_row(np.zeros(7), row, 0.5, lwr_box(q))
+    assert (bounded.authority, bounded.joint) == (Authority.STOP, 5)
+    assert bounded.shortfall == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -219,13 +215,3 @@ def test_the_reason_is_a_stop_at_a_stop(side: float) -> None:
     assert cornered.velocities[3] == 0.0
     free = bounded_row(np.zeros(7), row, 1.0, lwr_box(-q))
     assert (free.authority, free.joint) == (Authority.FULL, -1)
-
-
-def test_the_stop_that_costs_most_is_named() -> None:
-    """Of two joints at their stops it is the one whose lever times lost speed is larger, not the one with the longer lever alone."""
-    row = np.array([0.0, 0.30, 0.0, 0.0, 0.0, 0.28, 0.0])
-    q = np.zeros(7)
-    q[1], q[5] = STOPS[1], STOPS[5]
-    bounded = bounded_row(np.zeros(7), row, 0.5, lwr_box(q))
-    assert (bounded.authority, bounded.joint) == (Authority.STOP, 5)
-    assert bounded.shortfall == pytest.approx(0.5)

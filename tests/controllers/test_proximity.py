@@ -17,9 +17,6 @@ RIG_NAMES: list[RigName] = ["torso", "table"]
 PAIRS = 15
 
 
-# ---- an independent segment–segment distance ----------------------------------------------------------------------------------
-
-
 def nearest_on_segment(point: Array, a: Array, b: Array) -> Array:
     """The point of segment ab nearest to a point."""
     ab = b - a
@@ -73,9 +70,6 @@ def smooth_enough(kinematics: Kinematics, detector: ProximityDetector, q: Array,
     return float(np.abs(points[1] - points[0]).max()) < 200.0 * h
 
 
-# ---- distances ----------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_distances_and_witness_points_against_own_geometry(rig: RigName) -> None:
     """Every pair at 140 random postures, overlapping ones among them: d, both points, the normal, and who is closest."""
@@ -100,8 +94,8 @@ def test_distances_and_witness_points_against_own_geometry(rig: RigName) -> None
     assert overlapping >= 20
 
 
-def test_known_distances_of_upright_arms() -> None:
-    """On the table with all joints zero both arms stand upright 1.1 m apart: each level's gap is 1.1 m minus two radii."""
+def test_upright_arms() -> None:
+    # On the table with all joints zero both arms stand upright 1.1 m apart: each level's gap is 1.1 m minus two radii.
     room, kinematics, detector = bodies("table")
     kinematics.update(np.zeros(room.model.nv))
     assert detector.detect().distance == pytest.approx(1.1 - 0.075 - 0.070, abs=1e-12)
@@ -110,9 +104,9 @@ def test_known_distances_of_upright_arms() -> None:
     assert found["left forearm", "right forearm"] == pytest.approx(1.1 - 0.130, abs=1e-12)
     assert found["left hand", "right hand"] == pytest.approx(1.1 - 0.100, abs=1e-12)
     assert found["left pedestal", "right hand"] == pytest.approx(math.hypot(1.1, 1.100 - 0.310) - 0.125, abs=1e-12)
-
-
-# ---- J_d ----------------------------------------------------------------------------------------------------------------------
+    # The near-parallel tests below look at the two upper arms.
+    _, _, detector = bodies("table")
+    assert detector.pair_names[UPRIGHT] == ("left upper arm", "right upper arm")
 
 
 def check_rows(rig: RigName, postures: list[Array], pairs: range = range(PAIRS), atol: float = 1e-6) -> int:
@@ -141,15 +135,11 @@ def check_rows(rig: RigName, postures: list[Array], pairs: range = range(PAIRS),
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_rows_at_random_postures(rig: RigName) -> None:
-    """J_d, eqs (26), (27), is the gradient of the distance over the joints of both arms."""
+def test_rows_at_random_and_overlapping_postures(rig: RigName) -> None:
+    # J_d, eqs (26), (27), is the gradient of the distance over the joints of both arms.
     room, _, _ = bodies(rig)
     assert check_rows(rig, [room.start, *random_postures(room, 25, seed=31)]) > 25 * PAIRS * 0.98
-
-
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_rows_of_overlapping_bodies(rig: RigName) -> None:
-    """At d < 0 the row keeps its sign: it still points the way out."""
+    # At d < 0 the row keeps its sign: it still points the way out.
     _, kinematics, detector = bodies(rig)
     inside = overlapping_postures(rig, 0.02, 15, seed=32)
     assert check_rows(rig, inside) > 15 * PAIRS * 0.9
@@ -176,12 +166,6 @@ def test_rows_at_singular_postures(rig: RigName, joint: int | None) -> None:
 
 UPRIGHT = 4
 """Index of left upper arm against right upper arm."""
-
-
-def test_which_pair_is_which() -> None:
-    """The near-parallel tests below look at the two upper arms."""
-    _, _, detector = bodies("table")
-    assert detector.pair_names[UPRIGHT] == ("left upper arm", "right upper arm")
 
 
 @pytest.mark.parametrize("angle", [0.3, 0.03, 3e-3])
@@ -233,9 +217,6 @@ def test_rows_are_fresh(rig: RigName) -> None:
     assert np.abs(later.row - kept).max() > 1e-3
 
 
-# ---- the smooth minimum -------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("beta", [20.0, 100.0, 400.0])
 def test_soft_distance_bounds(rig: RigName, beta: float) -> None:
@@ -274,12 +255,9 @@ def test_soft_gradient_against_finite_differences(rig: RigName, beta: float) -> 
     assert apart > 1e-3
 
 
-# ---- the pairs ----------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_no_pair_is_dropped_but_the_one_that_cannot_move(rig: RigName) -> None:
-    """Four bodies an arm make 16 pairs; only pedestal–pedestal is left out, and its distance is the same in every posture."""
+def test_every_pair_counts(rig: RigName) -> None:
+    # Four bodies an arm make 16 pairs; only pedestal–pedestal is left out, and its distance is the same in every posture.
     room, kinematics, detector = bodies(rig)
     parts = ("pedestal", "upper arm", "forearm", "hand")
     every = {(f"left {a}", f"right {b}") for a in parts for b in parts}
@@ -296,11 +274,7 @@ def test_no_pair_is_dropped_but_the_one_that_cannot_move(rig: RigName) -> None:
         p, r = nearest_of_segments(a, b, c, d)
         gaps.append(float(np.linalg.norm(r - p)) - r1 - r2)
     assert np.ptp(gaps) == 0.0
-
-
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_every_pair_kept_can_be_moved_by_some_joint(rig: RigName) -> None:
-    """None of the 15 rows vanishes everywhere; a pedestal's own arm never moves it."""
+    # None of the 15 rows vanishes everywhere; a pedestal's own arm never moves it.
     room, kinematics, detector = bodies(rig)
     largest = np.zeros((PAIRS, 14))
     for q in random_postures(room, 40, seed=72):
@@ -325,9 +299,6 @@ def test_without_pairs_nothing_is_near(treatment: Treatment) -> None:
     assert not near.row.any() and not near.pair_row.any()
 
 
-# ---- symmetry -----------------------------------------------------------------------------------------------------------------
-
-
 def mirrored(vector: Array) -> Array:
     """The mirrored posture, or row, of both arms (14,): arms swapped, each joint with its mirror sign."""
     return np.concatenate([vector[7:] * MIRROR, vector[:7] * MIRROR])
@@ -338,8 +309,8 @@ def mirrored_names(names: tuple[str, str]) -> tuple[str, str]:
     return names[1].replace("right", "left"), names[0].replace("left", "right")
 
 
-def test_the_torso_is_mirror_symmetric() -> None:
-    """Swapping the arms and mirroring every joint gives the same distances, and the mirrored rows."""
+def test_the_torso_and_its_mirror_image() -> None:
+    # Swapping the arms and mirroring every joint gives the same distances, and the mirrored rows.
     room, kinematics, detector = bodies("torso")
     place = {names: i for i, names in enumerate(detector.pair_names)}
     swap = [place[mirrored_names(names)] for names in detector.pair_names]
@@ -353,10 +324,7 @@ def test_the_torso_is_mirror_symmetric() -> None:
         assert_allclose(detector.distances()[swap], distances, atol=1e-12)
         assert_allclose(detector.rows()[swap], [mirrored(r) for r in rows], atol=1e-8)
         assert_allclose(other.row, mirrored(row), atol=1e-8)
-
-
-def test_swapping_without_mirroring_is_another_posture() -> None:
-    """Positive control: the same swap without the joints' mirror signs changes the distance."""
+    # Positive control: the same swap without the joints' mirror signs changes the distance.
     room, kinematics, detector = bodies("torso")
     changes = []
     for q in random_postures(room, 10, seed=82):

@@ -118,7 +118,7 @@ def recorded_run(
 ) -> tuple[Simulation, Recorded]:
     """A run with the experiment's own person, and its last seconds; the settings change at shares of its time."""
     simulation, log = Simulation(settings), InputsLog()
-    person, due = simulation.person(), dict(changes or {})
+    person, due = simulation.source(), dict(changes or {})
     while simulation.time < seconds - 1e-9:
         for share in [share for share in due if simulation.time >= share * seconds]:
             for key, value in due.pop(share).items():

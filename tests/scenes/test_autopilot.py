@@ -70,8 +70,8 @@ def test_it_goes_there_and_back(rig: RigName, guided: ArmName) -> None:
         assert min(float(np.abs(point - place).max()) for place in near) <= reach + 1e-9
 
 
-def test_it_starts_where_it_is_told() -> None:
-    """At time 0 it wants the hand where it is in the start posture, or where it is told that it is."""
+def test_starts_and_targets() -> None:
+    # At time 0 it wants the hand where it is in the start posture, or where it is told that it is.
     room = build_room("torso")
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)
@@ -79,10 +79,7 @@ def test_it_starts_where_it_is_told() -> None:
     start = np.array([0.5, -0.2, 1.0])
     assert_array_equal(Autopilot(room, "right", 1, start).target(0.0).position, start)
     assert_array_equal(start, [0.5, -0.2, 1.0])
-
-
-def test_targets_are_its_own() -> None:
-    """Writing to a target that was handed out does not bend the path."""
+    # Writing to a target that was handed out does not bend the path.
     autopilot = Autopilot(build_room("table"), "left", 7)
     for time in (0.0, 3.0, 1e3):
         before = autopilot.target(time).position.copy()

@@ -113,8 +113,8 @@ def test_moving_resting_distance(rig: RigName, n: float, u: float, w: float) -> 
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_motion_aside_does_not_matter(rig: RigName) -> None:
-    """A task that also wanders across the row, even quickly, rests at the same d*: the joints themselves do go elsewhere."""
+def test_motion_aside_and_fed_forward(rig: RigName) -> None:
+    # A task that also wanders across the row, even quickly, rests at the same d*: the joints themselves do go elsewhere.
     dm, v, n, u = 0.15, 0.3, 10.0, 0.2
     rest, tau = budget.resting_distance(dm, n, v, u), budget.settling_time(dm, n, v, u)
     ends = []
@@ -125,6 +125,15 @@ def test_motion_aside_does_not_matter(rig: RigName) -> None:
         assert path[-1] == pytest.approx(rest, abs=1e-3)
         ends.append(contact.q.copy())
     assert np.abs(ends[1] - ends[0]).max() > 0.05
+    # With w fed forward, line (R) holds with v + w for v: d ≥ d_m at w = 2 v, where the plain law loses (positive control).
+    dm, v, w, u, n = 0.15, 0.3, 0.6, 0.1, 10.0
+    for fed in (True, False):
+        contact = Contact(rig, SmoothPriority(dm, n, v, feed_forward=fed))
+        contact.start_at(0.16)
+        path = contact.run(300, 0.0005, u, w)
+        if fed:
+            assert path[-1] == pytest.approx(budget.resting_distance(dm, n, v + w, u, w), abs=1e-3)
+        assert bool(path.min() >= dm) is fed
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -152,19 +161,6 @@ def test_the_threshold_is_where_the_obstacle_is_as_fast_as_the_retreat(rig: RigN
     path = contact.run(300, 0.001, 0.2, w)
     assert bool(path.min() >= dm - 1e-4) is keeps
     assert budget.holds_distance(v, w) is keeps
-
-
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_fed_forward_it_holds_against_any_speed(rig: RigName) -> None:
-    """With w fed forward, line (R) holds with v + w for v: d ≥ d_m at w = 2 v, where the plain law loses (positive control)."""
-    dm, v, w, u, n = 0.15, 0.3, 0.6, 0.1, 10.0
-    for fed in (True, False):
-        contact = Contact(rig, SmoothPriority(dm, n, v, feed_forward=fed))
-        contact.start_at(0.16)
-        path = contact.run(300, 0.0005, u, w)
-        if fed:
-            assert path[-1] == pytest.approx(budget.resting_distance(dm, n, v + w, u, w), abs=1e-3)
-        assert bool(path.min() >= dm) is fed
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)

@@ -11,7 +11,17 @@ from numpy.testing import assert_allclose, assert_array_equal
 from controllers.kinematics import Array
 from scenes.headless import Run, run
 from scenes.history import COLUMN
-from scenes.settings import Avoiders, BallMotion, ClipName, ControlPoint, LawName, LawSettings, RobotName, RunSettings, SceneName
+from scenes.settings import (
+    AvoidChoice,
+    BallMotion,
+    ClipName,
+    ControlPoint,
+    LawName,
+    LawSettings,
+    RobotName,
+    RunSettings,
+    SceneName,
+)
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
 
@@ -35,9 +45,6 @@ def long_run(settings: RunSettings, seconds: float = 30.0) -> Run:
 def column(result: Run, name: str) -> Array:
     """One column (rows,) of the history."""
     return result.table[:, COLUMN[name]]
-
-
-# ---- what holds everywhere ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -68,7 +75,7 @@ def test_a_snapshot_goes_on_to_the_same_bits(scene: SceneName, law: LawName) -> 
     """Stop in the middle, go on in another simulation: nothing tells it from a run without a stop."""
     settings = experiment(scene, law)
     whole, half = Simulation(settings), Simulation(settings)
-    person = whole.person()
+    person = whole.source()
     targets = [person.target(i * settings.dt) for i in range(600)]
     for target in targets:
         whole.step(target)
@@ -115,15 +122,12 @@ def test_changing_everything_while_it_runs_leaves_the_arms_where_they_are_or_sta
         for robot in ROBOTS:
             simulation.apply(experiment(scene, robot=robot))
             for law in LAWS:
-                for avoid in get_args(Avoiders):
+                for avoid in get_args(AvoidChoice):
                     before = simulation.positions.copy()
                     simulation.apply(experiment(scene, law, robot=robot, avoid=avoid))
                     assert_array_equal(simulation.positions, before)
                     simulation.step(None)
             assert np.isfinite(simulation.positions).all()
-
-
-# ---- the paper's three experiments --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
@@ -157,8 +161,8 @@ def test_smooth_minimum_has_no_jumps_where_the_closest_pair_has(scene: SceneName
     assert steps("strict_switched", "single", 0.0025) > 0.75 * steps("strict_switched", "single", 0.005)
 
 
-def test_the_slave_copies_the_master() -> None:
-    """Mirrored: joints about the vertical turn the other way; identical: all the same way; both from the start posture."""
+def test_followers_copy_their_models() -> None:
+    # Mirrored: joints about the vertical turn the other way; identical: all the same way; both from the start posture.
     for following, signs in (("identical", np.ones(7)), ("mirrored", np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0]))):
         settings = experiment("master_slave", "unprotected", following=following, rig="table")
         simulation = Simulation(settings)
@@ -168,22 +172,9 @@ def test_the_slave_copies_the_master() -> None:
             simulation.step(wish)
         assert_allclose(simulation.positions[master], wish.positions, atol=1e-3)
         assert_allclose(simulation.positions[slave] - start[slave], signs * (wish.positions - start[master]), atol=1e-3)
-
-
-@pytest.mark.parametrize("clip", get_args(ClipName))
-def test_imitated_angles_are_followed_where_nothing_is_near(clip: ClipName) -> None:
-    """Without avoidance the joints follow what is asked within a few degrees; what is asked is recorded for all four."""
-    result = long_run(experiment("imitation", "unprotected", clip=clip), 20.0)
-    q, wanted = (result.simulation.history.positions(result.table), result.simulation.history.desired(result.table))
-    assert np.isfinite(wanted).all()
-    assert np.abs(q - wanted).max() < np.radians(3.0)
-    assert np.ptp(wanted[:, :4], axis=0).max() > 0.3
-
-
-def test_a_lost_person_is_held() -> None:
-    """Nobody seen: the robots come to rest in the last pose, and go on when the person is back."""
+    # Nobody seen: the robots come to rest in the last pose, and go on when the person is back.
     simulation = Simulation(experiment("imitation", "unprotected", clip="wave"))
-    person = simulation.person()
+    person = simulation.source()
     for i in range(400):
         simulation.step(person.target(i * 0.005))
     for _ in range(600):
@@ -195,9 +186,31 @@ def test_a_lost_person_is_held() -> None:
     for i in range(1000, 1400):
         simulation.step(person.target(i * 0.005))
     assert np.abs(simulation.positions - still).max() > 0.05
+    # One row over 14 joints: d_m is kept as well, and the correction of both is one multiple of the whole row.
+    settings = experiment("imitation", law=LawSettings(coupled=True, pairs="single"), clip="clap")
+    simulation = Simulation(settings)
+    person = simulation.source()
+    seen = 0
+    for i in range(3000):
+        simulation.step(person.target(i * settings.dt))
+        if i % 100 or simulation.sample().activation < 0.3 or simulation.bound_bites:
+            continue
+        seen += 1
+        change = simulation.velocities - simulation.nominal()
+        row = simulation.detector.row(simulation.sample().pair)
+        assert_allclose(change, row * (row.dot(change) / row.dot(row)), atol=1e-9)
+    assert seen > 3
+    assert np.min(simulation.history.table()[:, COLUMN["d"]]) >= 0.15 - 1e-4
 
 
-# ---- one arm ------------------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("clip", get_args(ClipName))
+def test_imitated_angles_are_followed_where_nothing_is_near(clip: ClipName) -> None:
+    """Without avoidance the joints follow what is asked within a few degrees; what is asked is recorded for all four."""
+    result = long_run(experiment("imitation", "unprotected", clip=clip), 20.0)
+    q, wanted = (result.simulation.history.positions(result.table), result.simulation.history.desired(result.table))
+    assert np.isfinite(wanted).all()
+    assert np.abs(q - wanted).max() < np.radians(3.0)
+    assert np.ptp(wanted[:, :4], axis=0).max() > 0.3
 
 
 @pytest.mark.parametrize("point", get_args(ControlPoint))
@@ -213,9 +226,8 @@ def test_the_ball_is_passed_clear(point: ControlPoint, motion: BallMotion) -> No
         assert column(result, "e2")[int(7.4 / 0.005)] < 0.08**2
 
 
-def test_with_one_control_point_the_law_is_smooth_and_the_switch_is_not() -> None:
-    """The critical point is fixed: the step of q̇ halves with dt under λ(d), and stays under the hard switch."""
-
+def test_drift_rattling_and_smoothness() -> None:
+    # The critical point is fixed: the step of q̇ halves with dt under λ(d), and stays under the hard switch.
     def largest(law: LawName, dt: float) -> float:
         return long_run(experiment("ball", law, dt=dt), 12.0).summary.dq_step_max
 
@@ -224,10 +236,7 @@ def test_with_one_control_point_the_law_is_smooth_and_the_switch_is_not() -> Non
         assert largest("strict_switched", dt / 2.0) > 0.8 * largest("strict_switched", dt)
     assert largest("strict_switched", 0.005) > 10.0 * largest("smooth_priority", 0.005)
 
-
-def test_drift_without_feedback_and_rattling_with_too_much() -> None:
-    """Eqs (7), (8): K = 0 drifts on the circle in proportion to dt, K > 0 does not; K dt > 2 does not settle."""
-
+    # Eqs (7), (8): K = 0 drifts on the circle in proportion to dt, K > 0 does not; K dt > 2 does not settle.
     def error(gain: float, dt: float, overdrive: float = 1.0) -> float:
         settings = experiment("solo", path="circle", gain=gain, dt=dt, overdrive=overdrive)
         return long_run(settings, 24.0).summary.e2_end ** 0.5
@@ -237,8 +246,8 @@ def test_drift_without_feedback_and_rattling_with_too_much() -> None:
     assert error(20.0, 0.02, 5.5) > 20.0 * error(20.0, 0.02)
 
 
-def test_a_path_begins_where_the_hand_is_whenever_it_is_chosen() -> None:
-    """Chosen in mid-run, the circle begins at the hand: its place does not leap to where it would be by now."""
+def test_paths_and_swings() -> None:
+    # Chosen in mid-run, the circle begins at the hand: its place does not leap to where it would be by now.
     simulation = Simulation(experiment("solo"))
     for _ in range(777):
         simulation.step(None)
@@ -248,10 +257,7 @@ def test_a_path_begins_where_the_hand_is_whenever_it_is_chosen() -> None:
     for _ in range(200):
         simulation.step(None)
     assert simulation.sample().error < 0.01
-
-
-def test_the_elbow_swings_while_the_hand_stays() -> None:
-    """Eq. (4): N q̇₀ moves the elbow by decimetres and the hand by less than a millimetre."""
+    # Eq. (4): N q̇₀ moves the elbow by decimetres and the hand by less than a millimetre.
     result = long_run(experiment("solo"), 10.0)
     elbow: list[Array] = []
     simulation = result.simulation
@@ -261,24 +267,3 @@ def test_the_elbow_swings_while_the_hand_stays() -> None:
     assert np.ptp(np.array(elbow), axis=0).max() > 0.15
     assert result.summary.e2_max**0.5 < 1e-3
     assert result.summary.d_min == np.inf
-
-
-# ---- coupled ------------------------------------------------------------------------------------------------------------------
-
-
-def test_coupled_arms_share_one_row() -> None:
-    """One row over 14 joints: d_m is kept as well, and the correction of both is one multiple of the whole row."""
-    settings = experiment("imitation", law=LawSettings(coupled=True, pairs="single"), clip="clap")
-    simulation = Simulation(settings)
-    person = simulation.person()
-    seen = 0
-    for i in range(3000):
-        simulation.step(person.target(i * settings.dt))
-        if i % 100 or simulation.sample().activation < 0.3 or simulation.bound_bites:
-            continue
-        seen += 1
-        change = simulation.velocities - simulation.nominal()
-        row = simulation.detector.row(simulation.sample().pair)
-        assert_allclose(change, row * (row.dot(change) / row.dot(row)), atol=1e-9)
-    assert seen > 3
-    assert np.min(simulation.history.table()[:, COLUMN["d"]]) >= 0.15 - 1e-4

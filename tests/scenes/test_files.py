@@ -14,20 +14,6 @@ from scenes.files import path_inside, read_file, replacing
 posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
 
 
-def test_a_file_up_to_its_size(tmp_path: Path) -> None:
-    path = tmp_path / "file"
-    path.write_bytes(b"\r\n\x1a0")
-    assert read_file(path, 4) == b"\r\n\x1a0"
-    with pytest.raises(OSError, match="larger") as error:
-        read_file(path, 3)
-    assert error.value.errno == errno.EFBIG
-    for name in ("none", "a\0b"):
-        with pytest.raises(FileNotFoundError):
-            read_file(tmp_path / name, 3)
-    with pytest.raises(OSError, match="a folder"):
-        read_file(tmp_path, 3)
-
-
 @posix
 def test_a_pipe_and_a_device_are_named_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
@@ -82,13 +68,24 @@ def test_links_devices_and_pipes_stay_what_they_are(tmp_path: Path) -> None:
     assert read == ["words"] and pipe.is_fifo()
 
 
-def test_nothing_is_written_to_a_folder(tmp_path: Path) -> None:
+def test_files_and_names_stay_in_their_folder(tmp_path: Path) -> None:
+    # Nothing is written to a folder.
     with pytest.raises(IsADirectoryError), replacing(tmp_path):
         raise AssertionError("it must not come to that")
-
-
-def test_a_name_stays_in_its_folder(tmp_path: Path) -> None:
+    # A name stays in its folder.
     (tmp_path / "loop").symlink_to("loop")
     assert path_inside(tmp_path, "a/../b") == Path(os.path.realpath(tmp_path / "b"))
     assert path_inside(tmp_path, "loop") is not None
     assert path_inside(tmp_path, "../b") is None and path_inside(tmp_path, "b\0") is None and path_inside(tmp_path, "/b") is None
+    # A file up to its size.
+    path = tmp_path / "file"
+    path.write_bytes(b"\r\n\x1a0")
+    assert read_file(path, 4) == b"\r\n\x1a0"
+    with pytest.raises(OSError, match="larger") as error:
+        read_file(path, 3)
+    assert error.value.errno == errno.EFBIG
+    for name in ("none", "a\0b"):
+        with pytest.raises(FileNotFoundError):
+            read_file(tmp_path / name, 3)
+    with pytest.raises(OSError, match="a folder"):
+        read_file(tmp_path, 3)

@@ -33,34 +33,27 @@ def test_the_shipped_file_is_the_generated_one() -> None:
     assert URDF_FILE.read_text(encoding="utf-8") == lwr_urdf()
 
 
-def test_names_and_order(model: pin.Model, other: yourdfpy.URDF) -> None:
+def test_two_readers_agree(model: pin.Model, other: yourdfpy.URDF) -> None:
+    # Names and order.
     names = [joint.name for joint in facts.JOINTS]
     assert list(model.names)[1:] == names
     assert list(other.actuated_joint_names) == names
     assert set(other.link_map) == {*(f"link{i}" for i in range(8)), FLANGE}
+    # Both readers agree everywhere.
+    for q in np.random.default_rng(7).uniform(model.lowerPositionLimit, model.upperPositionLimit, (50, 7)):
+        other.update_cfg(q)
+        assert_allclose(flange_pose(model, q), other.get_transform(FLANGE, "link0"), atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("q", "position"),
-    [
-        ([0, -0.2, 0, 1.3, 0, -0.6, 0], (0.536, 0, 0.690)),
-        ([0] * 7, (0, 0, 1.178)),
-    ],
-)
+@pytest.mark.parametrize(("q", "position"), [([0, -0.2, 0, 1.3, 0, -0.6, 0], (0.536, 0, 0.690)), ([0] * 7, (0, 0, 1.178))])
 def test_known_flange_positions(model: pin.Model, other: yourdfpy.URDF, q: list[float], position: tuple[float, ...]) -> None:
     assert_allclose(flange_pose(model, np.array(q, float))[:3, 3], position, atol=1e-3)
     other.update_cfg(np.array(q, float))
     assert_allclose(other.get_transform(FLANGE, "link0")[:3, 3], position, atol=1e-3)
 
 
-def test_both_readers_agree_everywhere(model: pin.Model, other: yourdfpy.URDF) -> None:
-    for q in np.random.default_rng(7).uniform(model.lowerPositionLimit, model.upperPositionLimit, (50, 7)):
-        other.update_cfg(q)
-        assert_allclose(flange_pose(model, q), other.get_transform(FLANGE, "link0"), atol=1e-9)
-
-
-def test_against_the_denavit_hartenberg_table(model: pin.Model) -> None:
-    """The standard DH table of the robot, written out, gives the same flange as the joint origins."""
+def test_the_chain_and_its_masses(model: pin.Model) -> None:
+    # The standard DH table of the robot, written out, gives the same flange as the joint origins.
     table = zip((90, -90, -90, 90, 90, -90, 0), (0.310, 0, 0.400, 0, 0.390, 0, 0.078), strict=True)
     rows = [(np.radians(alpha), d) for alpha, d in table]
     for q in np.random.default_rng(8).uniform(-2, 2, (20, 7)):
@@ -69,20 +62,29 @@ def test_against_the_denavit_hartenberg_table(model: pin.Model) -> None:
             step = pin.SE3(pin.utils.rotate("z", angle) @ pin.utils.rotate("x", alpha), np.array([0, 0, d]))
             pose = pose @ step.homogeneous
         assert_allclose(flange_pose(model, q), pose, atol=1e-12)
-
-
-def test_limits(model: pin.Model) -> None:
+    # Limits.
     assert_allclose(np.degrees(model.upperPositionLimit), [170, 120, 170, 120, 170, 120, 170])
     assert_allclose(model.lowerPositionLimit, -model.upperPositionLimit)
     assert_allclose(np.degrees(model.velocityLimit), [100, 110, 100, 130, 130, 180, 180])
     assert_allclose(model.effortLimit, [176, 176, 100, 100, 100, 38, 38])
-
-
-def test_masses_and_centres(model: pin.Model) -> None:
+    # Masses and centres.
     assert_allclose([inertia.mass for inertia in list(model.inertias)[1:]], facts.MASSES[1:])
     assert_allclose([inertia.lever for inertia in list(model.inertias)[1:]], facts.CENTRES_OF_MASS[1:])
     assert pin.computeTotalMass(model) == pytest.approx(sum(facts.MASSES[1:]))
     assert sum(facts.MASSES) == pytest.approx(13.6, abs=0.05)
+    # The mass matrix is positive definite.
+    data = model.createData()
+    for q in np.random.default_rng(9).uniform(model.lowerPositionLimit, model.upperPositionLimit, (20, 7)):
+        assert np.linalg.eigvalsh(pin.crba(model, data, q) + 0)[0] > 0
+    # Shapes need no files.
+    text = lwr_urdf()
+    assert "<capsule" not in text and "<mesh" not in text
+    visual = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.VISUAL)
+    collision = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
+    assert len(visual.geometryObjects) >= 8
+    assert len(collision.geometryObjects) == 3 * len(facts.CAPSULES)
+    with_meshes = yourdfpy.URDF.load(io.StringIO(text), build_scene_graph=True, load_meshes=True)
+    assert len(with_meshes.scene.geometry) == len(visual.geometryObjects)
 
 
 @pytest.mark.parametrize("link", range(8))
@@ -93,20 +95,3 @@ def test_inertias_belong_to_real_bodies(other: yourdfpy.URDF, link: int) -> None
     moments = np.sort(np.linalg.eigvalsh(tensor))
     assert moments[0] > 0
     assert moments[0] + moments[1] >= moments[2]
-
-
-def test_the_mass_matrix_is_positive_definite(model: pin.Model) -> None:
-    data = model.createData()
-    for q in np.random.default_rng(9).uniform(model.lowerPositionLimit, model.upperPositionLimit, (20, 7)):
-        assert np.linalg.eigvalsh(pin.crba(model, data, q) + 0)[0] > 0
-
-
-def test_shapes_need_no_files(model: pin.Model) -> None:
-    text = lwr_urdf()
-    assert "<capsule" not in text and "<mesh" not in text
-    visual = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.VISUAL)
-    collision = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
-    assert len(visual.geometryObjects) >= 8
-    assert len(collision.geometryObjects) == 3 * len(facts.CAPSULES)
-    with_meshes = yourdfpy.URDF.load(io.StringIO(text), build_scene_graph=True, load_meshes=True)
-    assert len(with_meshes.scene.geometry) == len(visual.geometryObjects)

@@ -48,14 +48,6 @@ def refused(path: Path, *words: str) -> None:
         assert word in text
 
 
-def test_a_good_file(write: Write) -> None:
-    """Times and positions come back as written."""
-    recording = read_inputs(write(GOOD))
-    assert_allclose(recording.times, [0.0, 1.0, 2.5])
-    assert_allclose(recording.positions, [[0.1, 0.2, 0.3], [0.2, 0.2, 0.3], [0.2, -0.4, 0.3]])
-    assert recording.target(0.0).rotation is None
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -135,8 +127,8 @@ def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathF
             assert (np.diff(recording.times) > 0.0).all()
 
 
-def test_it_goes_straight_and_rests_at_the_ends(write: Write) -> None:
-    """Linear between samples, at the first before them all, at the last ever after."""
+def test_interpolation_and_rotations(write: Write) -> None:
+    # Linear between samples, at the first before them all, at the last ever after.
     recording = read_inputs(write(GOOD))
     for time, x, y in (
         (-5.0, 0.1, 0.2),
@@ -148,21 +140,7 @@ def test_it_goes_straight_and_rests_at_the_ends(write: Write) -> None:
     ):
         assert_allclose(recording.target(time).position, [x, y, 0.3], atol=1e-12)
     assert_allclose(recording.target(1e6).position, [0.2, -0.4, 0.3])
-
-
-@given(st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=12), st.floats(-1.0, 30.0))
-def test_interpolation_is_numpys(samples: list[tuple[float, float]], time: float) -> None:
-    """Against numpy.interp, for any samples and any time, the sample times themselves included."""
-    times = np.cumsum([gap for gap, _ in samples])
-    x = np.array([value for _, value in samples])
-    recording = Recording(times, np.column_stack([x, -x, 2.0 * x]))
-    for t in (time, *times.tolist()):
-        expected = np.interp(t, times, x)
-        assert_allclose(recording.target(t).position, [expected, -expected, 2.0 * expected], atol=1e-12)
-
-
-def test_rotations_turn_evenly(write: Write) -> None:
-    """Half a turn about z in 2 s, given with a quaternion twice too long: a quarter turn at half time, at an even speed."""
+    # Half a turn about z in 2 s, given with a quaternion twice too long: a quarter turn at half time, at an even speed.
     recording = read_inputs(write(POSES))
     for time, angle in (
         (0.0, 0.0),
@@ -176,6 +154,22 @@ def test_rotations_turn_evenly(write: Write) -> None:
         assert rotation is not None
         c, s = math.cos(angle), math.sin(angle)
         assert_allclose(rotation, [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], atol=1e-9)
+    # Times and positions come back as written.
+    recording = read_inputs(write(GOOD))
+    assert_allclose(recording.times, [0.0, 1.0, 2.5])
+    assert_allclose(recording.positions, [[0.1, 0.2, 0.3], [0.2, 0.2, 0.3], [0.2, -0.4, 0.3]])
+    assert recording.target(0.0).rotation is None
+
+
+@given(st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=12), st.floats(-1.0, 30.0))
+def test_interpolation_is_numpys(samples: list[tuple[float, float]], time: float) -> None:
+    """Against numpy.interp, for any samples and any time, the sample times themselves included."""
+    times = np.cumsum([gap for gap, _ in samples])
+    x = np.array([value for _, value in samples])
+    recording = Recording(times, np.column_stack([x, -x, 2.0 * x]))
+    for t in (time, *times.tolist()):
+        expected = np.interp(t, times, x)
+        assert_allclose(recording.target(t).position, [expected, -expected, 2.0 * expected], atol=1e-12)
 
 
 @pytest.mark.parametrize("sign", ["", "-"])
@@ -187,8 +181,6 @@ def test_rotations_take_the_short_way(write: Write, sign: str) -> None:
     assert rotation is not None
     assert math.degrees(math.atan2(rotation[1, 0], rotation[0, 0])) == pytest.approx(45.0, abs=1e-4)
 
-
-# ---- outcomes -----------------------------------------------------------------------------------------------------------------
 
 HEADER = (
     "t,d,lambda,e2,u,w,pair,"
@@ -207,8 +199,8 @@ def exported(seed: int) -> tuple[str, Simulation]:
     return out.getvalue(), simulation
 
 
-def test_the_table_holds_every_step() -> None:
-    """Settings as # lines, the header to the letter, one row a step, and every number so that it reads back as the same bits."""
+def test_tables_of_a_run() -> None:
+    # Settings as # lines, the header to the letter, one row a step, and every number so that it reads back as the same bits.
     text, simulation = exported(1)
     lines = text.split("\n")
     count = len(values(simulation.settings))
@@ -225,17 +217,11 @@ def test_the_table_holds_every_step() -> None:
     history = simulation.history
     joints = np.hstack([history.positions(table), history.velocities(table)])
     assert [[float(cell) for cell in row[7:]] for row in rows] == joints.tolist()
-
-
-def test_the_same_run_gives_the_same_bytes() -> None:
-    """Two runs with the same settings and inputs write the same file; another seed another one (positive control)."""
+    # Two runs with the same settings and inputs write the same file; another seed another one (positive control).
     first, second, other = exported(1)[0], exported(1)[0], exported(2)[0]
     assert first == second
     assert first != other
-
-
-def test_the_tables_settings_describe_the_run_again() -> None:
-    """A file's head holds every setting: as text it can be fed back."""
+    # A file's head holds every setting: as text it can be fed back.
     text, simulation = exported(3)
     rebuilt = RunSettings(rig="torso")
     for line in text.split("\n"):

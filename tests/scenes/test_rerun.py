@@ -35,9 +35,6 @@ def session(scene: SceneName, law: LawName, seconds: float, window: float) -> tu
     return recorded_run(settings, seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}})
 
 
-# --- again, exactly ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("scene", "law"),
     [
@@ -71,16 +68,12 @@ def test_the_last_seconds_are_a_piece_of_their_own(scene: SceneName) -> None:
         newest_piece(recorded, 0.004, lambda: True)
 
 
-def test_the_summary_is_that_of_the_run() -> None:
+def test_other_settings() -> None:
+    # The summary is that of the run.
     simulation, recorded = recorded_run(RunSettings(), 5.0, 3.0)
     summary = summarise(simulation, simulation.history.table(recorded.steps))
     assert replace(rerun(recorded).summary, step_us_median=0.0) == replace(summary, step_us_median=0.0)
-
-
-# --- as it would have been -----------------------------------------------------------------------------------------------------
-
-
-def test_other_settings_give_the_run_that_would_have_been() -> None:
+    # Other settings give the run that would have been.
     _, recorded = recorded_run(RunSettings(), 4.5, 99.0, {0.5: {"k": 1.0}})
     would = Simulation(given_settings(dm=0.2, n=3.0, k=4.0))
     for target in recorded.targets():
@@ -88,9 +81,7 @@ def test_other_settings_give_the_run_that_would_have_been() -> None:
     again = rerun(recorded, {"dm": 0.2, "n": "3", "k": 4.0})
     assert again.table.tobytes() == would.history.table().tobytes()
     assert again.summary.d_min > rerun(recorded).summary.d_min + 0.01
-
-
-def test_what_is_not_asked_for_stays_as_it_was() -> None:
+    # What is not asked for stays as it was.
     _, recorded = recorded_run(RunSettings(), 2.0, 99.0, {0.5: {"wmax": 0.1, "dm": 0.2}})
     would = Simulation(given_settings(v=0.5))
     for i, target in enumerate(recorded.targets()):
@@ -98,6 +89,10 @@ def test_what_is_not_asked_for_stays_as_it_was() -> None:
             would.apply(given_settings(v=0.5, wmax=0.1, dm=0.2))
         would.step(target)
     assert rerun(recorded, {"v": 0.5}).table.tobytes() == would.history.table().tobytes()
+    # Everything that one may ask about can be asked.
+    assert set(WHAT_IF_KEYS) <= set(specs(RunSettings))
+    _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
+    assert rerun(recorded, {key: values(RunSettings())[key] for key in WHAT_IF_KEYS}).table.shape[0] == recorded.steps
 
 
 @pytest.mark.parametrize(
@@ -115,7 +110,8 @@ def test_impossible_overrides_are_refused(overrides: dict[str, object], message:
         rerun(recorded, overrides)
 
 
-def test_what_if_is_exact_if_there_is_time() -> None:
+def test_what_if_is_exact_or_a_draft() -> None:
+    # What if is exact if there is time.
     simulation, recorded = recorded_run(RunSettings(), 4.5, 3.0)
     before = summarise(simulation, simulation.history.table(recorded.steps))
     present = values(given_settings(dm=0.1))
@@ -128,9 +124,7 @@ def test_what_if_is_exact_if_there_is_time() -> None:
     assert answer.times.tobytes() == column(table, "t").tobytes()
     assert answer.distance.tobytes() == column(again.table, "d").tobytes()
     assert answer.squared_error.tobytes() == column(again.table, "e2").tobytes()
-
-
-def test_what_if_is_a_draft_if_there_is_not_and_the_draft_is_near() -> None:
+    # What if is a draft if there is not and the draft is near.
     simulation, recorded = recorded_run(RunSettings(), 6.0, 3.0)
     before = summarise(simulation, simulation.history.table(recorded.steps))
     exact = what_if(recorded, {"dm": 0.12}, before, None)
@@ -141,15 +135,6 @@ def test_what_if_is_a_draft_if_there_is_not_and_the_draft_is_near() -> None:
     assert np.allclose(draft.times, exact.times[::4], atol=1e-9)
     assert np.abs(draft.distance - exact.distance[::4]).max() < 2e-3
     assert abs(draft.summary.d_min - exact.summary.d_min) < 1e-3
-
-
-def test_everything_that_one_may_ask_about_can_be_asked() -> None:
-    assert set(WHAT_IF_KEYS) <= set(specs(RunSettings))
-    _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
-    assert rerun(recorded, {key: values(RunSettings())[key] for key in WHAT_IF_KEYS}).table.shape[0] == recorded.steps
-
-
-# --- other steps ---------------------------------------------------------------------------------------------------------------
 
 
 def test_finer_steps_come_nearer_and_nearer() -> None:
@@ -198,7 +183,8 @@ def test_whoever_is_not_wanted_any_more_stops_soon() -> None:
         warm(RunSettings(), lambda: True)
 
 
-def test_seams_tell_where_settings_or_the_kind_of_target_changed() -> None:
+def test_seams_and_kinds() -> None:
+    # Seams tell where settings or the kind of target changed.
     simulation, log = Simulation(RunSettings()), InputsLog()
     here = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     hand, pulled = HandTarget(here), HandTarget(here, elbow=np.array([0.2, -0.4, 1.0]))
@@ -212,9 +198,21 @@ def test_seams_tell_where_settings_or_the_kind_of_target_changed() -> None:
     assert rerun(recorded).seams == (10, 20, 30, 33)
     assert rerun(recorded, substeps=3).seams == (30, 60, 90, 99)
     assert rerun(recorded, {"dm": 0.1}).seams == (10, 20, 30)
+    # Between two kinds the first one stays.
+    kinds: list[Target | None] = [
+        *(None, HandTarget(np.zeros(3)), HandTarget(np.zeros(3), np.eye(3)), HandTarget(np.zeros(3), None, np.zeros(3))),
+        *(JointTarget(np.zeros(7)), BallTarget(np.zeros(3)), AnglesTarget(None), AnglesTarget(np.zeros((2, 4)))),
+    ]
+    for i, first in enumerate(kinds):
+        for j, second in enumerate(kinds):
+            if i != j:
+                assert between(first, second, 0.5) is first
+    assert between(AnglesTarget(None), AnglesTarget(None), 0.5) == AnglesTarget(None)
+    # A jump of the settings is not held against the law.
+    changes = {share: {"dm": 0.15 + 0.05 * (i % 2)} for i, share in enumerate((0.75, 0.8, 0.9))}
+    simulation, recorded = recorded_run(RunSettings(), 6.0, 2.0, changes)
+    assert rerun(recorded).summary.dq_step_max > 20.0 * largest_step(recorded, simulation.settings, 1)
 
-
-# --- between two targets -------------------------------------------------------------------------------------------------------
 
 PLACE = st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3).map(np.array)
 TURN = st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3).map(lambda w: pin.exp3(np.array(w)))
@@ -241,24 +239,8 @@ def test_between_two_of_the_other_kinds(share: float) -> None:
     assert isinstance(angles, AnglesTarget) and angles.angles is not None and np.allclose(angles.angles, share)
 
 
-def test_between_two_kinds_the_first_one_stays() -> None:
-    kinds: list[Target | None] = [
-        *(None, HandTarget(np.zeros(3)), HandTarget(np.zeros(3), np.eye(3)), HandTarget(np.zeros(3), None, np.zeros(3))),
-        *(JointTarget(np.zeros(7)), BallTarget(np.zeros(3)), AnglesTarget(None), AnglesTarget(np.zeros((2, 4)))),
-    ]
-    for i, first in enumerate(kinds):
-        for j, second in enumerate(kinds):
-            if i != j:
-                assert between(first, second, 0.5) is first
-    assert between(AnglesTarget(None), AnglesTarget(None), 0.5) == AnglesTarget(None)
-
-
-# --- smooth or not -------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
-    ("changes", "verdict"),
-    [({"pairs": "soft"}, "smooth"), ({"pairs": "single"}, "jump"), ({"law": "strict_switched"}, "jump")],
+    ("changes", "verdict"), [({"pairs": "soft"}, "smooth"), ({"pairs": "single"}, "jump"), ({"law": "strict_switched"}, "jump")]
 )
 def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes: dict[str, str], verdict: Verdict) -> None:
     recorded = hold_record()
@@ -277,12 +259,6 @@ def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes
 def hold_record() -> Recorded:
     """Two seconds of the hold scene during which the hand comes near and the closest pair changes."""
     return recorded_run(RunSettings(), 6.0, 2.0)[1]
-
-
-def test_a_jump_of_the_settings_is_not_held_against_the_law() -> None:
-    changes = {share: {"dm": 0.15 + 0.05 * (i % 2)} for i, share in enumerate((0.75, 0.8, 0.9))}
-    simulation, recorded = recorded_run(RunSettings(), 6.0, 2.0, changes)
-    assert rerun(recorded).summary.dq_step_max > 20.0 * largest_step(recorded, simulation.settings, 1)
 
 
 def measured(*largest: float | None) -> Measured:

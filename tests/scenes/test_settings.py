@@ -37,8 +37,8 @@ def bounds(spec: Spec) -> tuple[str, str]:
     return f"{spec.low:g}", f"{spec.high:g}"
 
 
-def test_every_field_has_a_key_of_its_own() -> None:
-    """The tree's fields, its keys and its values are the same, in one order."""
+def test_declared_fields() -> None:
+    # The tree's fields, its keys and its values are the same, in one order.
     assert len(SPECS) == len(fields(RunSettings)) - 1 + len(fields(LawSettings))
     assert list(SPECS) == list(DEFAULTS)
     assert sorted(NUMBERS + CHOICES + FLAGS) == sorted(SPECS)
@@ -46,10 +46,7 @@ def test_every_field_has_a_key_of_its_own() -> None:
         assert spec.key == key
         assert spec.help and 0 < len(spec.label) <= 11
         assert len(spec.choice_labels) == len(spec.choices)
-
-
-def test_defaults_are_valid() -> None:
-    """The defaults lie in their own ranges and among their own choices."""
+    # The defaults lie in their own ranges and among their own choices.
     assert validate(RunSettings()) == RunSettings()
     for key in NUMBERS:
         assert math.isfinite(SPECS[key].low) and math.isfinite(SPECS[key].high)
@@ -57,30 +54,7 @@ def test_defaults_are_valid() -> None:
         assert SPECS[key].step > 0.0
     for key in CHOICES:
         assert DEFAULTS[key] in SPECS[key].choices
-
-
-@pytest.mark.parametrize(
-    ("key", "default", "low", "high"),
-    [
-        ("dm", 0.15, 0.03, 0.30),
-        ("n", 6.0, 1.0, 20.0),
-        ("v", 0.30, 0.0, 1.0),
-        ("k", 2.0, 0.0, 20.0),
-        ("dt", 0.005, 0.00125, 0.020),
-        ("wmax", 0.25, None, None),
-        ("beta", 100.0, None, None),
-        ("g", 10.0, None, None),
-    ],
-)
-def test_the_promised_defaults_and_ranges(key: str, default: float, low: float | None, high: float | None) -> None:
-    """What the project promised its users."""
-    assert DEFAULTS[key] == default
-    if low is not None and high is not None:
-        assert (SPECS[key].low, SPECS[key].high) == (low, high)
-
-
-def test_the_promised_choices() -> None:
-    """Rigs, laws, treatments, tasks and arms, and which of them one starts with."""
+    # Rigs, laws, treatments, tasks and arms, and which of them one starts with.
     expected = {
         "scene": ("solo", "ball", "hold", "master_slave", "imitation"),
         "rig": ("torso", "table"),
@@ -109,15 +83,29 @@ def test_the_promised_choices() -> None:
     }
     assert {key: DEFAULTS[key] for key in CHOICES} == first
     assert not any(DEFAULTS[key] for key in FLAGS)
-
-
-def test_every_range_keeps_the_stops_and_the_task_stable() -> None:
-    """g dt ≤ 1 and K dt < 1 at every corner of the ranges: no setting can make the joints pass their stops."""
+    # g dt ≤ 1 and K dt < 1 at every corner of the ranges: no setting can make the joints pass their stops.
     assert SPECS["g"].high * SPECS["dt"].high <= 1.0
     assert SPECS["k"].high * SPECS["dt"].high < 1.0
 
 
-# ---- good values --------------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("key", "default", "low", "high"),
+    [
+        ("dm", 0.15, 0.03, 0.30),
+        ("n", 6.0, 1.0, 20.0),
+        ("v", 0.30, 0.0, 1.0),
+        ("k", 2.0, 0.0, 20.0),
+        ("dt", 0.005, 0.00125, 0.020),
+        ("wmax", 0.25, None, None),
+        ("beta", 100.0, None, None),
+        ("g", 10.0, None, None),
+    ],
+)
+def test_the_promised_defaults_and_ranges(key: str, default: float, low: float | None, high: float | None) -> None:
+    """What the project promised its users."""
+    assert DEFAULTS[key] == default
+    if low is not None and high is not None:
+        assert (SPECS[key].low, SPECS[key].high) == (low, high)
 
 
 def others_untouched(settings: RunSettings, key: str) -> bool:
@@ -176,8 +164,8 @@ def test_a_tree_can_be_rebuilt_from_its_values(changes: list[tuple[str, float]])
 
 
 @pytest.mark.parametrize("key", NUMBERS)
-def test_a_slider_at_its_end_is_in_range(key: str) -> None:
-    """The end of a range through the page's own unit and back is still the end, not an error."""
+def test_range_ends_and_bad_fields(key: str) -> None:
+    # The end of a range through the page's own unit and back is still the end, not an error.
     spec = SPECS[key]
     for end in (spec.low, spec.high):
         back = end * spec.page_scale / spec.page_scale
@@ -186,9 +174,16 @@ def test_a_slider_at_its_end_is_in_range(key: str) -> None:
                 value = round(value)
             assert values(changed(RunSettings(), key, value))[key] == pytest.approx(end, abs=1e-9)
             assert spec.low <= values(changed(RunSettings(), key, value))[key] <= spec.high
-
-
-# ---- bad values ---------------------------------------------------------------------------------------------------------------
+    # A tree built past the check is found out.
+    good = RunSettings()
+    found: dict[str, tuple[str, bool]] = {}
+    for part in (good, good.law):
+        found |= {f.metadata["spec"].key: (f.name, part is good) for f in fields(part) if f.metadata}
+    name, on_top = found[key]
+    change: dict[str, Any] = {name: math.inf}
+    bad = replace(good, **change) if on_top else replace(good, law=replace(good.law, **change))
+    with pytest.raises(BadSetting, match=key):
+        validate(bad)
 
 
 @given(st.sampled_from(NUMBERS), st.floats(1e-6, 1e300), st.booleans())
@@ -280,17 +275,3 @@ def test_an_unknown_key_is_refused(key: str) -> None:
     for known in SPECS:
         assert known in str(caught.value)
     assert settings == RunSettings()
-
-
-@pytest.mark.parametrize("key", NUMBERS)
-def test_validate_finds_a_bad_field_anywhere(key: str) -> None:
-    """A tree built past the check is found out."""
-    good = RunSettings()
-    found: dict[str, tuple[str, bool]] = {}
-    for part in (good, good.law):
-        found |= {f.metadata["spec"].key: (f.name, part is good) for f in fields(part) if f.metadata}
-    name, on_top = found[key]
-    change: dict[str, Any] = {name: math.inf}
-    bad = replace(good, **change) if on_top else replace(good, law=replace(good.law, **change))
-    with pytest.raises(BadSetting, match=key):
-        validate(bad)

@@ -35,9 +35,6 @@ def cache_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pa
         memory.cache_clear()
 
 
-# ---- inside the capsules ------------------------------------------------------------------------------------------------------
-
-
 def rigid_capsules(link: int) -> list[tuple[float, float, float]]:
     """(start, end, radius) on the z axis of a link's frame, of all that this link can never leave, whatever the joints do.
 
@@ -64,11 +61,15 @@ def outside(link: int, points: np.ndarray) -> np.ndarray:
     return np.min(distances, axis=0)
 
 
-def test_the_rigid_capsules_are_those_of_the_robot() -> None:
+def test_the_capsules_and_the_tool() -> None:
+    # The rigid capsules are those of the robot.
     assert rigid_capsules(0) == [(0.0, 0.31, 0.075), (0.31, 0.31, 0.07)]
     assert_allclose(rigid_capsules(1), [(-0.11, 0.2, 0.075), (0.2, 0.2, 0.07)])
     assert_allclose(rigid_capsules(3), [(-0.2, 0.2, 0.07), (-0.2, -0.2, 0.075), (0.2, 0.2, 0.065)])
     assert_allclose(rigid_capsules(7), [(-0.078, 0.05, 0.05), (-0.078, -0.078, 0.065)])
+    # The tool ends inside the hand.
+    tip = max(part.vertices[:, 2].max() for part in shells.link_meshes()[7].values())
+    assert 0.12 < tip + facts.JOINTS[6].origin < 0.17
 
 
 @pytest.mark.parametrize("meshes", [shells.link_meshes, partial(shells.link_meshes, True)])
@@ -86,20 +87,13 @@ def test_positive_control_a_bump_of_three_centimetres_is_found(link: int) -> Non
     assert np.flatnonzero(outside(link, points) > 0).tolist() == [widest]
 
 
-def test_the_tool_ends_inside_the_hand() -> None:
-    tip = max(part.vertices[:, 2].max() for part in shells.link_meshes()[7].values())
-    assert 0.12 < tip + facts.JOINTS[6].origin < 0.17
-
-
-# ---- shape and light ----------------------------------------------------------------------------------------------------------
-
-
 def all_meshes() -> list[tuple[str, trimesh.Trimesh]]:
     groups = [*shells.link_meshes(), room_shells.torso_meshes(), room_shells.table_meshes(1.1)]
     return [(f"{i} {name}", part) for i, group in enumerate(groups) for name, part in group.items()]
 
 
-def test_normals_are_unit_and_agree_with_the_faces() -> None:
+def test_normals_are_right_also_in_the_viewer() -> None:
+    # Normals are unit and agree with the faces.
     for name, part in all_meshes():
         normals = part.vertex_normals
         assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6, err_msg=name)
@@ -108,10 +102,7 @@ def test_normals_are_unit_and_agree_with_the_faces() -> None:
         size = np.linalg.norm(cross, axis=1)
         agree = np.einsum("ij,ij->i", cross, normals[part.faces].mean(1)) / np.maximum(size, 1e-15)
         assert (agree[size > 1e-8] > 0).all(), name
-
-
-def test_shells_are_smooth_also_where_the_viewer_computes_the_normals() -> None:
-    """viser 1.1.1 discards the normals of a GLB and takes the mean of the faces around a vertex, weighted by their areas."""
+    # viser 1.1.1 discards the normals of a GLB and takes the mean of the faces around a vertex, weighted by their areas.
     for name, part in all_meshes():
         a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
         seen = np.zeros_like(part.vertices)
@@ -125,8 +116,8 @@ def test_shells_are_smooth_also_where_the_viewer_computes_the_normals() -> None:
         assert len(np.unique(places, axis=0)) > 0.95 * len(places), name
 
 
-def test_the_halves_of_a_pitch_joint_share_no_space() -> None:
-    """At the joint one half is on +y and the other on −y, alternately along the arm."""
+def test_joints_and_furniture_fit() -> None:
+    # At the joint one half is on +y and the other on −y, alternately along the arm.
     near = 0.05
     for link, z, side in ((1, 0.2, 1), (2, 0.0, -1), (3, 0.2, -1), (4, 0.0, 1)):
         body = shells.link_meshes()[link]["body"].vertices
@@ -134,10 +125,7 @@ def test_the_halves_of_a_pitch_joint_share_no_space() -> None:
         assert len(at_joint) > 20
         assert (side * at_joint[:, 1]).min() > 0
         assert (side * at_joint[:, 1]).max() > 0.05
-
-
-def test_the_torso_carries_both_flanges() -> None:
-    """A disc around each base point, facing along the arm's z axis: Ry(35°) Rx(±60°) e_z."""
+    # A disc around each base point, facing along the arm's z axis: Ry(35°) Rx(±60°) e_z.
     vertices = room_shells.torso_meshes()["dark"].vertices
     for side in (-1, 1):
         base = np.array([0, side * 0.0765, 0.92])
@@ -145,9 +133,7 @@ def test_the_torso_carries_both_flanges() -> None:
         near = vertices[np.linalg.norm(vertices - base, axis=1) < 0.082] - base
         assert len(near) > 100
         assert (near @ axis).max() == pytest.approx(0, abs=1e-9)
-
-
-def test_the_table_carries_both_plates() -> None:
+    # The table carries both plates.
     vertices = room_shells.table_meshes(1.3)["black"].vertices
     assert vertices[:, 2].max() == pytest.approx(room_shells.TABLE_HEIGHT)
     for x in (-0.65, 0.65):
@@ -159,45 +145,32 @@ def test_furniture_stands_on_the_floor(build) -> None:
     assert min(part.vertices[:, 2].min() for part in build().values()) == pytest.approx(0, abs=1e-9)
 
 
-# ---- surfaces -----------------------------------------------------------------------------------------------------------------
-
-
-def test_a_revolved_half_circle_is_a_sphere() -> None:
+def test_surfaces_by_closed_forms() -> None:
+    # A revolved half circle is a sphere.
     angle = np.linspace(-np.pi / 2, np.pi / 2, 40)
     ball = revolve(np.stack([np.cos(angle), np.sin(angle)], 1), 40)
     assert_allclose(np.linalg.norm(ball.vertices, axis=1), 1, atol=1e-9)
     assert_allclose(np.sum(ball.vertex_normals * ball.vertices, 1), 1, atol=2e-3)
     assert ball.volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
-
-
-def test_a_stretched_disc_is_a_closed_slab() -> None:
+    # A stretched disc is a closed slab.
     slab = revolve([(0, 0), (0.1, 0), (0.1, 0.05), (0, 0.05)], 64, stretch=(0.4, 0.2))
     area = 1.0 * 0.6 - (4 - np.pi) * 0.1**2
     assert slab.volume == pytest.approx(area * 0.05, rel=1e-3)
-
-
-def test_a_skinned_sphere_is_a_sphere() -> None:
+    # A skinned sphere is a sphere.
     lift = np.linspace(-np.pi / 2, np.pi / 2, 31)
     ball = skin(lambda p: np.linalg.norm(p, axis=-1) - 0.3, np.tile([0.05, 0.0, 0.0], (31, 1)), lift, 40, 1.0)
     assert_allclose(np.linalg.norm(ball.vertices, axis=1), 0.3, atol=1e-6)
     assert_allclose(ball.vertex_normals, ball.vertices / 0.3, atol=1e-4)
     assert ball.volume == pytest.approx(4 / 3 * np.pi * 0.3**3, rel=0.03)
-
-
-def test_smooth_edges_only_take_away_and_smooth_corners_only_add() -> None:
+    # Smooth edges only take away and smooth corners only add.
     a, b = np.random.default_rng(3).normal(size=(2, 500))
     assert (smooth_max(a, b, 0.3) >= np.maximum(a, b)).all()
     assert (smooth_min(a, b, 0.3) <= np.minimum(a, b)).all()
     assert_allclose(smooth_max(a, b, 0.3)[np.abs(a - b) > 0.3], np.maximum(a, b)[np.abs(a - b) > 0.3])
-
-
-def test_a_rounded_corner_has_its_radius() -> None:
+    # A rounded corner has its radius.
     line = rounded([(0, 0), (1, 0), (1, 1)], 0.2, 8)
     arc = line[1:-1]
     assert_allclose(np.linalg.norm(arc - [0.8, 0.2], axis=1), 0.2, atol=1e-12)
-
-
-# ---- files --------------------------------------------------------------------------------------------------------------------
 
 
 def head_of(data: bytes) -> dict:
@@ -215,10 +188,40 @@ def test_a_robot_fits_in_a_megabyte(palette: str) -> None:
     assert sum(map(len, blobs)) <= MEGABYTE
 
 
-def test_rooms_are_small() -> None:
+def test_sizes_and_colours_of_files() -> None:
+    # Rooms are small.
+    # Sizes of files.
     assert len(room_shells.torso_glb()) <= 300_000
     assert len(room_shells.table_glb()) <= 300_000
     assert len(room_shells.table_glb(1.4)) <= 300_000
+    # Large meshes get wide indices.
+    n = 70_000
+    points = np.random.default_rng(1).normal(size=(n, 3))
+    faces = np.array([[0, 1, n - 1]])
+    big = mesh(points, faces, points / np.linalg.norm(points, axis=1, keepdims=True))
+    loaded = trimesh.load_scene(io.BytesIO(glb.glb({"body": big}, shells.PALETTES["orange"])), file_type="glb").geometry["body"]
+    assert_allclose(np.asarray(loaded.vertices)[loaded.faces[0]], points[faces[0]], atol=1e-5)
+    # Palettes and ghosts.
+    assert_allclose(glb.Material("#ff8000", 0.5).linear(), (1, 0.21586, 0, 1), atol=1e-5)
+    assert_allclose(glb.Material("#0a0a0a", 0.5).linear()[:3], 10 / 255 / 12.92)
+    materials = {m["name"]: m for m in head_of(shells.link_glbs("orange")[1])["materials"]}
+    factor = np.array(materials["body"]["pbrMetallicRoughness"]["baseColorFactor"])
+    shown = np.where(factor[:3] <= 0.0031308, 12.92 * factor[:3], 1.055 * factor[:3] ** (1 / 2.4) - 0.055)
+    assert_allclose(shown * 255, [int(shells.ORANGE[i : i + 2], 16) for i in (1, 3, 5)], atol=0.1)
+    # Ghosts are blended and slimmer.
+    for data, solid in zip(shells.link_glbs("ghost"), shells.link_glbs("orange"), strict=True):
+        for material in head_of(data)["materials"]:
+            assert material["alphaMode"] == "BLEND"
+            assert 0 < material["pbrMetallicRoughness"]["baseColorFactor"][3] < 0.5
+        assert all(material["alphaMode"] == "OPAQUE" for material in head_of(solid)["materials"])
+        assert head_of(data)["accessors"][0]["max"][0] < head_of(solid)["accessors"][0]["max"][0]
+    # All palettes dress every part.
+    names = {name for parts in shells.link_meshes() for name in parts}
+    assert {"orange", "silver", "ghost"} <= set(shells.PALETTES)
+    assert all(names <= set(palette) for palette in shells.PALETTES.values())
+    # An unknown palette names the valid ones.
+    with pytest.raises(ValueError, match="orange"):
+        shells.link_glbs("mauve")
 
 
 @pytest.mark.parametrize("link", range(8))
@@ -255,47 +258,6 @@ def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours
     assert (high <= np.minimum(2.0 * paints.max(0) + glb.SHEEN, 1.0) + 1e-6).all() and (high > 0.9 * paints.max(0)).all()
 
 
-def test_colours_are_linear() -> None:
-    assert_allclose(glb.Material("#ff8000", 0.5).linear(), (1, 0.21586, 0, 1), atol=1e-5)
-    assert_allclose(glb.Material("#0a0a0a", 0.5).linear()[:3], 10 / 255 / 12.92)
-    materials = {m["name"]: m for m in head_of(shells.link_glbs("orange")[1])["materials"]}
-    factor = np.array(materials["body"]["pbrMetallicRoughness"]["baseColorFactor"])
-    shown = np.where(factor[:3] <= 0.0031308, 12.92 * factor[:3], 1.055 * factor[:3] ** (1 / 2.4) - 0.055)
-    assert_allclose(shown * 255, [int(shells.ORANGE[i : i + 2], 16) for i in (1, 3, 5)], atol=0.1)
-
-
-def test_ghosts_are_blended_and_slimmer() -> None:
-    for data, solid in zip(shells.link_glbs("ghost"), shells.link_glbs("orange"), strict=True):
-        for material in head_of(data)["materials"]:
-            assert material["alphaMode"] == "BLEND"
-            assert 0 < material["pbrMetallicRoughness"]["baseColorFactor"][3] < 0.5
-        assert all(material["alphaMode"] == "OPAQUE" for material in head_of(solid)["materials"])
-        assert head_of(data)["accessors"][0]["max"][0] < head_of(solid)["accessors"][0]["max"][0]
-
-
-def test_all_palettes_dress_every_part() -> None:
-    names = {name for parts in shells.link_meshes() for name in parts}
-    assert {"orange", "silver", "ghost"} <= set(shells.PALETTES)
-    assert all(names <= set(palette) for palette in shells.PALETTES.values())
-
-
-def test_an_unknown_palette_names_the_valid_ones() -> None:
-    with pytest.raises(ValueError, match="orange"):
-        shells.link_glbs("mauve")
-
-
-def test_large_meshes_get_wide_indices() -> None:
-    n = 70_000
-    points = np.random.default_rng(1).normal(size=(n, 3))
-    faces = np.array([[0, 1, n - 1]])
-    big = mesh(points, faces, points / np.linalg.norm(points, axis=1, keepdims=True))
-    loaded = trimesh.load_scene(io.BytesIO(glb.glb({"body": big}, shells.PALETTES["orange"])), file_type="glb").geometry["body"]
-    assert_allclose(np.asarray(loaded.vertices)[loaded.faces[0]], points[faces[0]], atol=1e-5)
-
-
-# ---- the cache ----------------------------------------------------------------------------------------------------------------
-
-
 class Builder:
     """Builds, and counts how often."""
 
@@ -307,18 +269,17 @@ class Builder:
         return (b"one", b"", b"three\n")
 
 
-def test_a_hit_gives_the_same_bytes() -> None:
+def test_the_cache_knows_its_keys() -> None:
+    # A hit gives the same bytes.
     build = Builder()
     assert glb.cached("thing", "key", build) == build()
     assert build.times == 2
     assert glb.cached("thing", "key", build) == (b"one", b"", b"three\n")
     assert build.times == 2
-
-
-def test_another_key_builds_again() -> None:
+    # Another key builds again.
     build = Builder()
-    glb.cached("thing", "key", build)
-    glb.cached("thing", "other key", build)
+    glb.cached("another", "key", build)
+    glb.cached("another", "other key", build)
     assert build.times == 2
 
 

@@ -28,9 +28,6 @@ from scenes.sweep import FIGURES, figures, run_points, spread, trade_off
 USUAL = RunSettings()
 
 
-# --- what is swept ---------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
@@ -110,7 +107,8 @@ def test_one_line_says_what_is_wrong_with_an_axis(text: str, named: list[str]) -
     assert all(part in str(error.value) for part in named) and "\n" not in str(error.value), error.value
 
 
-def test_grid() -> None:
+def test_grids_and_their_figures() -> None:
+    # Grid.
     grid = read_grid(changed(USUAL, "k", 3.0), ["n=2,4", "pairs=single,soft", "v=0.1:0.3:3"], 0.02)
     assert grid.shape == (2, 2, 3) and grid.size == 12
     points = grid.points()
@@ -118,6 +116,18 @@ def test_grid() -> None:
     at = values(grid.at(points[4]))
     assert (at["n"], at["pairs"], at["v"], at["k"]) == (2.0, "soft", 0.2, 3.0)
     assert grid.fixed() == {key: value for key, value in at.items() if key not in ("n", "pairs", "v")}
+    # Figures are those of the run.
+    settings = changed(changed(USUAL, "n", 3.0), "pairs", "single")
+    summary = run(settings, 8.0).summary
+    assert figures(settings, 8.0) == tuple(getattr(summary, name) for name in FIGURES)
+    assert "step_us_median" not in FIGURES and summary.e2_max > 0.0
+    # A grid can be made by hand.
+    grid = Grid(USUAL, (Axis("v", (0.1, 0.2)),), 0.01)
+    assert [index for index, _ in run_points(grid, [0, 1])] == [0, 1]
+    # Only what is asked for is run.
+    grid = read_grid(USUAL, ["n=1:6"], 0.05)
+    assert [index for index, _ in run_points(grid, [4, 1])] == [4, 1]
+    assert list(run_points(grid, [], workers=2)) == []
 
 
 @pytest.mark.parametrize(
@@ -161,16 +171,6 @@ def test_a_combination_that_only_fails_when_it_is_run_is_found_first(monkeypatch
     assert tried == [("torso", "smooth_priority"), ("table", "smooth_priority")]
 
 
-# --- running it ------------------------------------------------------------------------------------------------------------------
-
-
-def test_figures_are_those_of_the_run() -> None:
-    settings = changed(changed(USUAL, "n", 3.0), "pairs", "single")
-    summary = run(settings, 8.0).summary
-    assert figures(settings, 8.0) == tuple(getattr(summary, name) for name in FIGURES)
-    assert "step_us_median" not in FIGURES and summary.e2_max > 0.0
-
-
 def test_two_workers_and_one_find_the_same() -> None:
     grid = read_grid(USUAL, ["n=1,4,16", "pairs=single,soft"], 6.0)
     before = {name: os.environ.get(name) for name in ONE_THREAD}
@@ -189,21 +189,14 @@ def test_two_workers_and_one_find_the_same() -> None:
     assert signal.getsignal(signal.SIGINT) is handler
 
 
-def test_only_what_is_asked_for_is_run() -> None:
-    grid = read_grid(USUAL, ["n=1:6"], 0.05)
-    assert [index for index, _ in run_points(grid, [4, 1])] == [4, 1]
-    assert list(run_points(grid, [], workers=2)) == []
-
-
-def test_whoever_stops_listening_leaves_no_workers() -> None:
+def test_workers_stop_and_their_end_is_reported() -> None:
+    # Whoever stops listening leaves no workers.
     points = run_points(read_grid(USUAL, ["seed=1:40"], 1.0), range(40), workers=2)
     next(points)
     assert multiprocessing.active_children()
     points.close()  # pyright: ignore[reportAttributeAccessIssue]
     assert multiprocessing.active_children() == []
-
-
-def test_a_worker_that_is_killed_is_reported() -> None:
+    # A worker that is killed is reported.
     points = run_points(read_grid(USUAL, ["seed=1:200"], 2.0), range(200), workers=2)
     next(points)
     victim = multiprocessing.active_children()[0]
@@ -245,10 +238,8 @@ def test_workers_do_not_outlive_a_parent_that_is_killed() -> None:
                 os.close(worker)
 
 
-# --- the trade-off map -----------------------------------------------------------------------------------------------------------
-
-
-def test_trade_off(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_trade_off_maps(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Trade off.
     made: list[RunSettings] = []
 
     def counted(settings: RunSettings, seconds: float):
@@ -269,9 +260,7 @@ def test_trade_off(monkeypatch: pytest.MonkeyPatch) -> None:
     # There is something to trade: more distance costs more error.
     by_distance = sorted(found, key=lambda point: point.d_min)
     assert by_distance[0].e2_max < by_distance[-1].e2_max
-
-
-def test_the_usual_map_has_25_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The usual map has 25 points.
     monkeypatch.setattr(sweeping, "run", lambda settings, seconds: run(settings, settings.dt))
     points = list(trade_off(USUAL))
     assert len(points) == 25 and len({point[:2] for point in points}) == 25
@@ -287,8 +276,3 @@ def test_spread_takes_each_once_and_soon_lies_all_over(count: int) -> None:
         seen = sorted(order[: count // 2])
         gaps = [b - a for a, b in itertools.pairwise([-1, *seen, count])]
         assert max(gaps) <= count / 2 + 1
-
-
-def test_a_grid_can_be_made_by_hand() -> None:
-    grid = Grid(USUAL, (Axis("v", (0.1, 0.2)),), 0.01)
-    assert [index for index, _ in run_points(grid, [0, 1])] == [0, 1]

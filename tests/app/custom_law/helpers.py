@@ -14,6 +14,8 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
+from app.custom_law.student_situation import Situation as StudentSituation
+from app.custom_law.wire import VelocityQuestion, decode_question, encode
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
 
@@ -48,6 +50,13 @@ def situation(n: int = 7, pairs: int = 5) -> Situation:
         *(rng.uniform(-1.0, 1.0, n), rng.uniform(-0.5, 0.5, n), rows[0], 0.1, 0.2, rng.uniform(-1.0, 1.0, (3, n))),
         *(-bound, bound, rows, np.linspace(0.1, 0.5, pairs), rng.uniform(-0.1, 0.1, pairs)),
     )
+
+
+def received(sent: Situation) -> StudentSituation:
+    """What arrives in the law's process."""
+    question = decode_question(encode(VelocityQuestion.of(sent)))
+    assert isinstance(question, VelocityQuestion)
+    return question.situation()
 
 
 def until(true: Callable[[], object], seconds: float = 60.0) -> None:

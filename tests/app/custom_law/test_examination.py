@@ -77,9 +77,6 @@ def session_with(path: Path, desk: Desk | None = None, **settings: object) -> Se
     return Session(given, background=cast(JobPool | None, desk), sources=InputSources(law_file=path))
 
 
-# ---- tested beside the page -----------------------------------------------------------------------------------------------------
-
-
 def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever is saved meanwhile; asked again, it is the new text."""
     monkeypatch.setattr(examination_module, "examine_one", told)
@@ -117,9 +114,6 @@ def test_tests_that_cannot_be_made_say_why(tmp_path: Path, desk: Desk) -> None:
         examination.begin()
 
 
-# ---- as the law, as the ghost -----------------------------------------------------------------------------------------------------
-
-
 def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
     """Never both at once; the run begins anew when it changes sides, and a broken file freezes only the one that runs it."""
     path = write(tmp_path / "my_law.py", STANDS_STILL)
@@ -152,15 +146,24 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
         session.close()
 
 
-def test_without_a_file_the_ghost_of_ones_own_is_a_twin() -> None:
+def test_without_a_file() -> None:
+    # Without a file the ghost of ones own is a twin.
     session = Session(changed(Settings(), "ghost", "own"))
     assert session.own_ghost is None and session.ghost is not None and session.examination is None
     for _ in range(20):
         session.advance(0.02)
     assert np.array_equal(session.ghost.positions, session.simulation.positions)
-
-
-# ---- in the lessons ---------------------------------------------------------------------------------------------------------------
+    # Without a file there is nothing to check.
+    session = Session(Settings())
+    run = LessonSession(session, load_lessons())
+    to_challenge(session, run)
+    assert run.own_tests == NO_FILE
+    run.act(Check())
+    run.decide()
+    assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
+    # Without a file the step says what to type.
+    html = law_html(NO_FILE, "", False, False)
+    assert all(f"<pre>{command}</pre>" in html for command in COMMANDS)
 
 
 def to_challenge(session: Session, run: LessonSession) -> None:

@@ -29,6 +29,8 @@ from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, 
         ("import ctypes\ndef law(s):\n    ctypes.string_at(0)", "line 3: its process crashed (SIGSEGV), in “ctypes.string_at(0)”"),
         ("import socket\ndef law(s):\n    for i in range(3, 20):\n        try:\n            socket.socket(fileno=i).send(bytes(99))\n"
          "        except OSError:\n            pass", "it wrote to the line between its process and the page"),
+        ("import os\ndef law(s):\n    for i in range(3, 20):\n        try:\n            os.write(i, bytes(2))\n"
+         "        except OSError:\n            pass\n    while True: pass", "it hung up the line between its process and the page"),
     ],
 )  # fmt: skip
 def test_how_it_may_fail(file: Path, text: str, says: str) -> None:
@@ -86,8 +88,8 @@ def test_a_memory_hog_is_ended_and_named(file: Path, hog: str) -> None:
         assert "more memory than the 96 MiB that a law may take" in law.problem.text
 
 
-def test_its_descriptors_are_low_however_many_the_page_has_open(file: Path) -> None:
-    """What the law may break in its process does not depend on the page's."""
+def test_processes_that_break(file: Path) -> None:
+    # What the law may break in its process does not depend on the page's.
     text = "import os\ndef law(s):\n    os.closerange(3, 20)"
     opened = [os.open(os.devnull, os.O_RDONLY) for _ in range(100)]
     try:
@@ -95,10 +97,7 @@ def test_its_descriptors_are_low_however_many_the_page_has_open(file: Path) -> N
     finally:
         for number in opened:
             os.close(number)
-
-
-def test_ended_from_outside(file: Path) -> None:
-    """Somebody kills the process while it waits, and while it works."""
+    # Somebody kills the process while it waits, and while it works.
     with CustomLaw(write(file, GOOD), waits=True) as law:
         law(SITUATION)
         assert law.pid is not None
@@ -107,6 +106,12 @@ def test_ended_from_outside(file: Path) -> None:
         assert law.problem is not None and "ended from outside" in law.problem.text
         law.restart()
         assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
+        assert law.problem is None
+    # A law of 5 ms a call leaves the rest of its curve blank instead of holding up the page.
+    text = "import time\ndef law(s):\n    time.sleep(0.005)\n    return s.nominal"
+    with CustomLaw(write(file, text), LawLimits(call=1.0), waits=True) as law:
+        found = law.line_rates(np.linspace(0.0, 0.6, 100), 0.1, 0.0, 1.0)
+        assert found[0] == pytest.approx(-0.1) and np.isnan(found[-1])
         assert law.problem is None
 
 
@@ -161,13 +166,4 @@ def test_a_slow_beginning_holds_nobody_up(file: Path, tmp_path: Path) -> None:
         assert_array_equal(soon(law), SITUATION.nominal * 2)
         law.refresh()
         assert not law.waiting
-        assert law.problem is None
-
-
-def test_a_curve_takes_no_longer_than_it_may(file: Path) -> None:
-    """A law of 5 ms a call leaves the rest of its curve blank instead of holding up the page."""
-    text = "import time\ndef law(s):\n    time.sleep(0.005)\n    return s.nominal"
-    with CustomLaw(write(file, text), LawLimits(call=1.0), waits=True) as law:
-        found = law.line_rates(np.linspace(0.0, 0.6, 100), 0.1, 0.0, 1.0)
-        assert found[0] == pytest.approx(-0.1) and np.isnan(found[-1])
         assert law.problem is None

@@ -10,18 +10,8 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.student_situation import Situation
-from app.custom_law.wire import (
-    pack_answer,
-    pack_failure,
-    pack_rates,
-    pack_situation,
-    unpack_answer,
-    unpack_failure,
-    unpack_rates,
-    unpack_situation,
-)
 from controllers.laws.situation import Situation as Seen
-from tests.app.custom_law.helpers import PAPER, situation
+from tests.app.custom_law.helpers import PAPER, received, situation
 
 
 def file_of(text: str) -> LawFile:
@@ -32,11 +22,8 @@ def file_of(text: str) -> LawFile:
 def wrong(text: str) -> Wrong:
     """What is said of a file that cannot be loaded, or fails when it is called."""
     with pytest.raises(Wrong) as caught:
-        file_of(text).velocities(unpack_situation(pack_situation(situation())))
+        file_of(text).velocities(received(situation()))
     return caught.value
-
-
-# ---- what it sees -------------------------------------------------------------------------------------------------------------
 
 
 def test_it_sees_what_every_law_sees() -> None:
@@ -47,32 +34,23 @@ def test_it_sees_what_every_law_sees() -> None:
     assert Situation(*there).pull == there.pull
 
 
-@pytest.mark.parametrize("n", [6, 7, 14])
+@pytest.mark.parametrize(("n", "pairs"), [(6, 5), (7, 0), (14, 40)])
 @pytest.mark.parametrize("bare", ["", "task_jacobian", "lower upper", "rows distances approaches", "approaches"])
-def test_a_situation_crosses_the_line_to_the_bit(n: int, bare: str) -> None:
+def test_a_situation_crosses_the_line_to_the_bit(n: int, pairs: int, bare: str) -> None:
     """Every field arrives as it was, whatever is None, and whatever the order of memory."""
-    sent = situation(n)
+    sent = situation(n, max(pairs, 1))
+    if pairs == 0:
+        sent = sent._replace(rows=np.zeros((0, n)), distances=np.zeros(0), approaches=np.zeros(0))
     assert sent.task_jacobian is not None and sent.rows is not None
     sent = sent._replace(task_jacobian=np.asfortranarray(sent.task_jacobian), rows=np.repeat(sent.rows, 2, axis=1)[:, ::2])
     sent = sent._replace(distance=float("inf"), **dict.fromkeys(bare.split(), None))  # pyright: ignore[reportArgumentType]
-    got = unpack_situation(pack_situation(sent))
+    got = received(sent)
     for name, there, here in zip(sent._fields, sent, got, strict=True):
         if there is None:
             assert here is None, name
         else:
             assert_array_equal(here, there, err_msg=name)
             assert not isinstance(here, np.ndarray) or (here.flags.writeable and here.flags.aligned)
-
-
-def test_answers_and_curves_cross_it_too() -> None:
-    distances, *rest = unpack_rates(pack_rates(np.linspace(0.0, 0.6, 7), 0.1, 0.2, 0.3))
-    assert_array_equal(distances, np.linspace(0.0, 0.6, 7))
-    assert rest == [0.1, 0.2, 0.3]
-    _, payload, _ = unpack_answer(pack_answer(*(2, pack_failure("λ ist zu groß", None))))  # pyright: ignore[reportArgumentType]
-    assert unpack_failure(payload) == ("λ ist zu groß", None)
-
-
-# ---- what it says -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -117,18 +95,10 @@ def test_what_is_wrong_and_where(text: str, line: int | None, says: str) -> None
     assert len(error.text) <= 300 and "\n" not in error.text
 
 
-def test_a_message_is_never_endless() -> None:
+def test_messages_and_encodings() -> None:
+    # A message is never endless.
     assert len(wrong("def law(s):\n    raise ValueError('x' * 10_000)").text) == 300
-
-
-@pytest.mark.parametrize("text", [b"def law(s):\n    return '\xff'", b"\x00\x01", "def law(s): pass".encode("utf-16")])
-def test_what_is_no_text(text: bytes) -> None:
-    with pytest.raises(Wrong):
-        LawFile("my_law.py", text, 0)
-
-
-def test_other_encodings_and_ends_of_lines() -> None:
-    """Whatever Python reads: a declared encoding, a byte order mark, and the lines of Windows."""
+    # Whatever Python reads: a declared encoding, a byte order mark, and the lines of Windows.
     for text in (
         "# coding: latin-1\r\n# für\r\ndef law(s):\r\n    return s.nominal / 0 + ü".encode("latin-1"),
         "\ufeff# für\n\ndef law(s):\n    return s.nominal / 0 + ü".encode(),
@@ -139,6 +109,12 @@ def test_other_encodings_and_ends_of_lines() -> None:
         assert caught.value.line == 4
 
 
+@pytest.mark.parametrize("text", [b"def law(s):\n    return '\xff'", b"\x00\x01", "def law(s): pass".encode("utf-16")])
+def test_what_is_no_text(text: bytes) -> None:
+    with pytest.raises(Wrong):
+        LawFile("my_law.py", text, 0)
+
+
 @pytest.mark.parametrize("returned", ["[0.1] * 7", "(1,) * 7", "s.nominal.astype('f4')", "[True] * 7", "list(s.nominal)"])
 def test_what_is_as_good_as_an_array(returned: str) -> None:
     velocities, seconds = file_of(f"def law(s):\n    return {returned}").velocities(Situation(*situation()))
@@ -146,16 +122,26 @@ def test_what_is_as_good_as_an_array(returned: str) -> None:
     assert seconds >= 0.0
 
 
-# ---- the rest of a file -------------------------------------------------------------------------------------------------------
-
-
-def test_what_a_file_says_of_itself() -> None:
-    """All pairs unless it says otherwise; λ if it has one; and what stands under __main__ is not for the page."""
+def test_a_file_and_its_curves() -> None:
+    # All pairs unless it says otherwise; λ if it has one; and what stands under __main__ is not for the page.
     law = file_of("def law(s):\n    return s.nominal\nif __name__ == '__main__':\n    raise ValueError")
     assert law.wants_all_pairs and not law.has_activation
     law = file_of(f"WANTS_ALL_PAIRS = False\n{textwrap.dedent(PAPER)}")
     assert not law.wants_all_pairs and law.has_activation
     assert law.activation(0.3) == 0.5**6 and law.activation(0.1) == 1.0 and law.activation(float("inf")) == 0.0
+    # J_d q̇ = λ v − (1 − λ) u of the paper's law, for every distance; u, w and |J_d| as asked for.
+    law = file_of(PAPER.replace("MU = 0.15, 6.0, 0.30, 0.06", "MU = 0.15, 6.0, 0.30, 0.0"))
+    d, u = np.array([0.1, 0.2, 0.4, np.inf]), 0.2
+    lam = np.minimum(0.15 / d, 1.0) ** 6
+    for square in (0.04, 1.0, 0.0):
+        np.testing.assert_allclose(law.rates(d, u, 0.1, square), lam * 0.3 - (1.0 - lam) * u, atol=1e-12)
+    seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(d, u, 0.1, 0.25)
+    np.testing.assert_allclose(seen, 0.5 * 0.1)
+    # Rates are nan where the law fails.
+    found = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None").rates(
+        np.array([0.1, 0.3]), 0.1, 0.0, 1.0
+    )
+    assert np.isnan(found[0]) and found[1] == pytest.approx(-0.1)
 
 
 @pytest.mark.parametrize(
@@ -173,21 +159,3 @@ def test_an_activation_that_is_none(returned: str, says: str) -> None:
     with pytest.raises(Wrong, match=says) as caught:
         law.activation(0.2)
     assert caught.value.line == (4 if says == "Zero" else 3)
-
-
-def test_rates_along_a_line() -> None:
-    """J_d q̇ = λ v − (1 − λ) u of the paper's law, for every distance; u, w and |J_d| as asked for."""
-    law = file_of(PAPER.replace("MU = 0.15, 6.0, 0.30, 0.06", "MU = 0.15, 6.0, 0.30, 0.0"))
-    d, u = np.array([0.1, 0.2, 0.4, np.inf]), 0.2
-    lam = np.minimum(0.15 / d, 1.0) ** 6
-    for square in (0.04, 1.0, 0.0):
-        np.testing.assert_allclose(law.rates(d, u, 0.1, square), lam * 0.3 - (1.0 - lam) * u, atol=1e-12)
-    seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(d, u, 0.1, 0.25)
-    np.testing.assert_allclose(seen, 0.5 * 0.1)
-
-
-def test_rates_are_nan_where_the_law_fails() -> None:
-    found = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None").rates(
-        np.array([0.1, 0.3]), 0.1, 0.0, 1.0
-    )
-    assert np.isnan(found[0]) and found[1] == pytest.approx(-0.1)

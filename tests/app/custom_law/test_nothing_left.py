@@ -65,11 +65,11 @@ def test_it_goes_with_the_page(file: Path, end: str) -> None:
         import os, sys
         from pathlib import Path
         from app.custom_law.child import Child
-        from app.custom_law.wire import pack_file
+        from app.custom_law.wire import LoadFile, encode
         path = Path({str(file)!r})
         child = Child(path, 2**28)
-        assert child.line.receive(60.0) is not None
-        child.line.send(pack_file(path.read_bytes()))
+        assert child.receive(60.0) is not None
+        child.line.send_bytes(encode(LoadFile(path.read_bytes())))
         print(child.pid, flush=True)
         {end}
     """

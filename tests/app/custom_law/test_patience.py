@@ -30,7 +30,8 @@ def machine(monkeypatch: pytest.MonkeyPatch) -> Machine:
     return machine
 
 
-def test_a_process_that_computes_or_sleeps_is_too_long(machine: Machine) -> None:
+def test_time_limits_on_a_busy_machine(machine: Machine) -> None:
+    # A process that computes or sleeps is too long.
     for used, wants in ((1.1, True), (0.0, False), (None, True)):
         machine.now, machine.used = 0.0, None if used is None else 0.0
         patience = Patience(1, 1.0)
@@ -38,9 +39,8 @@ def test_a_process_that_computes_or_sleeps_is_too_long(machine: Machine) -> None
         assert not patience.over
         machine.now = 1.01
         assert patience.over
-
-
-def test_a_process_that_waits_for_a_core_is_not_but_not_for_ever(machine: Machine) -> None:
+    # A process that waits for a core is given time, but not for ever.
+    machine.now, machine.used, machine.wants = 0.0, 0.0, True
     patience = Patience(1, 1.0)
     machine.now, machine.used = LONGEST - 0.1, 0.9
     assert not patience.over

@@ -60,8 +60,8 @@ def test_it_is_reloaded_on_save(file: Path) -> None:
 
 
 @pytest.mark.usefixtures("eager")
-def test_what_is_no_news(file: Path) -> None:
-    """The same text saved again, and a file that is away for a moment, as some editors have it, leave the process alone."""
+def test_files_that_are_no_news(file: Path) -> None:
+    # The same text saved again, and a file that is away for a moment, as some editors have it, leave the process alone.
     with CustomLaw(write(file, GOOD), waits=True) as law:
         law(SITUATION)
         pid = law.pid
@@ -83,6 +83,11 @@ def test_what_is_no_news(file: Path) -> None:
         write(file, GOOD)
         assert law.refresh()
         assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
+    # A session that has the law but never uses it costs nothing; a file that is saved meanwhile counts when it does.
+    with CustomLaw(write(file, "def law(s)")) as law:
+        write(file, GOOD)
+        assert law.refresh() and law.pid is None and not law.ready and law.problem is None
+        until(lambda: np.any(soon(law)))
 
 
 def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -98,13 +103,10 @@ def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.
     assert len(looks) == 3 and min(np.diff(looks)) >= 0.5
 
 
-@pytest.mark.usefixtures("eager")
-def test_nothing_is_started_before_it_is_needed(file: Path) -> None:
-    """A session that has the law but never uses it costs nothing; a file that is saved meanwhile counts when it does."""
-    with CustomLaw(write(file, "def law(s)")) as law:
-        write(file, GOOD)
-        assert law.refresh() and law.pid is None and not law.ready and law.problem is None
-        until(lambda: np.any(soon(law)))
+def test_a_large_file_is_loaded(file: Path) -> None:
+    """Larger than the buffer of a socket."""
+    with CustomLaw(write(file, "#" * 900_000 + "\n" + GOOD)) as law:
+        until(lambda: np.array_equal(soon(law), SITUATION.nominal * 2))
 
 
 @pytest.mark.usefixtures("eager")

@@ -12,6 +12,7 @@ import pytest
 from app.custom_law.custom_law import MOST, CustomLaw
 from app.custom_law.process import LawProcess
 from app.custom_law.time_share import SHARE, LawTimeShare
+from app.custom_law.wire import Numbers, Question
 from app.page.panels.readout import custom_law_html, status_html
 from app.session.input_sources import InputSources
 from app.session.session import Session
@@ -142,7 +143,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
     in_vain: list[float] = []
     answer = LawProcess.answer
 
-    def noted(process: LawProcess, seconds: float) -> tuple[bytes, bytes] | None:
+    def noted(process: LawProcess, seconds: float) -> tuple[Question, Numbers] | None:
         news = answer(process, seconds)
         if news is None:
             in_vain.append(seconds)

@@ -18,13 +18,12 @@ from app.custom_law.law_file import LawFile
 from app.custom_law.law_limits import LawProblem
 from app.custom_law.trial_result import TrialResult
 from app.custom_law.trials import TRIALS, examine_law
-from app.custom_law.wire import pack_situation, unpack_situation
 from controllers.errors import BadInputFile, BadSetting
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
 from scenes.law_factory import make_law
 from scenes.settings import LawName, LawSettings
-from tests.app.custom_law.helpers import PAPER, situation, write
+from tests.app.custom_law.helpers import PAPER, received, situation, write
 
 KEEPS, ALONE, OUT, SMOOTH, BOUNDED, QUICK = TRIALS
 
@@ -57,8 +56,6 @@ def failed(verdicts: list[TrialResult]) -> set[str]:
     return {verdict.name for verdict in verdicts if not verdict.passed}
 
 
-# ---- four laws as students write them -----------------------------------------------------------------------------------------
-
 SWITCHED = """
     def law(s):
         if s.distance > 0.15:
@@ -90,7 +87,7 @@ class Here:
         return math.nan
 
     def __call__(self, situation: Situation) -> Array:
-        return self._file.velocities(unpack_situation(pack_situation(situation)))[0]
+        return self._file.velocities(received(situation))[0]
 
 
 @pytest.mark.parametrize(
@@ -114,15 +111,12 @@ def test_laws_of_students(text: str, failures: set[str], says: dict[str, str]) -
             assert verdict == verdicts_of("unprotected")[verdict.name]
 
 
-def test_the_way_through_another_process_changes_no_number(tmp_path: Path) -> None:
-    """And the tests are made on the text that is given, whatever the file says by then."""
+def test_through_another_process(tmp_path: Path) -> None:
+    # And the tests are made on the text that is given, whatever the file says by then.
     path = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal * 0")
     (verdict,) = examine(path, only=(OUT,), text=TASK_ONLY.encode())
     assert verdict == verdicts_of("unprotected")[OUT]
-
-
-def test_nobody_who_has_gone_is_waited_for(tmp_path: Path) -> None:
-    """In the middle of a test, not at its end."""
+    # In the middle of a test, not at its end.
     asked = 0
 
     def stopped() -> bool:
@@ -159,9 +153,6 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert capsys.readouterr().out.splitlines()[-1] == "her_law.py: 2 of 2 tests passed."
 
 
-# ---- the laws of the product --------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("name", "failures"),
     [
@@ -180,17 +171,14 @@ def test_what_the_built_in_laws_fail(name: LawName, failures: set[str]) -> None:
     assert failed(list(verdicts_of(name).values())) == failures
 
 
-def test_one_number_more_or_less() -> None:
-    """The barrier keeps d_m as soon as it is told how fast the hand comes; the paper's law with n = 1 harms the task from afar."""
+def test_numbers_of_the_built_in_laws() -> None:
+    # The barrier keeps d_m as soon as it is told how fast the hand comes; the paper's law with n = 1 harms the task from afar.
     (kept,) = examine_law(Built(make_law(LawSettings(law="barrier_qp", feed_forward=True))), only=(KEEPS,))
     assert kept.passed and not verdicts_of("barrier_qp")[KEEPS].passed
     early, out, bounded = examine_law(Built(make_law(LawSettings(order=1.0))), only=(ALONE, OUT, BOUNDED))
     assert not early.passed and "the hand leaves its place by 7" in early.reason
     assert out.passed and bounded.passed
-
-
-def test_the_numbers_are_those_of_closed_forms() -> None:
-    """Far from the ball the hand rests where λ (v + u) = u; out of the overlap it takes (d_m − d) / v; of a jump all is left."""
+    # Far from the ball the hand rests where λ (v + u) = u; out of the overlap it takes (d_m − d) / v; of a jump all is left.
     paper = verdicts_of("smooth_priority")
     numbers = paper[ALONE].numbers
     # K |e| ≈ u, up to the angle between the row and the hand's way, and to the part of 1.5 s that is too short to settle.
@@ -200,13 +188,14 @@ def test_the_numbers_are_those_of_closed_forms() -> None:
     assert numbers["time"] == pytest.approx((0.15 - numbers["d_start"]) / 0.3, abs=0.03)
     assert paper[SMOOTH].numbers["share"] == pytest.approx(0.5, abs=0.02)
     assert verdicts_of("strict_switched")[SMOOTH].numbers["share"] == pytest.approx(1.0, abs=0.02)
+    # Digit for digit where J_d is regular, with the same λ.
+    paper, there = make_law(LawSettings()), situation()
+    assert [template.activation(d) for d in (0.1, 0.2, math.inf)] == [paper.activation(d) for d in (0.1, 0.2, math.inf)]
+    np.testing.assert_allclose(template.law(there), paper(there), rtol=1e-3)
 
 
-# ---- laws that fail or dawdle -------------------------------------------------------------------------------------------------
-
-
-def test_a_law_that_fails_fails_where_it_does(tmp_path: Path) -> None:
-    """An exception in overlap ends the three tests that come there, with its line; the others begin anew."""
+def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
+    # An exception in overlap ends the three tests that come there, with its line; the others begin anew.
     text = PAPER + "    def guard(d):\n        if d < 0:\n            raise ValueError('overlap')\n"
     text = text.replace("        c = ", "        guard(situation.distance)\n        c = ")
     verdicts = examine(write(tmp_path / "my_law.py", text), only=(OUT, ALONE, BOUNDED, QUICK))
@@ -214,9 +203,7 @@ def test_a_law_that_fails_fails_where_it_does(tmp_path: Path) -> None:
     for verdict in verdicts:
         if not verdict.passed:
             assert verdict.reason.startswith("my_law.py, line 13: ValueError: overlap") and verdict.numbers == {}
-
-
-def test_a_file_that_cannot_be_loaded_fails_all_with_one_reason(tmp_path: Path) -> None:
+    # A file that cannot be loaded fails all with one reason.
     verdicts = examine(write(tmp_path / "my_law.py", "def law(s)\n"))
     assert failed(verdicts) == set(TRIALS)
     assert {verdict.reason for verdict in verdicts} == {"my_law.py, line 1: SyntaxError: expected ':', in “def law(s)”"}
@@ -235,16 +222,6 @@ def test_a_slow_law_is_told_so_and_does_not_hold_the_others_up() -> None:
     verdicts = examine_law(law)
     assert failed(verdicts) == {KEEPS, SMOOTH, OUT, ALONE, QUICK}
     assert "a call takes 60 ms" in verdicts[0].reason
-
-
-# ---- commands -----------------------------------------------------------------------------------------------------------------
-
-
-def test_the_template_is_the_papers_law() -> None:
-    """Digit for digit where J_d is regular, with the same λ."""
-    paper, there = make_law(LawSettings()), situation()
-    assert [template.activation(d) for d in (0.1, 0.2, math.inf)] == [paper.activation(d) for d in (0.1, 0.2, math.inf)]
-    np.testing.assert_allclose(template.law(there), paper(there), rtol=1e-3)
 
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:

@@ -51,15 +51,13 @@ def test_it_is_a_law_like_any_other(paper: CustomLaw) -> None:
     assert law.ready and law.problem is None and law.seconds < 1.0
 
 
-def test_without_an_activation_it_is_nought_and_pairs_may_be_left_out(file: Path) -> None:
+def test_a_file_with_its_neighbours(file: Path) -> None:
+    # Without an activation it is nought and pairs may be left out.
     with CustomLaw(write(file, "WANTS_ALL_PAIRS = False\n" + GOOD), waits=True) as law:
         assert law.activation(0.1) == 0.0
         assert law.load()
         assert not law.wants_all_pairs and CustomLaw.wants_all_pairs
-
-
-def test_it_may_change_what_it_is_given_and_use_its_neighbours(file: Path) -> None:
-    """A module and a table beside it; the arrays are its own."""
+    # A module and a table beside it; the arrays are its own.
     write(file.with_name("gains.py"), "GAIN = 3.0")
     np.save(file.with_name("table.npy"), np.arange(7.0))
     text = """
@@ -125,7 +123,7 @@ def test_a_failure_freezes_the_arm_and_nothing_else(file: Path) -> None:
             return s.nominal if calls < 50 else s.nominal[calls]
     """
     simulation = Simulation(RunSettings())
-    person = simulation.person()
+    person = simulation.source()
     with CustomLaw(write(file, text), waits=True) as law:
         simulation.law = law
         moved: list[tuple[Array, Array]] = []

@@ -98,7 +98,7 @@ def touched(at: int, start: object) -> Recorded:
     """A second of the autopilot from a posture, until nothing is wanted any more."""
     simulation, log = Simulation(RunSettings()), InputsLog()
     simulation.reset(start)  # pyright: ignore[reportArgumentType]
-    person = simulation.person()
+    person = simulation.source()
     for step in range(200):
         target = person.target(simulation.time) if step < at else None
         log.record(simulation, target)

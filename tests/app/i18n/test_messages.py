@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import inspect
 import io
-import json
 import pickle
 import zipfile
 from collections.abc import Callable
@@ -14,11 +13,12 @@ from pathlib import Path
 
 import pytest
 import viser
+from msgspec import msgpack
 
 from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.law_limits import problem_of
 from app.custom_law.trials import examine_law
-from app.custom_law.wire import pack_failure, unpack_failure
+from app.custom_law.wire import Failure, TextParts, decode_reply, encode
 from app.export.jobs import not_again
 from app.hosting.resume import open_link, step_of
 from app.i18n.catalogue import words_of
@@ -188,33 +188,35 @@ def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
 def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
     with pytest.raises(Wrong) as caught:
         LawFile("/my_law.py", b"law = 3", 2**20)
-    text, line = unpack_failure(pack_failure(caught.value.text, 3))
-    problem = problem_of("my_law.py", text, line).text
+    reply = decode_reply(encode(Failure(TextParts.of(caught.value.text), 3)))
+    assert isinstance(reply, Failure)
+    problem = problem_of("my_law.py", reply.text.text(), reply.line).text
     assert problem == "my_law.py, line 3: law is a int; it must be a function: def law(situation)."
     assert words_of("sl")(problem) == "my_law.py, vrstica 3: law je int; biti mora funkcija: def law(situation)."
 
 
 @pytest.mark.parametrize(
-    "told",
+    "sent",
     [
-        b"no JSON",
-        b"3",
-        b'["a"]',
-        b'["a", 3]',
-        b'["{a", {"a": "b"}]',
-        b'["{a.b}", {"a": "b"}]',
-        b'["{a:99999999}", {"a": "b"}]',
-        b"[" * 99999,
+        b"not msgpack",
+        msgpack.encode(3),
+        msgpack.encode(["Failure", ["a"], 1]),
+        msgpack.encode(["Failure", ["a", 3], 1]),
+        msgpack.encode(["Failure", ["{a", {"a": ["b", None]}], 1]),
+        msgpack.encode(["Failure", ["{a.b}", {"a": ["b", None]}], 1]),
+        msgpack.encode(["Failure", ["{a:99999999}", {"a": ["b", None]}], 1]),
+        b"\x93\xa7Failure" + b"\x92\xa0\x81\xa0" * 99999,
     ],
 )
-def test_a_law_that_writes_to_the_line_fills_nothing_in(told: bytes) -> None:
+def test_a_law_that_writes_to_the_line_fills_nothing_in(sent: bytes) -> None:
     with pytest.raises(ValueError):
-        unpack_failure(pack_failure("", 1)[:4] + told)
+        reply = decode_reply(sent)
+        assert isinstance(reply, Failure)
+        reply.text.text()
 
 
 def test_texts_on_the_line_are_plain_text() -> None:
-    payload = pack_failure("", None)[:4]
-    assert unpack_failure(payload + json.dumps(["a {b} \ud800", {}]).encode())[0] == "a {b} ?"
+    assert TextParts.of(LazyText("a {b} \ud800")).text() == "a {b} ?"
 
 
 class Still(Unprotected):

@@ -28,7 +28,7 @@ def played(
     """An experiment that its own person has moved for a while; not to be moved on."""
     settings = RunSettings(scene=scene, robot=robot, law=LawSettings(law=law))
     simulation = Simulation(settings)
-    person = simulation.person()
+    person = simulation.source()
     while simulation.time < seconds:
         simulation.step(person.target(simulation.time))
     return simulation

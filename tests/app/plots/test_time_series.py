@@ -76,7 +76,7 @@ def test_a_line_is_drawable(values: list[float], follows: bool) -> None:
 def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
     """The same run, begun later: the same values where both have some, and before that the run's, which it was."""
     simulation = Simulation(RunSettings())
-    person = simulation.person()
+    person = simulation.source()
     for _ in range(late):
         simulation.step(person.target(simulation.time))
     ghost = Simulation(simulation.settings)
@@ -163,7 +163,7 @@ def test_a_restarted_run_begins_with_empty_bins(scene: SceneName, steps: int) ->
     """In the same room or in another, also if it has as many steps as before, or more, when it is looked at next."""
     simulation, buffer = Simulation(RunSettings()), RollingSeries()
     assert np.isnan(buffer.series((COLUMNS["d"],))[1]).all()
-    person = simulation.person()
+    person = simulation.source()
     for _ in range(80):
         simulation.step(person.target(simulation.time))
     buffer.feed(simulation)

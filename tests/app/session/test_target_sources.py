@@ -108,7 +108,7 @@ def test_another_person_or_place_begins_anew(session: Session, key: str, value: 
     session.change(key, value)
     assert session.held is None and session.target() is None
     session.change("autopilot", True)
-    person = session.simulation.person().target(0.0)
+    person = session.simulation.source().target(0.0)
     mine = session.target()
     assert type(mine) is type(person)
     if mine is not None and person is not None:
@@ -148,7 +148,7 @@ def test_somebody_else_may_be_invited(session: Session) -> None:
     session.advance(DT)
     assert guest.asked[-1] == 0.0
     session.set_source(None)
-    assert isinstance(session.simulation.person().target(0.0), HandTarget)
+    assert isinstance(session.simulation.source().target(0.0), HandTarget)
     session.advance(DT)
     assert len(guest.asked) == 23
     session.set_source(guest)

@@ -149,14 +149,11 @@ def test_w_falls_along_a_run_and_keeps_the_distance(n: float, start: tuple[float
     assert distances.min() > 0.15
 
 
-def test_where_w_falls_v_may_rise() -> None:
-    """Positive control: started near its goal the arm is pushed away from it; V = ½ |q_r − q|² rises, W falls all the same."""
+def test_where_w_falls_and_where_it_does_not() -> None:
+    # Positive control: started near its goal the arm is pushed away from it; V = ½ |q_r − q|² rises, W falls all the same.
     W, V, _ = frozen_run(NEAR, np.array([0.58, 0.1, -0.1]), 2.0, True)
     assert risen(V) > 1.0 and risen(W) < 1e-12
-
-
-def test_w_is_no_lyapunov_function_where_the_lever_changes() -> None:
-    """The honest limit: |J_d| falls from .5 to .19 m/rad on the way, and under the paper's constant v W rises by more than 1 %."""
+    # The honest limit: |J_d| falls from .5 to .19 m/rad on the way, and under the paper's constant v W rises by more than 1 %.
     start = np.array([1.0, 0.1, -0.8])
     rows = [float(np.linalg.norm(ASIDE.row(q))) for q in (start, GOAL)]
     assert rows[1] < 0.5 * rows[0]

@@ -42,8 +42,8 @@ def test_a_row_inside_the_task_is_dependent(seed: int, m: int, lam: float, K_a: 
 
 
 @given(SEEDS, DIMENSIONS, GAINS, GAINS)
-def test_the_task_alone(seed: int, m: int, K_a: float, K_b: float) -> None:
-    """λ = 0: M_bb = K_b, e_a = 0 and the task's error falls as exp(−K_b t), however the two tasks lie."""
+def test_one_of_the_tasks_alone(seed: int, m: int, K_a: float, K_b: float) -> None:
+    # λ = 0: M_bb = K_b, e_a = 0 and the task's error falls as exp(−K_b t), however the two tasks lie.
     row, J_b = tasks(seed, m)
     a = analyse(row, J_b, 0.0, K_a, K_b)
     assert_allclose(a.M_bb, K_b * np.eye(m), atol=1e-7)
@@ -52,26 +52,45 @@ def test_the_task_alone(seed: int, m: int, K_a: float, K_b: float) -> None:
     assert e[0] == 0.0
     assert a.lyapunov_rate(e) == pytest.approx(-2.0 * K_b * a.lyapunov(e))
     assert a.task_error_rate(e) == pytest.approx(-K_b * float(np.linalg.norm(e[1:])))
-    # Positive control: the same two tasks with nearly parallel directions fail as soon as λ counts.
-    assert not analyse(J_b[0] + 1e-3 * row, J_b, 0.5, K_a, K_b).condition_holds
-
-
-@given(SEEDS, DIMENSIONS, GAINS, GAINS)
-def test_avoidance_first(seed: int, m: int, K_a: float, K_b: float) -> None:
-    """λ = 1 is strict priority, eq. (11): the task can do nothing to avoidance, M_ab = 0, for any two tasks."""
+    # Positive control: at equal gains, the same two tasks with nearly parallel directions fail as soon as λ counts.
+    assert not analyse(J_b[0] + 1e-3 * row, J_b, 0.5, K_a, K_a).condition_holds
+    # λ = 1 is strict priority, eq. (11): the task can do nothing to avoidance, M_ab = 0, for any two tasks.
     row, J_b = tasks(seed, m)
     a = analyse(row, J_b, 1.0, K_a, K_b)
     assert_allclose(a.M_ab, 0.0, atol=1e-12)
     assert a.slowest_mode == pytest.approx(min(K_a, K_b * a.survival), rel=1e-6)
 
 
-def test_a_triangular_m_is_not_a_positive_definite_one() -> None:
-    """λ = 1 and independent tasks: M_ab = 0 and all eigenvalues of M positive, yet some error lets V rise."""
+def test_degenerate_inputs() -> None:
+    # λ = 1 and independent tasks: M_ab = 0 and all eigenvalues of M positive, yet some error lets V rise.
     J_b = np.array([[1.0, 0.0, 0.0]])
     a = analyse(np.array([0.5, 0.1, 0.0]), J_b, 1.0, 2.0, 2.0)
     assert a.independent and a.slowest_mode > 0.0 and not a.condition_holds
     assert_allclose(a.M_ab, 0.0, atol=1e-12)
     assert a.lyapunov_rate(np.linalg.eigh(sym(a.M))[1][:, 0]) > 0.1
+    # A task that lost a direction, or all: the ranks say so, M is finite, the condition does not hold.
+    row, J_b = tasks(2, 3)
+    J_b[2] = 2.0 * J_b[0] - J_b[1]
+    a = analyse(row, J_b, 0.5, 2.0, 2.0)
+    assert (a.rank_a, a.rank_b, a.rank_stack) == (1, 2, 3) and a.independent
+    assert a.slowest_mode == 0.0 and not a.condition_holds
+    assert_allclose(a.coupling, np.linalg.norm(row @ np.linalg.pinv(J_b)), rtol=1e-9)
+    for damped in (False, True):
+        nothing = analyse(row, np.zeros((3, 7)), 0.5, 2.0, 2.0, damped)
+        assert (nothing.rank_b, nothing.rank_stack) == (0, 1)
+        assert_allclose(nothing.M, np.diag([nothing.M[0, 0], 0.0, 0.0, 0.0]))
+        assert not nothing.condition_holds
+    # K = 0 is allowed on the page: M loses a block, nothing else breaks; without K_a there is no e_a that asks for λ v.
+    row, J_b = tasks(1, 3)
+    for K_a, K_b in ((0.0, 2.0), (2.0, 0.0), (0.0, 0.0)):
+        a = analyse(row, J_b, 0.5, K_a, K_b)
+        assert np.isfinite(a.M).all() and not a.condition_holds and a.slowest_mode == 0.0
+    assert math.isnan(analyse(row, J_b, 0.5, 0.0, 2.0).error(0.3, np.zeros(3))[0])
+    # At e_b = 0 the rate of |e_b| is the speed at which avoidance pushes the hand away.
+    row, J_b = tasks(1, 3)
+    a = analyse(row, J_b, 0.5, 2.0, 2.0)
+    e = a.error(0.3, np.zeros(3))
+    assert a.task_error_rate(e) == pytest.approx(float(np.linalg.norm(J_b @ row)) / float(row @ row) * 0.5 * 0.3)
 
 
 @pytest.mark.parametrize("damped", [False, True])
@@ -85,21 +104,6 @@ def test_no_lever(length: float, J_b: Array | None, damped: bool) -> None:
     assert a.survival == 1.0 and a.rho == 0.0 and a.coupling == 0.0 and a.slowest_mode == 0.0
     assert not a.condition_holds
     assert_allclose(a.M, np.diag([0.0] + [3.0] * m), atol=1e-3 if damped else 1e-12)
-
-
-def test_singular_tasks() -> None:
-    """A task that lost a direction, or all: the ranks say so, M is finite, the condition does not hold."""
-    row, J_b = tasks(2, 3)
-    J_b[2] = 2.0 * J_b[0] - J_b[1]
-    a = analyse(row, J_b, 0.5, 2.0, 2.0)
-    assert (a.rank_a, a.rank_b, a.rank_stack) == (1, 2, 3) and a.independent
-    assert a.slowest_mode == 0.0 and not a.condition_holds
-    assert_allclose(a.coupling, np.linalg.norm(row @ np.linalg.pinv(J_b)), rtol=1e-9)
-    for damped in (False, True):
-        nothing = analyse(row, np.zeros((3, 7)), 0.5, 2.0, 2.0, damped)
-        assert (nothing.rank_b, nothing.rank_stack) == (0, 1)
-        assert_allclose(nothing.M, np.diag([nothing.M[0, 0], 0.0, 0.0, 0.0]))
-        assert not nothing.condition_holds
 
 
 @given(SEEDS, DIMENSIONS, st.floats(1e-6, 1.5))
@@ -116,23 +120,6 @@ def test_ranks_are_those_of_singular_values(seed: int, m: int, angle: float) -> 
     if abs(singular[-1] / TOLERANCE - 1.0) > 1e-6:
         assert a.rank_stack == int(np.count_nonzero(singular > TOLERANCE))
         assert a.independent == (singular[-1] > TOLERANCE)
-
-
-def test_gains_of_zero() -> None:
-    """K = 0 is allowed on the page: M loses a block, nothing else breaks; without K_a there is no e_a that asks for λ v."""
-    row, J_b = tasks(1, 3)
-    for K_a, K_b in ((0.0, 2.0), (2.0, 0.0), (0.0, 0.0)):
-        a = analyse(row, J_b, 0.5, K_a, K_b)
-        assert np.isfinite(a.M).all() and not a.condition_holds and a.slowest_mode == 0.0
-    assert math.isnan(analyse(row, J_b, 0.5, 0.0, 2.0).error(0.3, np.zeros(3))[0])
-
-
-def test_an_error_of_zero_can_only_grow() -> None:
-    """At e_b = 0 the rate of |e_b| is the speed at which avoidance pushes the hand away."""
-    row, J_b = tasks(1, 3)
-    a = analyse(row, J_b, 0.5, 2.0, 2.0)
-    e = a.error(0.3, np.zeros(3))
-    assert a.task_error_rate(e) == pytest.approx(float(np.linalg.norm(J_b @ row)) / float(row @ row) * 0.5 * 0.3)
 
 
 @pytest.mark.parametrize(

@@ -28,10 +28,7 @@ def turned(way: np.ndarray) -> np.ndarray:
 TARGETS: st.SearchStrategy[Target | None] = st.one_of(
     st.none(),
     st.builds(
-        HandTarget,
-        arrays(3),
-        st.none() | arrays(9).map(lambda a: a.reshape(3, 3)) | arrays(9).map(turned),
-        st.none() | arrays(3),
+        HandTarget, arrays(3), st.none() | arrays(9).map(lambda a: a.reshape(3, 3)) | arrays(9).map(turned), st.none() | arrays(3)
     ),
     st.builds(JointTarget, st.integers(1, 14).flatmap(arrays)),
     st.builds(BallTarget, arrays(3)),
@@ -65,7 +62,7 @@ def scene_settings(scene: SceneName, **changes: object) -> RunSettings:
 def logged_run(settings: RunSettings, seconds: float, log: InputsLog | None = None) -> tuple[Simulation, InputsLog]:
     """A run with the experiment's own person, and the log of it."""
     simulation, log = Simulation(settings), log or InputsLog()
-    person = simulation.person()
+    person = simulation.source()
     for _ in range(round(seconds / settings.dt)):
         target = person.target(simulation.time)
         log.record(simulation, target)

@@ -54,8 +54,25 @@ def edited(name: str, index: int, value: float) -> dict[str, np.ndarray]:
     return {name: array}
 
 
-def test_positive_control_an_unchanged_file_is_read() -> None:
+def test_files_that_are_wrong_as_a_whole() -> None:
+    # Positive control an unchanged file is read.
     assert recorded_from(with_parts(), "a.npz").steps == sample().steps
+    # An orientation that is none is refused.
+    base = sample()
+    for rotation, fine in ((np.eye(3), True), (np.eye(3) * 1.01, False), (np.diag([1.0, 1.0, -1.0]), False)):
+        code, numbers = encoded(HandTarget(np.zeros(3), rotation))
+        packed = PackedTargets(np.array([code], np.uint8), np.array([1], np.uint32), np.frombuffer(numbers))
+        data = recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),)))
+        if fine:
+            assert recorded_from(data, "a").steps == 1
+        else:
+            with pytest.raises(BadInputFile, match="orientation"):
+                recorded_from(data, "a")
+    # Nothing in a file is run.
+    objects = np.empty(2, object)
+    objects[:] = [{"a": 1}, "b"]
+    with pytest.raises(BadInputFile, match="damaged"):
+        recorded_from(with_parts(numbers=objects), "a.npz")
 
 
 SETTINGS = {"scene": "hold"}
@@ -78,13 +95,13 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"about": np.zeros(3, np.uint8)}, "damaged"),
     ({"codes": None}, "part is missing"),
     (edited("codes", 0, 200), "unknown kind"),
-    (edited("codes", 0, 16 + 2), "numbers are missing"),
+    (edited("codes", 0, 16 + 2), "missing numbers"),
     (edited("counts", 0, 0), "number of steps"),
     (edited("counts", 0, 4_000_000_000), "number of steps"),
     (edited("numbers", 3, np.nan), "not finite"),
     (edited("numbers", 3, np.inf), "not finite"),
     (edited("numbers", 3, 1e3), "out of any reach"),
-    ({"numbers": np.zeros(2)}, "numbers are missing"),
+    ({"numbers": np.zeros(2)}, "missing numbers"),
     ({"numbers": np.zeros((2, 2))}, "wrong number"),
     ({"numbers": np.zeros(4, np.float32)}, "wrong type"),
     ({"lengths": np.array([1], np.uint32)}, "fit"),
@@ -107,19 +124,6 @@ def test_a_wrong_part_is_refused_and_named(changes: dict[str, Any], message: str
     assert str(caught.value).startswith("a.npz: ") and "\n" not in str(caught.value)
 
 
-def test_an_orientation_that_is_none_is_refused() -> None:
-    base = sample()
-    for rotation, fine in ((np.eye(3), True), (np.eye(3) * 1.01, False), (np.diag([1.0, 1.0, -1.0]), False)):
-        code, numbers = encoded(HandTarget(np.zeros(3), rotation))
-        packed = PackedTargets(np.array([code], np.uint8), np.array([1], np.uint32), np.frombuffer(numbers))
-        data = recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),)))
-        if fine:
-            assert recorded_from(data, "a").steps == 1
-        else:
-            with pytest.raises(BadInputFile, match="orientation"):
-                recorded_from(data, "a")
-
-
 @settings(max_examples=60)
 @given(st.data())
 def test_a_damaged_file_is_refused_or_still_a_possible_run(data: st.DataObject) -> None:
@@ -140,13 +144,6 @@ def test_a_damaged_file_is_refused_or_still_a_possible_run(data: st.DataObject) 
 def test_no_bytes_at_all_do_harm(content: bytes) -> None:
     with pytest.raises(BadInputFile):
         recorded_from(content, "a.npz")
-
-
-def test_nothing_in_a_file_is_run() -> None:
-    objects = np.empty(2, object)
-    objects[:] = [{"a": 1}, "b"]
-    with pytest.raises(BadInputFile, match="damaged"):
-        recorded_from(with_parts(numbers=objects), "a.npz")
 
 
 def test_what_unpacks_to_too_much_is_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:

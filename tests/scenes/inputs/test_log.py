@@ -54,7 +54,8 @@ def test_every_step_comes_back(runs: list[tuple[Target | None, int]]) -> None:
     assert all(same(a, b) for a, b in zip(recorded.targets(), wanted, strict=True))
 
 
-def test_what_was_recorded_does_not_change_with_the_callers_arrays() -> None:
+def test_a_log_copies_and_forgets() -> None:
+    # What was recorded does not change with the callers arrays.
     log, simulation = InputsLog(), Simulation(RunSettings(), 1)
     place = np.array([0.4, 0.0, 1.0])
     log.record(simulation, HandTarget(place))
@@ -66,6 +67,24 @@ def test_what_was_recorded_does_not_change_with_the_callers_arrays() -> None:
     assert first.position[0] == 0.4 and second.position[0] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         first.position[0] = 1.0
+    # There is no window before the first step.
+    assert InputsLog().window(10.0) is None
+    # A recording is plain data.
+    _, log = logged_run(scene_settings("imitation"), 1.5)
+    recorded = everything(log)
+    again = pickle.loads(pickle.dumps(recorded))
+    assert all(same(a, b) for a, b in zip(again.targets(), recorded.targets(), strict=True))
+    assert rerun(again).table.tobytes() == rerun(recorded).table.tobytes()
+    # The oldest is forgotten but never too soon.
+    log = InputsLog(keep=3.0)
+    logged_run(RunSettings(), 3.9, log)
+    assert log.seconds == pytest.approx(3.9)
+    log = InputsLog(keep=3.0)
+    simulation, _ = logged_run(RunSettings(), 20.0, log)
+    assert 3.0 <= log.seconds <= 3.0 + 2.0 * CHAPTER
+    recorded = everything(log)
+    assert recorded.seconds == pytest.approx(log.seconds)
+    assert rerun(recorded).table.tobytes() == simulation.history.table(recorded.steps).tobytes()
 
 
 @pytest.mark.parametrize("seconds", [0.5, 2.0, 3.3, 5.0])
@@ -78,31 +97,8 @@ def test_a_window_is_as_long_as_asked_for_or_a_little_longer(seconds: float) -> 
     assert recorded.snapshot.steps == simulation.steps - recorded.steps
 
 
-def test_there_is_no_window_before_the_first_step() -> None:
-    assert InputsLog().window(10.0) is None
-
-
-def test_a_recording_is_plain_data() -> None:
-    _, log = logged_run(scene_settings("imitation"), 1.5)
-    recorded = everything(log)
-    again = pickle.loads(pickle.dumps(recorded))
-    assert all(same(a, b) for a, b in zip(again.targets(), recorded.targets(), strict=True))
-    assert rerun(again).table.tobytes() == rerun(recorded).table.tobytes()
-
-
-def test_the_oldest_is_forgotten_but_never_too_soon() -> None:
-    log = InputsLog(keep=3.0)
-    logged_run(RunSettings(), 3.9, log)
-    assert log.seconds == pytest.approx(3.9)
-    log = InputsLog(keep=3.0)
-    simulation, _ = logged_run(RunSettings(), 20.0, log)
-    assert 3.0 <= log.seconds <= 3.0 + 2.0 * CHAPTER
-    recorded = everything(log)
-    assert recorded.seconds == pytest.approx(log.seconds)
-    assert rerun(recorded).table.tobytes() == simulation.history.table(recorded.steps).tobytes()
-
-
-def test_memory_is_bounded_and_told() -> None:
+def test_memory_and_settings_of_a_log() -> None:
+    # Memory is bounded and told.
     def wander(log: InputsLog, steps: int) -> int:
         simulation, most = Simulation(RunSettings(), 1), 0
         for i in range(steps):
@@ -122,12 +118,10 @@ def test_memory_is_bounded_and_told() -> None:
         still.record(simulation, HandTarget(np.zeros(3)))
         simulation.steps += 1
     assert still.seconds == pytest.approx(100.0) and still.nbytes < 100 * 5_000
-
-
-def test_a_log_keeps_the_settings_as_they_changed() -> None:
+    # A log keeps the settings as they changed.
     settings = RunSettings()
     simulation, log = Simulation(settings), InputsLog()
-    person = simulation.person()
+    person = simulation.source()
     history = []
     for i in range(700):
         if i in (120, 121, 500):

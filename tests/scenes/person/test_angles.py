@@ -73,12 +73,16 @@ def test_left_and_right_are_mirror_images(angles: Array) -> None:
 
 
 @given(arms, st.sampled_from(SIDES))
-def test_the_upper_arm_turns_by_a_rotation(angles: Array, side: ArmName) -> None:
-    """R is one, and its third axis is the upper arm."""
+def test_turning_keeps_lengths(angles: Array, side: ArmName) -> None:
+    # R is one, and its third axis is the upper arm.
     R = arm_rotation(angles, side)
     assert_allclose(R @ R.T, EYE, atol=1e-12)
     assert np.linalg.det(R) > 0.0
     assert_allclose(R @ -UP, arm_directions(angles, side)[0], atol=1e-12)
+    # Bones have the person's lengths.
+    shoulder, elbow, wrist = arm_points(angles, side)
+    assert math.isclose(float(np.linalg.norm(elbow - shoulder)), MODEL_PROPORTIONS.upper_arm)
+    assert math.isclose(float(np.linalg.norm(wrist - elbow)), MODEL_PROPORTIONS.forearm)
 
 
 @given(plain_arms, st.sampled_from(SIDES))
@@ -96,14 +100,6 @@ def test_round_trip_of_the_points(angles: Array, side: ArmName, scale: float) ->
     points = arm_points(angles, side, person)
     back = arm_points(arm_angles(*points, EYE, side), side, person)
     assert_allclose(back, points, atol=1e-7 * scale)
-
-
-@given(arms, st.sampled_from(SIDES))
-def test_lengths_are_kept(angles: Array, side: ArmName) -> None:
-    """Bones have the person's lengths."""
-    shoulder, elbow, wrist = arm_points(angles, side)
-    assert math.isclose(float(np.linalg.norm(elbow - shoulder)), MODEL_PROPORTIONS.upper_arm)
-    assert math.isclose(float(np.linalg.norm(wrist - elbow)), MODEL_PROPORTIONS.forearm)
 
 
 @given(bodies(plain_arms), st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(0.01, 100.0))
@@ -148,8 +144,8 @@ def test_positive_control_without_a_memory_the_t_is_a_jump(side: ArmName) -> Non
     assert np.abs(np.diff(found, axis=0)).max() > 2.0
 
 
-def test_a_straight_elbow_keeps_the_rotation() -> None:
-    """As the elbow straightens the rotation stays, whatever noise says; bent again it is found again."""
+def test_memory_of_angles() -> None:
+    # As the elbow straightens the rotation stays, whatever noise says; bent again it is found again.
     random = np.random.default_rng(3)
     previous = np.radians([30.0, 20.0, 40.0, 90.0])
     steps = []
@@ -161,30 +157,21 @@ def test_a_straight_elbow_keeps_the_rotation() -> None:
         previous = angles
     assert max(steps) < 0.1
     assert_allclose(previous, np.radians([30.0, 20.0, 40.0, 90.0]), atol=0.01)
-
-
-def test_sideways_all_the_way_round() -> None:
-    """Abduction goes on counting too, past the head and down the other side."""
+    # Abduction goes on counting too, past the head and down the other side.
     previous = np.radians([5.0, 10.0, 0.0, 80.0])
     for raised in np.linspace(0.2, 5.5, 800):
         angles = direction_angles(*arm_directions(np.array([0.09, raised, 0.0, 1.4]), "right"), "right", previous)
         assert np.abs(angles - previous).max() < 0.1
         previous = angles
     assert_allclose(previous, [0.09, 5.5, 0.0, 1.4], atol=1e-3)
-
-
-def test_whole_turns_are_gathered() -> None:
-    """A windmill goes on counting; nothing wraps."""
+    # A windmill goes on counting; nothing wraps.
     previous = np.radians([0.0, 10.0, 0.0, 30.0])
     for flexion in np.linspace(0.0, 3.0 * np.pi, 400):
         angles = direction_angles(*arm_directions(np.array([flexion, *previous[1:]]), "left"), "left", previous)
         assert abs(angles[0] - previous[0]) < 0.1
         previous = angles
     assert_allclose(previous[0], 3.0 * np.pi, atol=1e-6)
-
-
-def test_rest_near_the_t_finds_the_truth() -> None:
-    """What is remembered fades: a posture that is held is found after some samples."""
+    # What is remembered fades: a posture that is held is found after some samples.
     true = np.radians([50.0, 87.0, 10.0, 80.0])
     directions = arm_directions(true, "left")
     angles = np.radians([0.0, 87.0, 50.0, 80.0])

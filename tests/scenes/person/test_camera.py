@@ -15,7 +15,7 @@ from scenes.person import camera
 from scenes.person.angles import arm_points
 from scenes.person.camera import CameraSource, read_film
 from scenes.person.clips import Clip
-from scenes.person.film import Picture
+from scenes.person.film import VideoFrame
 from scenes.person.landmarks import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, landmarks_to_angles
 from tests.scenes.person.strategies import SIDES, bodies, plain_arms
 
@@ -38,16 +38,12 @@ SEEN = np.ones(33)
 
 
 @given(bodies(plain_arms))
-def test_landmarks_to_angles(angles: Array) -> None:
-    """The angles of who stands in front of the camera, left and right not mixed up."""
+def test_landmarks_to_angles_also_without_hips(angles: Array) -> None:
+    # The angles of who stands in front of the camera, left and right not mixed up.
     found = landmarks_to_angles(landmarks_of(angles), SEEN)
     assert found is not None
     assert_allclose(found, angles, atol=1e-6)
-
-
-@given(bodies(plain_arms))
-def test_somebody_at_a_desk(angles: Array) -> None:
-    """Hips that are not seen, or are nonsense, are taken to be below the shoulders."""
+    # Hips that are not seen, or are nonsense, are taken to be below the shoulders.
     table, visibility = landmarks_of(angles), SEEN.copy()
     visibility[list(HIPS)] = 0.1
     table[list(HIPS)] = np.nan
@@ -92,9 +88,6 @@ def test_a_noisy_sequence_with_drop_outs() -> None:
     assert max(errors) < math.radians(75.0)
 
 
-# ---- the thread ---------------------------------------------------------------------------------------------------------------
-
-
 class Reel:
     """A film of clip postures; the picture number is in its first pixel."""
 
@@ -103,7 +96,7 @@ class Reel:
         self.at, self.closed = 0, threading.Event()
         self.gate = threading.Semaphore(0)
 
-    def next(self) -> Picture | None:
+    def next(self) -> VideoFrame | None:
         if self.live and not self.gate.acquire(timeout=PATIENCE):
             return None
         if self.at == self.fault:
@@ -111,7 +104,7 @@ class Reel:
         if self.at >= self.count:
             return None
         self.at += 1
-        return Picture((self.at - 1) / self.rate, np.full((2, 2, 3), self.at - 1, np.uint8))
+        return VideoFrame((self.at - 1) / self.rate, np.full((2, 2, 3), self.at - 1, np.uint8))
 
     def close(self) -> None:
         self.closed.set()
@@ -123,7 +116,7 @@ class Eye:
     def __init__(self, *blind: int) -> None:
         self.blind, self.seen, self.closed = blind, threading.Semaphore(0), False
 
-    def find(self, picture: Picture) -> tuple[Array, Array] | None:
+    def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
         number = int(picture.image[0, 0, 0])
         self.seen.release()
         return None if number in self.blind else (landmarks_of(Clip("wave", 1).angles(0.1 * number)), SEEN)
@@ -152,7 +145,7 @@ def test_the_newest_counts() -> None:
     now, reel, eye = [0.0], Reel(200), Eye(40)
     with CameraSource(reel, eye, clock=lambda: now[0]) as source:
         assert source.angles(0.0) is None
-        assert "Nobody is seen" in source.message
+        assert "No person is seen" in source.message
         for _ in range(31):
             reel.gate.release()
         until(lambda: near(source.angles(0.0), 30))
@@ -169,7 +162,7 @@ def test_the_newest_counts() -> None:
         until(lambda: near(source.angles(0.0), 41))
         now[0] += camera.STALE + 0.01
         assert source.angles(0.0) is None
-        assert "Nobody is seen" in source.message
+        assert "No person is seen" in source.message
         reel.count = 0
         reel.gate.release()
         until(lambda: not source.running)
@@ -180,8 +173,8 @@ def test_the_newest_counts() -> None:
     assert source.angles(0.0) is None
 
 
-def test_stop_before_start_and_twice() -> None:
-    """Stopping is always possible."""
+def test_threads_start_stop_and_fail() -> None:
+    # Stopping is always possible.
     source = CameraSource(Reel(0), Eye())
     source.stop()
     assert source.message == "The camera is off."
@@ -193,10 +186,7 @@ def test_stop_before_start_and_twice() -> None:
     source.stop()
     source.stop()
     assert reel.closed.is_set()
-
-
-def test_a_fault_in_the_thread_is_told() -> None:
-    """A camera that fails ends the looking, with its reason in one line; nothing else dies."""
+    # A camera that fails ends the looking, with its reason in one line; nothing else dies.
     reel = Reel(5, fault=2)
     source = CameraSource(reel, Eye()).start()
     for _ in range(3):
@@ -207,8 +197,8 @@ def test_a_fault_in_the_thread_is_told() -> None:
     assert reel.closed.is_set()
 
 
-def test_a_video_plays_at_its_own_speed_and_ends() -> None:
-    """A film from a file is not read ahead of its time, and its end is told."""
+def test_films_played_and_read() -> None:
+    # A film from a file is not read ahead of its time, and its end is told.
     reel = Reel(50, live=False, rate=500.0)
     eye = Eye()
     source = CameraSource(reel, eye).start()
@@ -221,18 +211,15 @@ def test_a_video_plays_at_its_own_speed_and_ends() -> None:
     until(lambda: near(source.angles(0.0), 0))
     source.stop()
     assert not source.running
-
-
-def test_a_film_read_as_a_whole() -> None:
-    """The same film gives the same angles at its own times; where nobody is seen there is nobody."""
+    # The same film gives the same angles at its own times; where nobody is seen there is nobody.
     tables = [read_film(Reel(20, live=False, rate=10.0), Eye(7)) for _ in range(2)]
     assert_allclose(tables[0].table, tables[1].table, atol=0.0)
     for k in range(20):
         assert near(tables[0].angles(k / 10.0), k) == (k != 7)
     assert tables[0].angles(0.7) is None
-    with pytest.raises(BadInputFile, match="Nobody is seen"):
+    with pytest.raises(BadInputFile, match="No person is seen"):
         read_film(Reel(3, live=False), Eye(0, 1, 2))
-    with pytest.raises(BadInputFile, match="Nobody is seen"):
+    with pytest.raises(BadInputFile, match="No person is seen"):
         read_film(Reel(0, live=False), Eye())
     long = Reel(3, live=False, rate=1e-3)
     with pytest.raises(BadInputFile, match="longer than 30 minutes"):

@@ -24,8 +24,8 @@ def test_a_loop(name: ClipName, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", CLIP_NAMES)
-def test_twice_differentiable(name: ClipName) -> None:
-    """The steps of the second differences shrink with h: no jump of the acceleration, over the seam neither."""
+def test_smoothness_and_seeds(name: ClipName) -> None:
+    # The steps of the second differences shrink with h: no jump of the acceleration, over the seam neither.
     clip = Clip(name, 3)
 
     def roughest(h: float) -> float:
@@ -36,11 +36,7 @@ def test_twice_differentiable(name: ClipName) -> None:
     coarse, fine = roughest(0.01), roughest(0.005)
     assert fine < 0.65 * coarse
     assert coarse < 5.0
-
-
-@pytest.mark.parametrize("name", CLIP_NAMES)
-def test_the_seed_is_the_person(name: ClipName) -> None:
-    """The same seed gives the same bits in any order of asking; another seed another motion."""
+    # The same seed gives the same bits in any order of asking; another seed another motion.
     a, b = Clip(name, 5), Clip(name, 5)
     times = (3.0, 0.2, 7.5, 3.0)
     assert_array_equal([a.angles(t) for t in times], [b.angles(t) for t in reversed(times)][::-1])
@@ -48,14 +44,11 @@ def test_the_seed_is_the_person(name: ClipName) -> None:
     assert len({clip.duration for clip in others}) == len(others)
 
 
-def test_either_arm_leads() -> None:
-    """Some wave with the left arm, some with the right."""
+def test_names_seeds_and_refusals() -> None:
+    # Some wave with the left arm, some with the right.
     raised = {int(np.argmax(Clip("wave", seed).angles(3.0)[:, 1])) for seed in range(10)}
     assert raised == {0, 1}
-
-
-def test_the_medley_is_all_of_them() -> None:
-    """All clips in turn, each as it is alone."""
+    # All clips in turn, each as it is alone.
     medley, start = Clip("medley", 4), 0.0
     for name in CLIP_NAMES[:-1]:
         clip = Clip(name, 4)
@@ -63,6 +56,15 @@ def test_the_medley_is_all_of_them() -> None:
             assert_allclose(medley.angles(start + part * clip.duration), clip.angles(part * clip.duration), atol=1e-9)
         start += clip.duration
     assert_allclose(medley.duration, start)
+    # Every clip has a label, and no other clip exists.
+    assert len(CLIP_LABELS) == len(CLIP_NAMES)
+    with pytest.raises(BadSetting, match="choose from wave, clap, cross, reach, medley"):
+        Clip("dance")  # type: ignore[arg-type]
+    # Writing to a result changes nothing.
+    clip = Clip("clap", 1)
+    clip.angles(0.0)[:] = 9.0
+    clip.angles(clip.duration)[:] = 9.0
+    assert_allclose(clip.angles(0.0), REST)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -78,18 +80,3 @@ def test_the_person_does_what_the_name_says(seed: int) -> None:
     assert (cross[:, 0, 1] - cross[:, 1, 1]).min() < -0.02
     assert wave[:, :, 2].max() > 0.1
     assert reach[:, :, 0].max() > 0.5
-
-
-def test_labels_and_refusals() -> None:
-    """Every clip has a label, and no other clip exists."""
-    assert len(CLIP_LABELS) == len(CLIP_NAMES)
-    with pytest.raises(BadSetting, match="choose from wave, clap, cross, reach, medley"):
-        Clip("dance")  # type: ignore[arg-type]
-
-
-def test_the_caller_may_keep_the_array() -> None:
-    """Writing to a result changes nothing."""
-    clip = Clip("clap", 1)
-    clip.angles(0.0)[:] = 9.0
-    clip.angles(clip.duration)[:] = 9.0
-    assert_allclose(clip.angles(0.0), REST)

@@ -14,15 +14,12 @@ from scenes.person.filter import AngleFilter
 ZERO = np.zeros((2, 4))
 
 
-def test_the_first_order_step_response() -> None:
-    """Below the top speed, y = 1 − exp(−2π f t)."""
+def test_steps_rates_and_inputs() -> None:
+    # Below the top speed, y = 1 − exp(−2π f t).
     low_pass = AngleFilter(np.zeros(1), cutoff_hz=0.5, top_rate=20.0)
     found = [float(low_pass.step(np.ones(1), 0.01)[0]) for _ in range(100)]
     assert_allclose(found, 1.0 - np.exp(-math.tau * 0.5 * 0.01 * np.arange(1, 101)), atol=1e-12)
-
-
-def test_the_top_rate() -> None:
-    """A far goal is approached straight at the top speed, then exponentially: both by the closed form, without overshoot."""
+    # A far goal is approached straight at the top speed, then exponentially: both by the closed form, without overshoot.
     rate, omega = 0.5, math.tau * 2.0
     slow = AngleFilter(np.zeros(1), cutoff_hz=2.0, top_rate=rate)
     knee = rate / omega
@@ -32,6 +29,27 @@ def test_the_top_rate() -> None:
         t = 0.01 * k
         assert math.isclose(y, rate * t if t < reached else 2.0 - knee * math.exp(-omega * (t - reached)), abs_tol=1e-9)
         assert slow.rates[0] <= rate + 1e-12
+    # `rates` is what the output just did.
+    low_pass = AngleFilter(ZERO)
+    wanted = np.linspace(-1.0, 1.0, 8).reshape(2, 4)
+    a = low_pass.step(wanted, 0.005)
+    b = low_pass.step(wanted, 0.005)
+    assert_allclose(low_pass.rates, (b - a) / 0.005, atol=1e-12)
+    # Who is never seen moves nothing.
+    low_pass = AngleFilter(np.full((2, 4), 0.3))
+    assert_allclose(low_pass.step(None, 0.1), 0.3)
+    assert low_pass.lost
+    # A step of no length does nothing.
+    low_pass = AngleFilter(ZERO)
+    assert_allclose(low_pass.step(np.ones((2, 4)), 0.0), 0.0)
+    # Neither what comes in nor what goes out is shared with the caller.
+    start, wanted = np.zeros((2, 4)), np.ones((2, 4))
+    low_pass, twin = AngleFilter(start), AngleFilter(ZERO)
+    start[:] = 9.0
+    low_pass.step(wanted, 0.01)[:] = 9.0
+    wanted[:] = 9.0
+    twin.step(np.ones((2, 4)), 0.01)
+    assert_allclose(low_pass.step(None, 0.01), twin.step(None, 0.01), atol=0.0)
 
 
 @given(
@@ -54,15 +72,6 @@ def test_the_step_does_not_matter(inputs: list[float], cutoff: float, rate: floa
         assert abs(x - a[0]) <= abs(x - before[0]) + 1e-12
 
 
-def test_rates_belong_to_the_output() -> None:
-    """`rates` is what the output just did."""
-    low_pass = AngleFilter(ZERO)
-    wanted = np.linspace(-1.0, 1.0, 8).reshape(2, 4)
-    a = low_pass.step(wanted, 0.005)
-    b = low_pass.step(wanted, 0.005)
-    assert_allclose(low_pass.rates, (b - a) / 0.005, atol=1e-12)
-
-
 @pytest.mark.parametrize("missing", [None, np.full((2, 4), np.nan), np.array([[0, 0, 0, np.inf], [0, 0, 0, 0.0]])])
 def test_lost(missing: np.ndarray | None) -> None:
     """Without a person, the output comes to rest at what was seen last, and says for how long; then it goes on."""
@@ -78,30 +87,6 @@ def test_lost(missing: np.ndarray | None) -> None:
     assert_allclose(low_pass.values, seen, atol=1e-9)
     low_pass.step(seen, 0.01)
     assert (low_pass.lost, low_pass.lost_for) == (False, 0.0)
-
-
-def test_lost_from_the_start() -> None:
-    """Who is never seen moves nothing."""
-    low_pass = AngleFilter(np.full((2, 4), 0.3))
-    assert_allclose(low_pass.step(None, 0.1), 0.3)
-    assert low_pass.lost
-
-
-def test_no_time_no_motion() -> None:
-    """A step of no length does nothing."""
-    low_pass = AngleFilter(ZERO)
-    assert_allclose(low_pass.step(np.ones((2, 4)), 0.0), 0.0)
-
-
-def test_the_input_is_not_kept() -> None:
-    """Neither what comes in nor what goes out is shared with the caller."""
-    start, wanted = np.zeros((2, 4)), np.ones((2, 4))
-    low_pass, twin = AngleFilter(start), AngleFilter(ZERO)
-    start[:] = 9.0
-    low_pass.step(wanted, 0.01)[:] = 9.0
-    wanted[:] = 9.0
-    twin.step(np.ones((2, 4)), 0.01)
-    assert_allclose(low_pass.step(None, 0.01), twin.step(None, 0.01), atol=0.0)
 
 
 @pytest.mark.parametrize(

@@ -111,8 +111,8 @@ def test_the_nearest_branch(angles: Array, seed: int) -> None:
 
 
 @given(bodies(arms))
-def test_an_unreachable_bone_is_met_as_well_as_possible(angles: Array) -> None:
-    """A limit costs no more than what it takes away: the upper arm misses by the angle beyond q2's limit, if q1 is free."""
+def test_mirror_images_and_bones_out_of_reach(angles: Array) -> None:
+    # A limit costs no more than what it takes away: the upper arm misses by the angle beyond q2's limit, if q1 is free.
     q = natural_pose(angles)
     for arm, side in enumerate(SIDES):
         upper = arm_directions(angles[arm], side)[0]
@@ -122,11 +122,7 @@ def test_an_unreachable_bone_is_met_as_well_as_possible(angles: Array) -> None:
         assert miss > beyond - 1e-6
         if abs(q[arm, 0]) < LIMITS[0] - 1e-9:
             assert miss < beyond + 1e-6
-
-
-@given(bodies(arms))
-def test_mirror_images(angles: Array) -> None:
-    """Mirrored, the person's left arm drives the right robot; and equal angles of both arms are mirrored postures."""
+    # Mirrored, the person's left arm drives the right robot; and equal angles of both arms are mirrored postures.
     straight, mirrored = natural_pose(angles), natural_pose(angles, mirrored=True)
     assert_allclose(mirrored, natural_pose(angles[::-1]), atol=1e-12)
     assert_allclose(mirrored[::-1] * MIRROR[:4], straight, atol=1e-9)
@@ -162,8 +158,8 @@ def test_wave_and_reach_keep_apart(name: ClipName) -> None:
     assert min(joint_distance(retargeter.joints(clip.angles(t))) for t in np.arange(0.0, clip.duration, 0.1)) > 0.2
 
 
-def test_through_the_axis_of_the_base() -> None:
-    """An upper arm that passes over the axis of the robot's base, where q1 is undefined, moves no joint by leaps."""
+def test_special_postures_and_reset() -> None:
+    # An upper arm that passes over the axis of the robot's base, where q1 is undefined, moves no joint by leaps.
     base = RIGS["torso"].left_base.rotation
     bend = pin.exp3(0.9 * base[:, 1])
     before, steps, misses = None, [], []
@@ -177,10 +173,7 @@ def test_through_the_axis_of_the_base() -> None:
         before = q
     assert max(steps) < 0.05
     assert max(misses) < 0.02
-
-
-def test_a_straight_elbow_keeps_q3() -> None:
-    """With a straight elbow the roll of the robot's upper arm stays what it was."""
+    # With a straight elbow the roll of the robot's upper arm stays what it was.
     retargeter = Retargeter()
     bent = np.radians([[40.0, 30.0, 20.0, 60.0]] * 2)
     q = retargeter.joints(bent)
@@ -190,20 +183,14 @@ def test_a_straight_elbow_keeps_q3() -> None:
         straight = retargeter.joints(bent)
     assert_allclose(straight[:, 2], q[:, 2], atol=1e-3)
     assert_allclose(straight[:, 3], 0.0, atol=1e-9)
-
-
-def test_reset_forgets() -> None:
-    """After a reset the same angles give the same joints as for a new person."""
+    # After a reset the same angles give the same joints as for a new person.
     retargeter = Retargeter()
     odd = np.radians([[[-170.0, 20.0, 0.0, 30.0]] * 2])[0]
     retargeter.joints(odd)
     retargeter.reset(-natural_pose(REST))
     retargeter.reset()
     assert_allclose(retargeter.joints(REST), natural_pose(REST), atol=0.0)
-
-
-def test_joints_are_the_callers_to_keep() -> None:
-    """Writing to the result does not disturb the next one."""
+    # Writing to the result does not disturb the next one.
     retargeter = Retargeter()
     retargeter.joints(REST)[:] = 7.0
     assert_allclose(retargeter.joints(REST), natural_pose(REST), atol=1e-12)

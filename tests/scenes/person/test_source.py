@@ -16,35 +16,30 @@ def value(source: PersonSource, time: float) -> float | None:
     return None if angles is None else float(angles[1, 2])
 
 
-def test_between_and_outside() -> None:
-    """Straight between samples, at rest outside."""
+def test_sampled_angles() -> None:
+    # Straight between samples, at rest outside.
     sampled = SampledAngles(TIMES, TABLE)
     assert sampled.duration == 4.0
     times = (-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 3.25, 4.0, 99.0)
     assert [value(sampled, t) for t in times] == [0.0, 0.0, 0.5, 1.0, 1.5, 2.0, 2.25, 3.0, 3.0]
-
-
-def test_lost() -> None:
-    """Nobody at a sample with a NaN, nor on the way to or from it."""
+    # Nobody at a sample with a NaN, nor on the way to or from it.
     table = TABLE.copy()
     table[2, 0, 0] = np.nan
     sampled = SampledAngles(TIMES, table)
     assert [value(sampled, t) for t in (1.0, 1.1, 3.0, 3.9, 4.0)] == [1.0, None, None, None, 3.0]
-
-
-def test_a_single_sample() -> None:
-    """One posture for ever."""
+    # One posture for ever.
     sampled = SampledAngles(np.array([2.0]), TABLE[1:2])
     assert [value(sampled, t) for t in (0.0, 2.0, 5.0)] == [1.0, 1.0, 1.0]
-
-
-def test_copies() -> None:
-    """The caller may keep what it gets."""
+    # The caller may keep what it gets.
     sampled = SampledAngles(TIMES, TABLE.copy())
     angles = sampled.angles(1.0)
     assert angles is not None
     angles[:] = 7.0
     assert value(sampled, 1.0) == 1.0
+    # Angles are two arms of four.
+    angles = SampledAngles(TIMES, TABLE).angles(0.3)
+    assert angles is not None
+    assert_allclose(angles.shape, (2, 4))
 
 
 @pytest.mark.parametrize(
@@ -62,10 +57,3 @@ def test_what_does_not_fit(times: np.ndarray, table: np.ndarray) -> None:
     """Shapes and times are checked."""
     with pytest.raises(ValueError, match="times"):
         SampledAngles(times, table)
-
-
-def test_shapes() -> None:
-    """Angles are two arms of four."""
-    angles = SampledAngles(TIMES, TABLE).angles(0.3)
-    assert angles is not None
-    assert_allclose(angles.shape, (2, 4))

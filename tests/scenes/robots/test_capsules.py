@@ -35,10 +35,19 @@ def test_capsules_are_tight(name: RobotName, part: str) -> None:
     assert max(outside(name, points, q, {part: 0.003}) for q in postures(robot(name).model, 8)) > 0
 
 
-def test_outside_of_a_capsule() -> None:
+def test_fitting_by_example() -> None:
+    # Outside of a capsule.
     capsule = lwr().capsules[1]
     points = np.array([(0.0, 0.0, 0.2), (0.1, 0.0, 0.2), (0.0, 0.0, 0.5), (0.0, -0.3, -0.4)])
     assert_allclose(capsule.outside(points), [-0.07, 0.03, 0.03, 0.43], atol=1e-12)
+    # A point like cloud gets a capsule with an axis.
+    corners = 0.02 * np.array(list(itertools.product((-1, 1), repeat=3)))
+    start, end, radius = enclosing_capsule(corners)
+    assert np.linalg.norm(end - start) >= SHORTEST - 1e-9
+    assert radius <= 0.02 * np.sqrt(3) + 2 * GRID
+    # Capsules come out alike every time.
+    for a, b in zip(robot("ur5").capsules, build_example(EXAMPLES["ur5"]).capsules, strict=True):
+        assert_array_equal(np.r_[a.start, a.end, a.radius], np.r_[b.start, b.end, b.radius])
 
 
 turns = st.tuples(*[st.floats(-3.0, 3.0)] * 3).map(lambda v: pin.exp3(np.array(v)))
@@ -58,15 +67,3 @@ def test_a_capsule_is_found_again(turn: Array, length: float, radius: float, see
     assert np.linalg.norm(points - start - share[:, None] * axis, axis=1).max() <= found + 1e-9
     volume = np.pi * found**2 * (np.linalg.norm(axis) + 4 / 3 * found)
     assert volume < 1.1 * np.pi * radius**2 * (length + 4 / 3 * radius)
-
-
-def test_a_point_like_cloud_gets_a_capsule_with_an_axis() -> None:
-    corners = 0.02 * np.array(list(itertools.product((-1, 1), repeat=3)))
-    start, end, radius = enclosing_capsule(corners)
-    assert np.linalg.norm(end - start) >= SHORTEST - 1e-9
-    assert radius <= 0.02 * np.sqrt(3) + 2 * GRID
-
-
-def test_capsules_come_out_alike_every_time() -> None:
-    for a, b in zip(robot("ur5").capsules, build_example(EXAMPLES["ur5"]).capsules, strict=True):
-        assert_array_equal(np.r_[a.start, a.end, a.radius], np.r_[b.start, b.end, b.radius])

@@ -59,10 +59,17 @@ def test_a_ghost_can_be_seen_through(name: RobotName, coarse: bool) -> None:
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_the_two_palettes_differ(name: RobotName) -> None:
+def test_palettes_and_normals(name: RobotName) -> None:
+    # The two palettes differ.
     orange, silver = (robot_glbs(name, palette) for palette in ("orange", "silver"))
     # Base and flange of the UR5 are bare metal.
     assert sum(a != b for a, b in zip(orange, silver, strict=True)) >= len(orange) - 2
+    # Normals are unit and agree with the faces.
+    for parts in link_meshes(name):
+        for part in parts.values():
+            assert_allclose(np.linalg.norm(part.vertex_normals, axis=1), 1, atol=1e-6)
+            agree = np.einsum("ij,ij->i", part.face_normals, part.vertex_normals[part.faces].mean(1))
+            assert np.percentile(agree[part.area_faces > 1e-8], 1) > 0.3
 
 
 @pytest.mark.parametrize("coarse", [False, True])
@@ -86,15 +93,6 @@ def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse:
             seen = seen[seen[:, 2] > EXAMPLES[name].column - 0.005]
         assert_allclose(seen.max(0), solid.max(0), atol=0.012 if coarse else 0.006)
         assert_allclose(seen.min(0), solid.min(0), atol=0.012 if coarse else 0.006)
-
-
-@pytest.mark.parametrize("name", OTHERS)
-def test_normals_are_unit_and_agree_with_the_faces(name: RobotName) -> None:
-    for parts in link_meshes(name):
-        for part in parts.values():
-            assert_allclose(np.linalg.norm(part.vertex_normals, axis=1), 1, atol=1e-6)
-            agree = np.einsum("ij,ij->i", part.face_normals, part.vertex_normals[part.faces].mean(1))
-            assert np.percentile(agree[part.area_faces > 1e-8], 1) > 0.3
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -57,8 +57,8 @@ def reach_of(simulation: Simulation, row: Array, q: Array) -> tuple[float, float
     return float(np.abs(row) @ top), float(np.abs(row) @ np.minimum(top, g * way))
 
 
-def test_top_speed_is_told_as_the_reason() -> None:
-    """A retreat of 1 m/s that all joints at top speed together cannot make: SPEED, the joint that counts most, and all there is."""
+def test_bounds_are_told_as_the_reason() -> None:
+    # A retreat of 1 m/s that all joints at top speed together cannot make: SPEED, the joint that counts most, and all there is.
     probe = Simulation(FAST)
 
     def slow(row: Array, q: Array) -> bool:
@@ -75,10 +75,7 @@ def test_top_speed_is_told_as_the_reason() -> None:
     assert abs(dq[sample.joint]) == pytest.approx(top[sample.joint])
     assert float(row @ dq) == pytest.approx(float(np.abs(row) @ top), abs=1e-6)
     assert float(row @ dq) < 1.0
-
-
-def test_a_stop_is_told_as_the_reason() -> None:
-    """Joints at the stops that they would have to pass: STOP, a joint that is at its stop, and it does not move on."""
+    # Joints at the stops that they would have to pass: STOP, a joint that is at its stop, and it does not move on.
     probe = Simulation(FAST)
 
     def blocked(row: Array, q: Array) -> bool:
@@ -107,8 +104,8 @@ def short_lever(row: Array, q: Array) -> bool:
 LEVER = with_law(hold_settings("table", pairs="single"), critical_distance=0.30, nominal_velocity=0.05)
 
 
-def test_a_missing_lever_is_told_as_the_reason() -> None:
-    """An approach that no joint can evade, J_d nearly 0: LEVERAGE; with a normal lever at the same d the reason is gone."""
+def test_a_missing_lever_is_the_reason() -> None:
+    # An approach that no joint can evade, J_d nearly 0: LEVERAGE; with a normal lever at the same d the reason is gone.
     simulation = cornered(LEVER, False, short_lever)
     simulation.step(None)
     assert simulation.sample().authority == Authority.LEVERAGE
@@ -117,10 +114,7 @@ def test_a_missing_lever_is_told_as_the_reason() -> None:
     able = cornered(LEVER, False, lambda row, q: float(np.linalg.norm(row)) > 0.3 and float(np.abs(q).max()) < 1.5)
     able.step(None)
     assert able.sample().authority == Authority.FULL
-
-
-def test_a_missing_lever_is_told_also_when_the_task_is_at_its_limits() -> None:
-    """At λ = 1, a task at top speed that still pulls closer: whatever the box has to do with it, authority is not FULL."""
+    # At λ = 1, a task at top speed that still pulls closer: whatever the box has to do with it, authority is not FULL.
     simulation = cornered(LEVER, False, short_lever)
     simulation.apply(changed(simulation.settings, "k", 20.0))
     missed = 0

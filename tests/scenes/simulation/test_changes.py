@@ -34,8 +34,8 @@ def test_a_slider_moves_no_arm(key: str, value: object) -> None:
     assert simulation.history.count == count + 1
 
 
-def test_a_slider_does_something() -> None:
-    """Positive control: a larger d_m makes the same person push the other arm further away."""
+def test_changes_on_the_way() -> None:
+    # Positive control: a larger d_m makes the same person push the other arm further away.
     tables = []
     for dm in (0.10, 0.25):
         simulation = Simulation(hold_settings("table"))
@@ -43,6 +43,20 @@ def test_a_slider_does_something() -> None:
         simulation.apply(changed(simulation.settings, "dm", dm))
         tables.append(play(simulation, [HandTarget(place_of(simulation))] * 600))
     assert column(tables[1], "d")[-1] > column(tables[0], "d")[-1] + 0.1
+    # Another rig is another room: everything from the start, exactly as in a fresh simulation there.
+    simulation, fresh = Simulation(hold_settings("torso")), Simulation(hold_settings("table"))
+    play(simulation, wander(simulation, 100))
+    simulation.apply(hold_settings("table"))
+    assert (simulation.time, simulation.steps, simulation.history.count) == (0.0, 0, 0)
+    assert_array_equal(simulation.positions, build_room("table").start)
+    targets = wander(fresh, 200)
+    assert_array_equal(play(simulation, targets), play(fresh, targets))
+    # Time goes on by the new step.
+    simulation = Simulation(hold_settings(dt=0.005))
+    play(simulation, [None] * 10)
+    simulation.apply(changed(simulation.settings, "dt", 0.02))
+    times = column(play(simulation, [None] * 10), "t")
+    assert_allclose(np.diff(times), [0.005] * 10 + [0.02] * 9)
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -62,23 +76,3 @@ def test_changing_the_guided_arm_keeps_the_arms_and_swaps_the_roles(rig: RigName
     assert simulation.history.table()[300, SCALARS.index("e2")] == 0.0
     assert np.linalg.norm(guided_hand(simulation) - target.position) < 0.02
     assert np.abs((simulation.positions - q)[simulation.guided.joints]).max() > 0.01
-
-
-def test_changing_the_rig_begins_anew() -> None:
-    """Another rig is another room: everything from the start, exactly as in a fresh simulation there."""
-    simulation, fresh = Simulation(hold_settings("torso")), Simulation(hold_settings("table"))
-    play(simulation, wander(simulation, 100))
-    simulation.apply(hold_settings("table"))
-    assert (simulation.time, simulation.steps, simulation.history.count) == (0.0, 0, 0)
-    assert_array_equal(simulation.positions, build_room("table").start)
-    targets = wander(fresh, 200)
-    assert_array_equal(play(simulation, targets), play(fresh, targets))
-
-
-def test_a_time_step_changed_on_the_way_counts_from_then_on() -> None:
-    """Time goes on by the new step."""
-    simulation = Simulation(hold_settings(dt=0.005))
-    play(simulation, [None] * 10)
-    simulation.apply(changed(simulation.settings, "dt", 0.02))
-    times = column(play(simulation, [None] * 10), "t")
-    assert_allclose(np.diff(times), [0.005] * 10 + [0.02] * 9)

@@ -17,8 +17,6 @@ from scenes.simulation import Simulation
 from tests.scenes.helpers import RIG_NAMES, column, hold_run, hold_settings, overlapping_start, play
 from tests.scenes.simulation.helpers import SEEDS, TREATMENTS
 
-# --- distance -------------------------------------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("seed", SEEDS)
@@ -37,8 +35,8 @@ def test_the_distance_is_kept(rig: RigName, seed: int, pairs: Treatment) -> None
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_unprotected_the_same_person_collides(rig: RigName, seed: int) -> None:
-    """Positive control: the same inputs without avoidance drive the arms into each other, and the hand does not move at all."""
+def test_what_the_law_and_the_minimum_are_for(rig: RigName, seed: int) -> None:
+    # Positive control: the same inputs without avoidance drive the arms into each other, and the hand does not move at all.
     finished = hold_run(rig, seed, "single", "unprotected")
     assert finished.summary.d_min < 0.0
     assert finished.summary.e2_max < 1e-12
@@ -46,15 +44,7 @@ def test_unprotected_the_same_person_collides(rig: RigName, seed: int) -> None:
     protected = hold_run(rig, seed, "single")
     history = finished.simulation.history
     assert_array_equal(history.positions(finished.table)[:, guided], history.positions(protected.table)[:, guided])
-
-
-# --- smoothness -----------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("rig", RIG_NAMES)
-@pytest.mark.parametrize("seed", SEEDS)
-def test_the_smooth_minimum_is_smooth(rig: RigName, seed: int) -> None:
-    """No joint of the avoiding arm is accelerated by more than 5 rad/s², though the closest pair switches."""
+    # No joint of the avoiding arm is accelerated by more than 5 rad/s², though the closest pair switches.
     finished = hold_run(rig, seed, "soft")
     assert finished.summary.ddq_max <= 5.0
     assert finished.summary.ddq_max > 0.1
@@ -78,9 +68,6 @@ def test_the_closest_pair_alone_jumps(rig: RigName, seed: int) -> None:
     assert fine.pair_switches > coarse.pair_switches > 10
     soft = hold_run(rig, seed, "soft", dt=0.0025).summary
     assert soft.dq_step_max < 0.1 * fine.dq_step_max
-
-
-# --- starting inside ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)

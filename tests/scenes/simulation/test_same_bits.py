@@ -16,13 +16,22 @@ from tests.scenes.simulation.helpers import TREATMENTS
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("pairs", TREATMENTS)
-def test_a_replay_is_bit_identical(rig: RigName, pairs: Treatment) -> None:
-    """Same settings and inputs, same table; another d_m, another table (positive control)."""
+def test_replays_and_resets(rig: RigName, pairs: Treatment) -> None:
+    # Same settings and inputs, same table; another d_m, another table (positive control).
     chosen = hold_settings(rig, pairs=pairs)
     tables = [play(simulation := Simulation(chosen), wander(simulation, 400)) for _ in range(2)]
     assert_array_equal(tables[0], tables[1])
     other = Simulation(with_law(chosen, critical_distance=0.2))
     assert not np.array_equal(play(other, wander(other, 400)), tables[0])
+    # After any run, in any mood of the guide, a reset simulation does bit for bit what a fresh one does.
+    chosen = hold_settings(rig, pairs=pairs)
+    used, fresh = Simulation(chosen), Simulation(chosen)
+    targets = wander(fresh, 300)
+    play(used, wander(used, 333, seed=9))
+    used.reset()
+    assert (used.time, used.steps, used.history.count) == (0.0, 0, 0)
+    assert_array_equal(used.positions, fresh.positions)
+    assert_array_equal(play(used, targets), play(fresh, targets))
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -38,22 +47,8 @@ def test_a_ghost_does_not_disturb(rig: RigName) -> None:
     assert not np.array_equal(ghost.history.table(), expected)
 
 
-@pytest.mark.parametrize("rig", RIG_NAMES)
-@pytest.mark.parametrize("pairs", TREATMENTS)
-def test_reset_equals_a_fresh_start(rig: RigName, pairs: Treatment) -> None:
-    """After any run, in any mood of the guide, a reset simulation does bit for bit what a fresh one does."""
-    chosen = hold_settings(rig, pairs=pairs)
-    used, fresh = Simulation(chosen), Simulation(chosen)
-    targets = wander(fresh, 300)
-    play(used, wander(used, 333, seed=9))
-    used.reset()
-    assert (used.time, used.steps, used.history.count) == (0.0, 0, 0)
-    assert_array_equal(used.positions, fresh.positions)
-    assert_array_equal(play(used, targets), play(fresh, targets))
-
-
-def test_reset_after_many_changes_equals_a_fresh_start() -> None:
-    """Also after the rig, the arm, and every number were changed and changed back."""
+def test_resets_start_afresh() -> None:
+    # Also after the rig, the arm, and every number were changed and changed back.
     chosen = hold_settings("torso")
     used, fresh = Simulation(chosen), Simulation(chosen)
     for key, value in (("rig", "table"), ("guided", "left"), ("g", 20.0), ("dt", 0.01), ("law", "unprotected"), ("task", "pose")):
@@ -63,10 +58,7 @@ def test_reset_after_many_changes_equals_a_fresh_start() -> None:
     used.reset()
     targets = wander(fresh, 300)
     assert_array_equal(play(used, targets), play(fresh, targets))
-
-
-def test_a_posture_given_to_reset_is_copied() -> None:
-    """The arms start there, and the array given is not what they move in."""
+    # The arms start there, and the array given is not what they move in.
     simulation = Simulation(hold_settings())
     start = np.array(overlapping_start("torso"))
     kept = start.copy()

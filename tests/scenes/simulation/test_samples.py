@@ -41,8 +41,8 @@ def test_a_sample_before_any_step(rig: RigName, pairs: Treatment) -> None:
     assert np.abs(simulation.positions).max() < 9.0
 
 
-def test_a_sample_is_the_newest_row() -> None:
-    """Every number of a sample is the one in the table, and its arrays are its own."""
+def test_samples_and_tables() -> None:
+    # Every number of a sample is the one in the table, and its arrays are its own.
     simulation = Simulation(hold_settings("table"))
     table = play(simulation, wander(simulation, 200))
     sample = simulation.sample()
@@ -53,10 +53,7 @@ def test_a_sample_is_the_newest_row() -> None:
     assert_array_equal(sample.velocities, simulation.history.velocities(table)[-1])
     sample.positions[:] = 9.0
     assert_array_equal(simulation.history.table(), table)
-
-
-def test_each_row_holds_the_state_before_its_step() -> None:
-    """q(k+1) = q(k) + q̇(k) dt in the table; d, e² and u are those of q(k)."""
+    # q(k+1) = q(k) + q̇(k) dt in the table; d, e² and u are those of q(k).
     simulation = Simulation(hold_settings("table"))
     table = play(simulation, wander(simulation, 300))
     q, dq = simulation.history.positions(table), simulation.history.velocities(table)
@@ -67,6 +64,17 @@ def test_each_row_holds_the_state_before_its_step() -> None:
         hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
         assert float(np.sum((simulation.place - hand) ** 2)) == pytest.approx(column(table, "e2")[k], abs=1e-15)
     assert np.abs(dq).max() > 0.05
+    # A simulation that keeps 50 steps makes the same last 50 as one that keeps them all.
+    short, long = Simulation(hold_settings(), capacity=50), Simulation(hold_settings())
+    targets = wander(long, 180)
+    assert_array_equal(play(short, targets), play(long, targets)[-50:])
+    assert short.history.count == 180
+    # Writing to a table handed out does not change what is kept.
+    simulation = Simulation(hold_settings())
+    table = play(simulation, [None] * 5)
+    kept = table.copy()
+    table[:] = 7.0
+    assert_array_equal(simulation.history.table(), kept)
 
 
 @given(st.integers(1, 12), st.integers(0, 40), st.integers(0, 15))
@@ -89,26 +97,8 @@ def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> No
         history.last()
 
 
-def test_a_short_memory_changes_nothing_else() -> None:
-    """A simulation that keeps 50 steps makes the same last 50 as one that keeps them all."""
-    short, long = Simulation(hold_settings(), capacity=50), Simulation(hold_settings())
-    targets = wander(long, 180)
-    assert_array_equal(play(short, targets), play(long, targets)[-50:])
-    assert short.history.count == 180
-
-
-def test_a_table_is_a_copy() -> None:
-    """Writing to a table handed out does not change what is kept."""
-    simulation = Simulation(hold_settings())
-    table = play(simulation, [None] * 5)
-    kept = table.copy()
-    table[:] = 7.0
-    assert_array_equal(simulation.history.table(), kept)
-
-
-def test_the_summary_says_what_the_table_holds() -> None:
-    """Every figure recomputed here from the table of a run with a person of one's own."""
-
+def test_summaries() -> None:
+    # Every figure recomputed here from the table of a run with a person of one's own.
     class Pusher:
         """Pushes towards the other hand, then lets go."""
 
@@ -133,10 +123,7 @@ def test_the_summary_says_what_the_table_holds() -> None:
     assert summary.pair_switches == len(switches)
     assert summary.pair_switches_felt == sum(at_work[i] or at_work[i - 1] for i in switches)
     assert summary.d_min_pair.startswith("left ") and " / right " in summary.d_min_pair
-
-
-def test_switches_of_far_pairs_are_counted_apart() -> None:
-    """The same run with λ that reaches far, and with one that is next to nothing there: only the law tells them apart."""
+    # The same run with λ that reaches far, and with one that is next to nothing there: only the law tells them apart.
     table = run(hold_settings("table", pairs="single"), 6.0).table
     simulation = Simulation(hold_settings("table"), len(table))
     near, far = table.copy(), table.copy()
@@ -145,10 +132,7 @@ def test_switches_of_far_pairs_are_counted_apart() -> None:
     felt, not_felt = summarise(simulation, near), summarise(simulation, far)
     assert felt.pair_switches == felt.pair_switches_felt == not_felt.pair_switches > 2
     assert not_felt.pair_switches_felt == 0
-
-
-def test_without_a_person_it_is_the_autopilot() -> None:
-    """The default person is the autopilot of the settings' seed; a start posture given is where it begins."""
+    # The default person is the autopilot of the settings' seed; a start posture given is where it begins.
     chosen = hold_settings("torso", seed=4)
     autopilot = Autopilot(build_room("torso"), "right", 4)
     assert_array_equal(run(chosen, 1.0).table, run(chosen, 1.0, autopilot).table)
