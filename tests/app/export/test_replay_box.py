@@ -21,7 +21,7 @@ def test_a_moment_that_is_typed_stands_in_the_box_and_the_replay_rests(house: Op
         host = opened.host
         assert isinstance(host, PrivateHost)
         visitor.wait_for(lambda _: len(host.sessions) == 1)
-        (stand,) = list(host._stands.values())
+        (stand,) = list(host.visitors.values())
         session, bar = stand.session, stand.operation._keep
         assert bar is not None
         visitor.wait_for(lambda _: session.simulation.time > 0.8)
