@@ -119,8 +119,9 @@ def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(ho
         for theme in ("light", "dark")
         for size in ("desk", "projector")
     ]
-    others = [join(opened, look) for look in looks]
+    # Each is a tab of its own, as without an id one address has few connections.
+    others = [join(opened, f"{look}&resume={number:016d}") for number, look in enumerate(looks)]
     assert len(host.audiences.audiences) == MOST and len(looks) + 1 > MOST
-    more = join(opened, "lang=de&theme=dark&picture=fast")
+    more = join(opened, f"lang=de&theme=dark&picture=fast&resume={'f' * 16}")
     says(more, 'data-words="de"')
     assert len(host.audiences.audiences) == MOST and all(one.closed is None for one in others)
