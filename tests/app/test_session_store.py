@@ -20,14 +20,6 @@ LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
 LESSONS = cast(LessonSession, None)
 
 
-class Clock:
-    def __init__(self) -> None:
-        self.now = 0.0
-
-    def __call__(self) -> float:
-        return self.now
-
-
 class NotedSession(Session):
     """A session that notes whether it was closed."""
 
@@ -41,8 +33,8 @@ class NotedSession(Session):
 
 
 def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes() -> None:
-    clock = Clock()
-    store = SessionStore(clock=clock)
+    now = 0.0
+    store = SessionStore(clock=lambda: now)
 
     def park(query: dict[str, str]) -> NotedSession:
         session = NotedSession()
@@ -51,23 +43,23 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
 
     assert KEEP == 600.0
     session = park(LINK)
-    clock.now = KEEP
+    now = KEEP
     claimed = store.claim({**LINK, "window": "390x844"})
     assert claimed is not None and claimed[0] is session and store.parked == 0 and store.claim(LINK) is None
     session = park(LINK)
-    clock.now += KEEP + 0.1
+    now += KEEP + 0.1
     assert store.claim(LINK) is None and session.closed, "too late"
     session = park(LINK)
     assert store.claim({**LINK, "dm": "0.3"}) is None and session.closed, "another link"
     assert park({"dm": "0.2"}).closed and park({"resume": "../../etc"}).closed and store.parked == 0, "no valid tab"
     sessions = []
     for number in range(MOST_SESSIONS + 2):
-        clock.now += 1.0
+        now += 1.0
         sessions.append(park({"resume": f"{number:016d}"}))
     assert [one.closed for one in sessions] == [True] * 2 + [False] * MOST_SESSIONS
     again = park({"resume": f"{5:016d}"})
     assert sessions[5].closed and store.parked == MOST_SESSIONS
-    clock.now += KEEP - 5.5
+    now += KEEP - 5.5
     store.tidy()
     assert [one.closed for one in sessions] == [True] * 4 + [False, True] + [False] * 4
     store.close()
@@ -77,17 +69,17 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
 
 @pytest.mark.parametrize("keep", [KEEP, math.inf])
 def test_a_record_is_found_by_its_own_tab_with_any_link(keep: float) -> None:
-    clock = Clock()
-    store = SessionStore(keep, clock)
+    now = 0.0
+    store = SessionStore(keep, lambda: now)
     mine, theirs = (
         VisitorRecord({"resume": tab}, changed(Settings(), "dm", dm), None) for tab, dm in ((TAB, 0.11), ("f" * 16, 0.22))
     )
     for record in (mine, theirs, VisitorRecord({"resume": "../../etc"}, Settings(), None)):
         store.save(record)
-    clock.now = KEEP - 1.0
+    now = KEEP - 1.0
     assert store.find({**LINK, "lesson": "4"}) is mine and store.find(theirs.query) is theirs
     assert store.find({"resume": TAB[::-1]}) is store.find({}) is store.find({"resume": "../../etc"}) is None
-    clock.now = KEEP + 1.0
+    now = KEEP + 1.0
     assert (store.find(LINK) is mine) == (keep == math.inf)
     for number in range(MOST_RECORDS):
         store.save(VisitorRecord({"resume": f"{number:016d}"}, Settings(), None))

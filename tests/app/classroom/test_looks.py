@@ -125,3 +125,4 @@ def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(ho
     more = join(opened, f"lang=de&theme=dark&picture=fast&resume={'f' * 16}")
     says(more, 'data-words="de"')
     assert len(host.audiences.audiences) == MOST and all(one.closed is None for one in others)
+    assert opened.server.count_clients() == 11, "a lecture has room for more pages than there are private sessions"
