@@ -1,15 +1,18 @@
-"""A house: the server, its host (a private session for every tab, or one stage for a whole lecture), and its frames."""
+"""Starts the app: the server, its host (private sessions, or a lecture), and the frame loop."""
 
 import logging
+import math
 import threading
 import warnings
 from functools import partial
 from pathlib import Path
 
 from app.classroom.lecture import LectureHost
+from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
+from app.hosting.session_store import KEEP, SessionStore
 from app.hosting.teacher_key import Guesses
 from app.lessons.loading import load_lessons, load_notes
 from app.page.page_scripts import loading_html, page_assets
@@ -21,31 +24,28 @@ from app.web.server import DuetServer
 
 log = logging.getLogger("duet.hosts")
 
-# A tab that closes in the middle of a frame is no news; the next frame is drawn without it.
+# A tab may close in the middle of a frame; the next frame is drawn without it.
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
 
 
 class App:
     """A running server with its host and its frame loop; made by `start_app`.
 
+    Args:
+        context: the app's parts.
+        host: what the server shows.
+        preparation: of what is slow the first time; None for none.
+
     Attributes:
-        server, host, background: as made.
-        url: where the page is.
+        context, host: see above.
+        server, url: the context's server, and the address of the page.
     """
 
-    def __init__(
-        self,
-        server: DuetServer,
-        host: PrivateHost | LectureHost,
-        background: JobPool,
-        people: InputSources = NO_SOURCES,
-        preparation: Preparation | None = None,
-    ) -> None:
-        self.server, self.host, self.background, self.url = server, host, background, server.url
-        self._people = people
+    def __init__(self, context: AppContext, host: PrivateHost | LectureHost, preparation: Preparation | None) -> None:
+        self.context, self.host, self.server, self.url = context, host, context.server, context.server.url
         self._preparation = preparation
-        self._loop = FrameLoop(host)
-        server.is_at_work = self._loop.is_at_work
+        self._loop = FrameLoop(host.frame, context.frame_due)
+        self.server.is_at_work = self._loop.is_at_work
         self._loop.start()
         self._closed = threading.Event()
 
@@ -55,13 +55,13 @@ class App:
             pass
 
     def close(self) -> None:
-        """End the frames and everything that is being computed, close every connection and release the port."""
+        """Stop the frames and all background jobs, close every connection and release the port."""
         if self._preparation is not None:
             self._preparation.close()
         self._loop.stop()
         self.host.close()
-        self.background.close()
-        self._people.close()
+        self.context.jobs.close()
+        self.context.sources.close()
         self.server.stop()
         self._closed.set()
 
@@ -74,7 +74,7 @@ def start_app(
     lecture: bool = False,
     key: str | None = None,
     allowed_origins: tuple[str, ...] = (),
-    people: InputSources = NO_SOURCES,
+    sources: InputSources = NO_SOURCES,
     lessons: Path | None = None,
     watchers: int = 200,
     ahead: bool = False,
@@ -82,16 +82,16 @@ def start_app(
     """Start to serve the page.
 
     Args:
-        host, port: where; port 0 takes any free one.
-        settings: what the page shows at first.
-        sessions: how many private sessions there may be at once.
-        lecture: one stage for all.
-        key: of the teacher, or None.
-        allowed_origins: further web addresses whose pages may connect.
-        people: who can be imitated beside the built-in person; let go of when the house is closed.
+        host, port: address to listen on; port 0 takes any free one.
+        settings: of a link without a query.
+        sessions: private sessions at once.
+        lecture: whether all see one stage.
+        key: the teacher's, or None.
+        allowed_origins: web addresses from which pages may connect besides our own.
+        sources: input sources beside the built-in ones; closed with the app.
         lessons: folder of lessons; None for our own.
-        watchers: how many pages may be open in a lecture at once; who has the key gets in besides.
-        ahead: whether what is slow the first time is made ready before anybody asks for it.
+        watchers: pages that may be open in a lecture at once; the teacher gets in besides.
+        ahead: whether to prepare what is slow the first time.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
@@ -107,14 +107,13 @@ def start_app(
         documents={PREFIX + name: partial(document_page, name) for name in DOCUMENTS},
     )
     server.scene.world_axes.visible = False
-    background = JobPool()
     book = load_lessons() if lessons is None else load_lessons(lessons)
     for problem in book.problems:
         log.warning("a lesson was left out: %s", problem)
-    # The notes are not even read where nobody has a key to them.
+    # Without a key the notes are not even read.
     notes = {} if key is None else load_notes() if lessons is None else load_notes(lessons)
-    preparation = Preparation(book, background) if ahead else None
-    if lecture:
-        stage = LectureHost(server, settings, key, background, people, book, notes, sessions, host)
-        return App(server, stage, background, people, preparation)
-    return App(server, PrivateHost(server, settings, background, people, book, key, notes), background, people, preparation)
+    # A student's settings last as long as the lecture.
+    store = SessionStore(math.inf if lecture else KEEP)
+    context = AppContext(server, settings, JobPool(), sources, book, key, notes, store, sessions, host)
+    preparation = Preparation(book, context.jobs) if ahead else None
+    return App(context, LectureHost(context) if lecture else PrivateHost(context), preparation)

@@ -1,1 +1,1 @@
-"""A class of students around one lesson: who is there, what they predict, who explores, and how they find the way. No viser here."""
+"""A lecture: one stage for the whole class, the teacher's control of it, polls, and breakout sessions."""

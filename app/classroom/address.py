@@ -1,4 +1,4 @@
-"""How students find the way: the address that they type, and the same as a QR code."""
+"""The address that students open, as text and as a QR code."""
 
 import html
 import io
@@ -12,11 +12,11 @@ import segno
 
 
 class Address(NamedTuple):
-    """Where the class meets.
+    """The address of the lecture.
 
     Attributes:
         url: what students open.
-        private: whether only this computer can reach it.
+        private: whether only this computer can open it.
     """
 
     url: str
@@ -24,7 +24,7 @@ class Address(NamedTuple):
 
     @property
     def short(self) -> str:
-        """What a person types."""
+        """The address as a person types it."""
         return self.url.removeprefix("http://")
 
 
@@ -32,11 +32,9 @@ def find_address(origin: str, listening: str, port: int, own: str | None = None)
     """Return the address for the students.
 
     Args:
-        origin: the page's own, as the teacher's browser reached it (`https://duet.example.org`), with the folder that a proxy has it in;
-            "" if it did not say.
-        listening: the address that the server is bound to.
-        port: its port.
-        own: this computer's address in its network; None finds out.
+        origin: under which the teacher's browser opened the page (`https://duet.example.org`), with a proxy's folder; "" if unknown.
+        listening, port: to which the server is bound.
+        own: this computer's address in its network; None looks it up.
     """
     name = _name(origin)
     if name and not _is_loopback(name):
@@ -48,10 +46,10 @@ def find_address(origin: str, listening: str, port: int, own: str | None = None)
 
 
 def own_address() -> str:
-    """Return this computer's address in its network; 127.0.0.1 if it is in none. Nothing is sent."""
+    """Return this computer's address in its network; 127.0.0.1 without a network. No packet is sent."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            # Choosing a route needs no packet; the address is one for documents, which nobody has.
+            # Choosing a route needs no packet; the address is reserved for documentation (RFC 5737).
             probe.connect(("192.0.2.1", 9))
             return str(probe.getsockname()[0])
         except OSError:
@@ -63,11 +61,11 @@ def qr_svg(text: str, label: str = "QR code of the address") -> str:
     """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need.
 
     Args:
-        text: what it says.
-        label: what it is, for those who do not see it.
+        text: to encode.
+        label: for screen readers.
     """
     out = io.BytesIO()
-    # Error correction M: a projector is no sheet of paper.
+    # Error correction M, as a projector blurs.
     segno.make(text, error="m", micro=False).save(
         out, kind="svg", border=4, dark="#14181c", light="#ffffff", omitsize=True, xmldecl=False, svgns=True, nl=False
     )

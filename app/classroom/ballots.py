@@ -1,10 +1,10 @@
-"""What a class predicts: one answer for every student and question, counted without names."""
+"""The answers of a class to the questions of the lessons: one of every student, counted without names."""
 
 from collections.abc import Collection
 from typing import NamedTuple
 
-Place = tuple[str, str]
-"""Lesson and step of a question, by name."""
+QuestionId = tuple[str, str]
+"""Names of the lesson and the step of a question."""
 
 
 class Tally(NamedTuple):
@@ -12,7 +12,7 @@ class Tally(NamedTuple):
 
     Attributes:
         counts: of every choice.
-        waiting: how many of those who are here have not answered.
+        waiting: how many of the present students have not answered.
     """
 
     counts: tuple[int, ...]
@@ -25,52 +25,52 @@ class Tally(NamedTuple):
 
     @property
     def favourite(self) -> int | None:
-        """The choice that most have taken, the first of several; None without an answer."""
+        """The most frequent choice, the first of several; None without an answer."""
         return self.counts.index(max(self.counts)) if self.answered else None
 
 
 class Ballots:
-    """The answers of a class to every question so far. A student is known by a word that their tab keeps, so that nobody counts twice.
+    """The answers of a class to every question so far, by the id of each student's tab.
 
-    An answer outlives its student's connection: it is there again after a reload, and it counts when they are gone.
+    An answer outlives its student's connection: it is there again after a reload, and still counts when the student has gone.
     """
 
     def __init__(self) -> None:
-        self._answers: dict[Place, dict[str, int]] = {}
-        self._revealed: set[Place] = set()
+        self._answers: dict[QuestionId, dict[str, int]] = {}
+        self._revealed: set[QuestionId] = set()
 
-    def answer(self, place: Place, who: str, choice: int) -> bool:
-        """Take an answer, or another one instead of it; return whether it was taken: not after the reveal."""
-        if place in self._revealed or choice < 0:
+    def answer(self, question: QuestionId, student: str, choice: int) -> bool:
+        """Take an answer instead of an earlier one; return whether it was taken: not after the reveal."""
+        if question in self._revealed or choice < 0:
             return False
-        self._answers.setdefault(place, {})[who] = choice
+        self._answers.setdefault(question, {})[student] = choice
         return True
 
-    def answer_of(self, place: Place, who: str) -> int | None:
-        """Return what a student has answered; None if nothing."""
-        return self._answers.get(place, {}).get(who)
+    def answer_of(self, question: QuestionId, student: str) -> int | None:
+        """Return a student's answer; None if there is none."""
+        return self._answers.get(question, {}).get(student)
 
-    def answers_of(self, who: str) -> dict[Place, int]:
-        """Return all that a student has answered."""
-        return {place: answers[who] for place, answers in self._answers.items() if who in answers}
+    def answers_of(self, student: str) -> dict[QuestionId, int]:
+        """Return all answers of a student."""
+        return {question: answers[student] for question, answers in self._answers.items() if student in answers}
 
-    def tally(self, place: Place, choices: int, here: Collection[str]) -> Tally:
-        """Return how the class has answered. `choices`: how many there are; `here`: the words of those who are here now."""
-        answers, counts = self._answers.get(place, {}), [0] * choices
+    def tally(self, question: QuestionId, choices: int, here: Collection[str]) -> Tally:
+        """Return the counts of a question. `choices`: how many there are; `here`: the students who are present."""
+        answers, counts = self._answers.get(question, {}), [0] * choices
         for choice in answers.values():
             if choice < choices:
                 counts[choice] += 1
-        return Tally(tuple(counts), sum(1 for who in set(here) if who not in answers))
+        return Tally(tuple(counts), len(set(here) - set(answers)))
 
-    def reveal(self, place: Place) -> None:
-        """Show everybody what the class has answered; from now on nothing changes."""
-        self._revealed.add(place)
+    def reveal(self, question: QuestionId) -> None:
+        """Show the tally to everybody; from now on no answer changes."""
+        self._revealed.add(question)
 
-    def revealed(self, place: Place) -> bool:
-        """Return whether everybody may see what the class has answered."""
-        return place in self._revealed
+    def revealed(self, question: QuestionId) -> bool:
+        """Return whether everybody sees the tally."""
+        return question in self._revealed
 
-    def ask_again(self, place: Place) -> None:
-        """Ask anew: as if nobody had answered."""
-        self._answers.pop(place, None)
-        self._revealed.discard(place)
+    def ask_again(self, question: QuestionId) -> None:
+        """Delete all answers and ask the question again."""
+        self._answers.pop(question, None)
+        self._revealed.discard(question)

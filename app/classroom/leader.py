@@ -1,70 +1,64 @@
-"""Who may lead a lecture: those who bring the key; without a key one tab, the first."""
+"""Which browsers may lead a lecture: those with the key; without a key the first tab."""
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import Final
 
-from app.hosting.resume import word_of
+from app.hosting.session_store import tab_id
 from app.hosting.teacher_key import is_teacher
 
 HOLD: Final = 60.0
-"""How long the lead is kept without a key for a tab whose connection has dropped [s]."""
+"""How long the lead is held, without a key, for a tab that has disconnected [s]."""
 
 MOST: Final = 1000
-"""Words of students that are remembered."""
+"""Students' tabs that are remembered."""
 
 
 class Leader:
-    """Without a key the lead stays with the word that the first tab keeps, also for `HOLD` seconds after its connection has dropped.
+    """Decides which browsers may lead.
 
-    Then a tab that is opened afterwards gets it, such as the teacher's on another computer. A tab that was in the class before never
-    does, so that no student's page comes to lead by waiting, or by a connection that drops.
-    `admits` and `gone` belong to the network's thread.
+    Without a key the first tab leads, and holds the lead for `HOLD` after it has disconnected. Then a tab that is opened afterwards gets
+    it, such as the teacher's on another computer. A tab that was in the class before never does, so that no student comes to lead by
+    waiting, or by a lost connection. `admits` and `gone` belong to the network's thread.
 
     Args:
         key: the teacher's; None for none.
+        clock: returns the time [s].
     """
 
-    def __init__(self, key: str | None) -> None:
-        self._key = key
+    def __init__(self, key: str | None, clock: Callable[[], float] = monotonic) -> None:
+        self._key, self._clock = key, clock
         self._holder: str | None = None
-        self._numbers: set[int] = set()
+        self._client_ids: set[int] = set()
         self._since = 0.0
         self._students: deque[str | None] = deque(maxlen=MOST)
 
-    def admits(self, number: int, query: Mapping[str, str], now: float | None = None) -> bool:
-        """Return whether a browser that connects may lead.
-
-        Args:
-            number: of its connection.
-            query: of its link.
-            now: the clock [s].
-        """
-        word = word_of(query)
+    def admits(self, client_id: int, query: Mapping[str, str]) -> bool:
+        """Return whether a browser that connects with a query may lead."""
+        tab = tab_id(query)
+        name = tab or f"tab {client_id}"
         if "screen" in query:
             return False
-        if self._key is not None:
-            admitted = is_teacher(self._key, query)
-        else:
-            admitted = self._holder in (None, word or f"tab {number}") or self._is_heir(word, monotonic() if now is None else now)
+        leads = self._holder in (None, name) or self._is_heir(tab)
+        admitted = leads if self._key is None else is_teacher(self._key, query)
         if admitted:
-            self._holder = word or f"tab {number}"
-            self._numbers.add(number)
-        elif word not in self._students:
-            self._students.append(word)
+            self._holder = name
+            self._client_ids.add(client_id)
+        elif tab not in self._students:
+            self._students.append(tab)
         return admitted
 
-    def _is_heir(self, word: str | None, now: float) -> bool:
-        vacant = not self._numbers and now - self._since > HOLD
-        return vacant and word is not None and word not in self._students
+    def _is_heir(self, tab: str | None) -> bool:
+        vacant = not self._client_ids and self._clock() - self._since > HOLD
+        return vacant and tab is not None and tab not in self._students
 
-    def gone(self, number: int, now: float | None = None) -> None:
-        """Take note that a connection is gone. `now`: the clock [s]."""
-        if number in self._numbers:
-            self._numbers.remove(number)
-            self._since = monotonic() if now is None else now
+    def gone(self, client_id: int) -> None:
+        """Note that a browser has disconnected."""
+        if client_id in self._client_ids:
+            self._client_ids.remove(client_id)
+            self._since = self._clock()
 
-    def holds(self, number: int) -> bool:
-        """Return whether the browser of a connection may lead; may be asked from any thread."""
-        return number in self._numbers
+    def holds(self, client_id: int) -> bool:
+        """Return whether a connected browser may lead; from any thread."""
+        return client_id in self._client_ids

@@ -1,308 +1,227 @@
-"""A lecture: one stage that all see and the teacher leads, and sessions of their own for students who are set free to explore."""
+"""A lecture: one stage that all see and a teacher operates, and breakout sessions for the students."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import viser
 
-from app.classroom.address import Address, find_address
+from app.classroom.address import Address
 from app.classroom.breakout_sessions import BreakoutSessions
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.leader import Leader
 from app.classroom.participant import Participant
-from app.classroom.stage_page import StagePage
-from app.classroom.student_answers import Answers, Banner, is_narrow
+from app.classroom.stage_audiences import StageAudiences
+from app.classroom.stage_controls import StageControls
+from app.classroom.student_answers import is_narrow
 from app.classroom.teacher_control import TeacherControl
-from app.classroom.teacher_panel import ClassState, TeacherPanel
+from app.classroom.teacher_panel import ClassState
 from app.hosting.admission import Admission, Pieces
-from app.hosting.resume import open_link, word_of
-from app.hosting.teacher_key import is_mistaken, is_teacher
-from app.hosting.visitor import Connections
+from app.hosting.app_context import AppContext
+from app.hosting.connections import Connections
+from app.hosting.session_store import tab_id
+from app.hosting.teacher_key import is_teacher
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
-from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
-from app.page.operation import Operation
-from app.page.panels.key_notice import name_mistake
-from app.runtime.job_pool import JobPool
 from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, make_frame
-from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.session import Session
-from app.settings import LOOKS, Language, Look, Settings, from_query
-from app.web.audience import Audience
+from app.settings import Look
 from app.web.audiences import Audiences
-from app.web.request import browser_language, request_address, request_query
-from app.web.server import DuetServer
-from scenes.settings import values
+from app.web.request import request_query
 
 log = logging.getLogger("duet.lecture")
 
 
-class LectureHost(Connections):
-    """All tabs see one stage, each in its own language and look; one of them has the controls: the first, or one with the key.
+class LectureHost:
+    """All tabs see one stage, each in its own language and look. A teacher has the controls: by the key, or without a key in the first tab.
 
     Args:
-        server: viser's.
-        start: what the stage shows at first, and how tabs look whose link does not say it.
-        key: a word that the teacher's link carries (`?key=…`); None gives the controls to the first tab.
-        background: computes for all sessions.
-        people: who can be imitated beside the built-in person.
-        book: the lessons.
-        notes: the teacher's, by the id of their lesson.
-        sessions: how many students may explore at once.
-        listening: the address that the server is bound to.
+        context: of the app.
 
     Attributes:
         session, lessons: the stage's.
         room: the class.
+        control: carries out the teacher's actions.
+        participants: all browsers, by client id.
     """
 
-    def __init__(
-        self,
-        server: DuetServer,
-        start: Settings,
-        key: str | None,
-        background: JobPool,
-        people: InputSources = NO_SOURCES,
-        book: LessonBook = NO_LESSONS,
-        notes: Mapping[str, str] | None = None,
-        sessions: int = 8,
-        listening: str = "127.0.0.1",
-    ) -> None:
-        self._start, self._key, self._book, self._notes, self._listening = start, key, book, notes or {}, listening
-        self.room = Classroom(sessions)
-        self._explorers = BreakoutSessions(server, self.room, background, people, book, lambda: self.wake())
-        self.session = Session(start, lambda: self.wake(), background, people)
-        # The stage's own language is that of the one who has the controls.
-        self._browser: Language = "en"
-        self._language: Language = language_of(start, self._browser)
-        self._seats: dict[int, Participant] = {}
-        self._operation: Operation | None = None
-        self._operator: int | None = None
-        self._leader = ""
-        self._address: Address | None = None
-        self._mishaps = ThrottledLog(log)
-        self.lessons = LessonSession(self.session, in_language(book, self._language))
-        self._decisions = TeacherControl(self.room, self.session, self.lessons, self._explorers.hurry)
-        self._showings: dict[Audience, StagePage] = {}
-        self._lead = Leader(key)
-        self._apart = Audiences(server, self._look, self._lead.gone)
-        self._entrance = Admission(self._arrive, self._not_built)
-        super().__init__(server)
-        # Nothing that everybody shares can be operated.
-        server.gate.may_share = lambda client_id: False
-        # Who leads the class must be able to come back after a lost connection.
-        server.always_admits = lambda query: is_teacher(key, query)
+    def __init__(self, context: AppContext) -> None:
+        self._context = context
+        self.room = Classroom(context.max_sessions)
+        self.session = Session(context.start, context.wake, context.jobs, context.sources)
+        self.lessons = LessonSession(self.session, in_language(context.book, language_of(context.start, "en")))
+        self._breakouts = BreakoutSessions(context, self.room)
+        self.control = TeacherControl(self.room, self.session, self.lessons, self._breakouts.hurry)
+        self.controls = StageControls(context, self.session, self.lessons, self.control)
+        self.participants: dict[int, Participant] = {}
+        self.stage = StageAudiences(
+            context, self.session, self.lessons, self.room, self.control, lambda: list(self.participants.values())
+        )
+        self._errors = ThrottledLog(log)
+        self._leader = Leader(context.key)
+        self.audiences = Audiences(context.server, self._look, self._leader.gone)
+        self.admission = Admission(self._admit, self._not_built)
+        self.connections = Connections(context.server, context.wake)
+        # Nothing on the shared stage can be operated.
+        context.server.gate.may_share = lambda client_id: False
+        # A teacher must be able to come back after a lost connection.
+        context.server.always_admits = lambda query: is_teacher(context.key, query)
 
-    def _look(self, number: int, query: dict[str, str], accept: str) -> Look | None:
-        """Return with which look a browser watches; None if it gets a page of its own: to lead, or to explore."""
-        if self._lead.admits(number, query) or self._explorers.expects(query):
+    def _look(self, client_id: int, query: dict[str, str], accept: str) -> Look | None:
+        """Return the look with which a browser watches; None for a page of its own: a teacher's, or a breakout session's."""
+        if self._leader.admits(client_id, query) or self._breakouts.expects(query):
             return None
-        return look_of(query, preferred(accept), self._start)
+        return look_of(query, preferred(accept), self._context.start)
 
     @property
     def operator(self) -> int | None:
-        """Id of the client that has the controls, None if nobody has."""
-        return self._operator
+        """Id of the client that has the controls, or None."""
+        return None if self.controls.operator is None else self.controls.operator.client.client_id
 
     @property
     def sessions(self) -> dict[int, Session]:
-        """The sessions of those who explore, by client id."""
-        return {number: seat.stand.session for number, seat in list(self._seats.items()) if seat.stand is not None}
+        """The breakout sessions, by client id."""
+        return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
     def close(self) -> None:
         """Close every session."""
-        self._entrance.close()
+        self.admission.close()
         for session in (self.session, *self.sessions.values()):
             session.close()
-        self._explorers.close()
+        self._context.store.close()
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance the stage and draw it for all; then those who explore, each for themselves."""
-        set_language(self._language)
-        arrivals, departures = self.changes()
-        for number in departures:
-            self._entrance.leave(number)
-            self._leave(number)
-        self._find_audiences()
-        for client in arrivals:
-            self._entrance.come(client)
-        self._entrance.advance()
-        set_language(self._language)
-        if self._entrance.busy:
-            self.wake()
-        heir = next((seat for seat in self._seats.values() if seat.teacher), None)
-        if self._operator is None and heir is not None:
-            self._build(heir, self._hand_over)
-        self._decisions.answers.do()
-        if self._operator is not None and language_of(self.session.settings, self._browser) != self._language:
-            self._build(self._seats[self._operator], self._seat_leader)
-        set_language(self._language)
+        """Advance the stage and draw it for all; then every breakout session."""
+        set_language(self.controls.language)
+        self._connect()
+        set_language(self.controls.language)
+        if self.controls.operator is None:
+            self._find_operator()
+        self.control.answers.do()
+        if self.controls.operator is not None and self.controls.language_changed:
+            self._build(self.controls.operator, self.controls.build_operator_page)
+        set_language(self.controls.language)
         frame = make_frame(self.session, self.lessons, now, elapsed)
         if self.room.paused and not self.room.free and not self.session.paused:
-            # On the stage the teacher's Run is everybody's.
+            # The teacher has pressed Run on the stage.
             self.room.paused = False
-        self._explorers.settle(self._seats.values(), self._apart, now)
+        self._breakouts.settle(self.participants.values(), self.audiences, now)
         self._show_stage(frame)
-        for number, seat in list(self._seats.items()):
-            if seat.stand is not None:
-                set_language(seat.stand.language)
-                seat.show(self.room, self._state(None), None, seat.stand.view, seat.stand.lessons)
-                self._explorers.frame(number, seat.stand, now, elapsed)
-
-    def _find_audiences(self) -> None:
-        """Make the stage for those who watch with a look that was not there before, and forget what has no watcher left."""
-        before = self._showings
-        self._showings = {one: before[one] if one in before else self._show_to(one) for one in self._apart.audiences}
-
-    def _show_to(self, audience: Audience) -> StagePage:
-        def watchers() -> list[viser.ClientHandle]:
-            return [seat.client for seat in list(self._seats.values()) if seat.audience is audience]
-
-        look = audience.look
-        return StagePage(audience, self.session, self.lessons, self._book, look.language, look, watchers)
+        for client_id, one in list(self.participants.items()):
+            if one.visitor is not None:
+                set_language(one.visitor.language)
+                one.show(self.room, self._state(None), None, one.visitor.view, one.visitor.lessons)
+                self._breakouts.frame(client_id, one.visitor, now, elapsed)
 
     def _show_stage(self, frame: Frame) -> None:
-        """Draw the stage, first for the one who leads."""
-        seats, inviting = list(self._seats.items()), self._address if self.room.inviting else None
-        own = [(number, seat, seat.showing) for number, seat in seats if seat.showing is not None]
-        for number, seat, showing in sorted(own, key=lambda one: one[0] != self._operator):
+        """Draw the stage, first for the operator."""
+        operator = self.controls.operator
+        teachers = [one for one in self.participants.values() if one.page is not None]
+        for teacher in sorted(teachers, key=lambda one: one is not operator):
             try:
-                set_language(showing.language)
-                poll = self._decisions.poll(showing.book)
-                showing.show(frame, poll, inviting)
-                if number == self._operator and self._operation is not None:
-                    with seat.client.atomic():
-                        self._operation.show(frame)
-                seat.show(self.room, self._state(poll), None, showing.view, self.lessons)
-                showing.flush()
+                self._show_teacher(teacher, frame)
             except Exception as error:
-                # Where a teacher's tab is just closing, its page has gone before we know of it; the others must not lose a frame.
-                if number in self._server.get_clients():
-                    self._mishaps.exception("a frame of a teacher's page failed", error, number)
-        for audience, showing in self._showings.items():
-            set_language(showing.language)
-            poll = self._decisions.poll(showing.book)
-            showing.show(frame, poll, inviting)
+                # A tab that is just closing has no page any more; the others must not lose a frame.
+                client_id = teacher.client.client_id
+                if client_id in self._context.server.get_clients():
+                    self._errors.exception("a frame of a teacher's page failed", error, client_id)
+        for audience, page in self.stage.pages.items():
+            set_language(page.language)
+            poll = self.control.poll(page.book)
+            page.show(frame, poll, self._invitation)
             state = self._state(poll)
-            for _, seat in seats:
-                if seat.audience is audience:
-                    mine = None if poll is None or seat.answers is None else self.room.ballots.answer_of(poll.place, seat.who)
-                    seat.show(self.room, state, mine, showing.view, self.lessons)
-            showing.flush()
+            for one in self.stage.watchers(audience):
+                mine = None if poll is None or one.answers is None else self.room.ballots.answer_of(poll.question, one.id)
+                one.show(self.room, state, mine, page.view, self.lessons)
+            page.flush()
+
+    def _show_teacher(self, teacher: Participant, frame: Frame) -> None:
+        page, operation = teacher.page, self.controls.operation
+        assert page is not None
+        set_language(page.language)
+        poll = self.control.poll(page.book)
+        page.show(frame, poll, self._invitation)
+        if teacher is self.controls.operator and operation is not None:
+            with teacher.client.atomic():
+                operation.show(frame)
+        teacher.show(self.room, self._state(poll), None, page.view, self.lessons)
+        page.flush()
+
+    @property
+    def _invitation(self) -> Address | None:
+        return self.controls.address if self.room.inviting else None
 
     def _state(self, poll: Poll | None) -> ClassState:
         room = self.room
-        return ClassState(room.heads, room.free, room.paused, room.inviting, len(self._explorers.waiting), poll)
+        return ClassState(room.heads, room.free, room.paused, room.inviting, self._breakouts.waiting, poll)
 
-    # ---- who comes and goes ------------------------------------------------------------------------------------------------
+    # ---- connections -------------------------------------------------------------------------------------------------------
 
-    def _arrive(self, client: viser.ClientHandle) -> Pieces:
-        """Give a newcomer what is theirs; one with a session gets a seat once the page is whole."""
-        number, query = client.client_id, request_query(client)
-        word = word_of(query)
-        who, screen, teacher = word or f"tab {number}", "screen" in query, self._lead.holds(number)
-        seat = Participant(
-            client, query, who, word is not None, screen, teacher, is_narrow(client), self._apart.audience_of(number)
+    def _connect(self) -> None:
+        """Remove the browsers that have disconnected, and go on building the pages of those that have connected."""
+        arrivals, departures = self.connections.changes()
+        for client_id in departures:
+            self.admission.leave(client_id)
+            self._leave(client_id)
+        self.stage.update(self.audiences)
+        for client in arrivals:
+            self.admission.come(client)
+        self.admission.advance()
+        if self.admission.busy:
+            self._context.wake()
+
+    def _find_operator(self) -> None:
+        teacher = next((one for one in self.participants.values() if one.teacher), None)
+        if teacher is not None:
+            self._build(teacher, self.controls.hand_over)
+
+    def _admit(self, client: viser.ClientHandle) -> Pieces:
+        """Give a browser its page; one with a breakout session takes part once the page is whole."""
+        client_id, query = client.client_id, request_query(client)
+        tab = tab_id(query)
+        participant = Participant(
+            client,
+            query,
+            id=tab or f"tab {client_id}",
+            lasting=tab is not None,
+            screen="screen" in query,
+            teacher=self._leader.holds(client_id),
+            narrow=is_narrow(client),
+            audience=self.audiences.audience_of(client_id),
         )
-        if teacher and self._operator is not None and who == self._leader:
-            # The connection before is lost, and that may take a while to be noticed.
-            self._let_go()
-        if not teacher and seat.audience is None and self._explorers.expects(query):
-            yield from self._explorers.let_in(seat, self._seats.values(), self.session.settings, self.lessons)
-            self._seats[number] = seat
-            self.room.enter(number, seat.who)
+        if not participant.teacher and participant.audience is None and self._breakouts.expects(query):
+            yield from self._breakouts.admit(participant, self.participants.values(), self.session.settings, self.lessons)
+            self.participants[client_id] = participant
+            self.room.enter(client_id, participant.id)
             return
-        self._seats[number] = seat
-        if teacher:
-            self._build(seat, self._hand_over if self._operator is None else self._seat_teacher)
-        elif seat.audience is not None:
-            self._build(seat, self._seat_watcher)
+        self.participants[client_id] = participant
+        if participant.teacher:
+            self._build(participant, self.controls.admit)
+        elif participant.audience is not None:
+            self._build(participant, self.stage.admit)
         else:
-            # What was decided about it when it came no longer holds.
-            self._apart.move(client)
+            # The place that it had when it connected has been taken meanwhile.
+            self.audiences.move(client)
 
-    def _build(self, seat: Participant, page: Callable[[Participant], None]) -> None:
+    def _build(self, participant: Participant, build: Callable[[Participant], None]) -> None:
         try:
-            page(seat)
+            build(participant)
         except Exception:
-            self._not_built(seat.client)
+            self._not_built(participant.client)
 
     def _not_built(self, client: viser.ClientHandle) -> None:
-        # Who is gone again before the page is there must not cost the others their frame.
-        if client.client_id in self._server.get_clients():
+        # A browser that has disconnected before its page was there is no error.
+        if client.client_id in self._context.server.get_clients():
             log.exception("a page could not be built")
 
-    def _leave(self, number: int) -> None:
-        seat = self._seats.pop(number, None)
-        self.room.leave(number)
-        if seat is not None:
-            self._explorers.leave(seat)
-        if number == self._operator:
-            self._let_go()
-
-    def _let_go(self) -> None:
-        """Take the controls from whoever has them."""
-        if self._operation is not None:
-            self._operation.close()
-        self._operator, self._operation = None, None
-        self.session.posts.drop()
-        self.session.hold(None)
-
-    def _seat_watcher(self, seat: Participant) -> None:
-        """Welcome a student or a screen, and give a student what is theirs beside the stage."""
-        number, client, who, audience = seat.client.client_id, seat.client, seat.who, seat.audience
-        assert audience is not None
-        showing = self._showings[audience]
-        set_language(showing.language)
-        audience.contain_elements_of(client)
-        showing.view.welcome(client)
-        if not seat.screen:
-            self.room.enter(number, who)
-            seat.banner = Banner(client.gui)
-            seat.answers = Answers(client, showing.view.lesson_panel, lambda choice: self._decisions.post_answer(who, choice))
-        if is_mistaken(self._key, seat.query):
-            name_mistake(client)
-
-    def _seat_teacher(self, seat: Participant) -> None:
-        """Make a teacher's page, or make it again to lead, or in another language."""
-        client, leads = seat.client, seat.client.client_id == self._operator
-        look = None if leads else look_of(seat.query, browser_language(client), self._start)
-        language = self._language if look is None else look.language
-        self._address = find_address(request_address(client), self._listening, self._server.get_port())
-        with client.atomic():
-            if seat.showing is not None:
-                client.gui.reset()
-            seat.showing = StagePage(client, self.session, self.lessons, self._book, language, look, lambda: [client])
-            if leads:
-                self._operation = Operation(client, self.session, seat.showing.view)
-            notes = self._notes if self._key is not None else None
-            seat.panel = TeacherPanel(client, self._decisions.post, self._address, notes)
-            seat.showing.view.welcome(client)
-
-    def _hand_over(self, seat: Participant) -> None:
-        """Give a teacher the controls."""
-        self._operator, self._browser = seat.client.client_id, browser_language(seat.client)
-        back, self._leader = seat.who == self._leader, seat.who
-        if not back:
-            for key, value in values(from_query(seat.query, self._start)[0]).items():
-                if key in LOOKS:
-                    self.session.change(key, value)
-        self._seat_leader(seat)
-        assert self._operation is not None
-        if not (back or self.lessons.open):
-            self._operation.notify_problems(open_link(self.lessons, seat.query, None))
-        self._operation.notify_lessons(self._book)
-
-    def _seat_leader(self, seat: Participant) -> None:
-        """Make the page of the one who leads, and have the stage speak its language; everything goes on where it is."""
-        self._language = language_of(self.session.settings, self._browser)
-        set_language(self._language)
-        self.lessons.translate(in_language(self._book, self._language))
-        if self._operation is not None:
-            self._operation.close()
-        self._seat_teacher(seat)
+    def _leave(self, client_id: int) -> None:
+        participant = self.participants.pop(client_id, None)
+        self.room.leave(client_id)
+        if participant is not None:
+            self._breakouts.leave(participant)
+            if participant is self.controls.operator:
+                self.controls.release()

@@ -1,4 +1,4 @@
-"""One browser in a lecture: whose it is, and what it has beside the stage."""
+"""One browser in a lecture: who it belongs to, and what its page has beside the stage."""
 
 import contextlib
 from dataclasses import dataclass
@@ -22,79 +22,73 @@ class Participant:
     """One browser.
 
     Attributes:
-        client, query: as it came.
-        who: the word that its tab keeps, or one of ours if it keeps none.
-        lasting: whether the word outlives a reload.
-        screen: whether it only shows (a projector), and is no student's.
+        client: the browser's.
+        query: of its link.
+        id: of its tab, or of its connection if the tab has none.
+        lasting: whether the id outlives a reload.
+        screen: whether it is a projector, and no student's.
         teacher: whether it may lead.
-        narrow: whether its window has no room for everything beside each other.
-        audience: with whom it watches the stage; None for a page of its own.
-        showing: the stage on a teacher's own page; None for everybody else.
+        narrow: whether its window has no room for lesson, stage and controls beside each other.
+        audience: with which it watches the stage; None for a page of its own.
+        page: the stage on a teacher's own page; None for all others.
         banner, answers, panel: what it has beside the stage; None for what it has not.
-        stand: its own session; None while it sees the stage.
-        view: what the banner stands on; another one in another language.
-        moved: whether it was asked to come again.
-        shown: what the banner and the answers were made of.
+        visitor: the student's breakout session; None while the student sees the stage.
+        view: in which the banner was made; a new one in another language.
+        moved: whether it was asked to connect again.
+        shown: what the banner and the answers show.
     """
 
     client: viser.ClientHandle
     query: dict[str, str]
-    who: str
+    id: str
     lasting: bool
     screen: bool
     teacher: bool
     narrow: bool
     audience: Audience | None = None
-    showing: StagePage | None = None
+    page: StagePage | None = None
     banner: Banner | None = None
     answers: Answers | None = None
     panel: TeacherPanel | None = None
-    stand: Visitor | None = None
+    visitor: Visitor | None = None
     view: View | None = None
     moved: bool = False
     shown: object = None
 
     def show(self, room: Classroom, state: ClassState, mine: int | None, view: View, lessons: LessonSession) -> None:
-        """Bring up to date what it has beside the stage; only what has changed is sent.
+        """Update what the page has beside the stage.
 
         Args:
             room: the class.
             state: of the class, for a teacher.
             mine: the student's own answer to the question on the stage.
-            view, lessons: the stage's.
+            view, lessons: the stage's, or the student's own ones.
         """
-        stand, poll = self.stand, state.poll
-        if stand is not None and self.view is not stand.view:
-            self.view, self.banner, self.shown = stand.view, Banner(self.client.gui), None
-        line, place = self._line(room), self._place(view, lessons)
-        shown = line, place, None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
+        if self.visitor is not None and self.view is not view:
+            self.view, self.banner, self.shown = view, Banner(self.client.gui), None
         if self.panel is not None:
             with contextlib.suppress(Exception), self.client.atomic():
                 self.panel.show(state, lessons)
-        # Thirty pages that change once a minute must not cost thirty messages a frame.
-        if self.banner is None or shown == self.shown:
+        if self.banner is None:
+            return
+        line, tab = self._line(room), view.lesson_panel.tab if lessons.open and self.narrow else None
+        shown = line, tab, None if self.answers is None else (lessons.open, state.poll, mine, view.lesson_panel.tab)
+        # Opening a batch for each of thirty pages in every frame would cost a message each.
+        if shown == self.shown:
             return
         self.shown = shown
         with contextlib.suppress(Exception), self.client.atomic():
-            self.banner.show(*line, place)
+            self.banner.show(*line, tab)
             if self.answers is not None:
                 self.answers.fold(lessons.open)
-                self.answers.show(poll, mine)
-
-    def _place(self, view: View, lessons: LessonSession) -> viser.GuiTabHandle | None:
-        """Return where the banner's line stands if the controls are folded up."""
-        if self.stand is not None:
-            view, lessons = self.stand.view, self.stand.lessons
-        return view.lesson_panel.tab if lessons.open and self.narrow else None
+                self.answers.show(state.poll, mine)
 
     def _line(self, room: Classroom) -> tuple[str, str]:
-        """Return what stands at the top of a student's page."""
+        """Return kind and text of the banner."""
         if room.paused:
             return "halt", tr(HALTED)
-        if self.stand is not None:
+        if self.visitor is not None:
             return "own", tr(EXPLORING)
         if room.free:
-            if not self.lasting:
-                return "wait", tr(NAMELESS)
-            return "wait", tr(WATCHING, most=room.places.most)
+            return "wait", tr(WATCHING, most=room.places.most) if self.lasting else tr(NAMELESS)
         return "follow", tr(FOLLOWING)

@@ -1,4 +1,4 @@
-"""The stage of a lecture as one audience sees it, or one teacher on a page of their own: in their language, with their look."""
+"""The stage of a lecture in the language and look of one audience, or of one teacher."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,7 @@ import viser
 
 from app.classroom.address import Address
 from app.classroom.classroom import Poll
-from app.classroom.stage_overlays import Overlays
+from app.classroom.stage_overlays import StageOverlays
 from app.i18n.speaking import set_language
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
@@ -19,19 +19,19 @@ from app.web.audience import Audience
 
 
 class StagePage:
-    """Made and used on the frame loop's thread.
+    """A page that shows the stage. Belongs to the frame loop's thread.
 
     Args:
-        host: who sees it.
+        host: the audience, or the teacher's client.
         session, lessons: the stage's.
         book: the lessons, in English.
-        language: of those who see it.
-        look: of those who see it; None for what the stage's settings say, which is the look of the one who leads.
-        clients: returns whose cameras follow.
+        language: of the page.
+        look: of the page; None for that of the stage's settings, which is the operator's.
+        clients: returns the clients to which the camera belongs.
 
     Attributes:
-        view: what is seen.
-        language, book: spoken there, and the lessons in it.
+        view: of the stage.
+        language, book: of the page, and the lessons in it.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class StagePage:
         set_language(language)
         with host.atomic():
             self.view = View(host, session, clients, lessons, look, self.book, folds=False)
-            self._overlays = Overlays(host.gui, self.view)
+            self._overlays = StageOverlays(host.gui, self.view)
 
     def show(self, frame: Frame, poll: Poll | None, inviting: Address | None) -> None:
         """Draw a frame.
@@ -57,12 +57,12 @@ class StagePage:
         Args:
             frame: of the stage's session.
             poll: the question on the stage, in this language.
-            inviting: the address, while it is to be on every screen.
+            inviting: the address, while it is on every screen.
         """
         with self._host.atomic():
             self.view.show(frame)
             self._overlays.show(poll, inviting)
 
     def flush(self) -> None:
-        """Send at once what was drawn."""
+        """Send the frame at once."""
         self._host.flush()

@@ -1,4 +1,4 @@
-"""A student's own part of the stage's page: the answers as buttons and keys, and what is said to their own answer."""
+"""A student's own part of the stage's page: the banner, the answers as buttons and keys, and the verdict on the own answer."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -20,7 +20,7 @@ PHONE: Final = 576.0
 KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
 
 _OWN: Final = "<style>.duet-l-choices,.duet-l-verdict{display:none!important}</style>"
-"""What is listed for a projector has buttons here, and the verdict is about this student's answer."""
+"""Hides the projector's list of choices and the class's verdict, as the student has buttons and an own verdict."""
 
 
 def is_narrow(client: viser.ClientHandle) -> bool:
@@ -29,7 +29,7 @@ def is_narrow(client: viser.ClientHandle) -> bool:
 
 
 class Banner:
-    """One line at the top of a page: what the teacher has everybody do.
+    """One line at the top of a page: what the teacher has decided.
 
     Args:
         gui: of one student.
@@ -39,34 +39,24 @@ class Banner:
         self._gui = gui
         self._handle = gui.add_html("", order=-30.0)
         self._other: viser.GuiHtmlHandle | None = None
-        self._shown: tuple[str, bool] = "", False
 
     def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None = None) -> None:
-        """Say something; "" says nothing. `tab`: where it is said instead, as the controls are folded up."""
-        made = banner_html(kind, text), tab is not None
-        if made == self._shown:
-            return
-        self._shown = made
+        """Show a text; "" shows nothing. `tab`: of the lesson, in place of folded controls."""
+        line = banner_html(kind, text)
         if tab is not None and self._other is None:
             with tab:
                 self._other = self._gui.add_html("", order=0.5)
-        self._handle.content = "" if tab is not None else made[0]
+        self._handle.content = "" if tab is not None else line
         if self._other is not None:
-            self._other.content = made[0] if tab is not None else ""
-
-    def close(self) -> None:
-        """Take it away."""
-        for handle in (self._handle, self._other):
-            if handle is not None:
-                handle.remove()
+            self._other.content = line if tab is not None else ""
 
 
 class Answers:
-    """The part of one student.
+    """The buttons, keys and texts for one student's answers.
 
     Args:
         client: the student's.
-        panel: of the lessons, which everybody sees.
+        panel: of the lessons, on the stage.
         answer: called with the index of a choice, on the network's thread.
     """
 
@@ -79,7 +69,7 @@ class Answers:
         self._narrow, self._phone, self._folded = is_narrow(client), canvas_size(client)[0] <= PHONE, False
 
     def fold(self, folded: bool) -> None:
-        """On a narrow window make room: while a lesson is open it goes before the numbers, which can be unfolded."""
+        """On a narrow window fold the main panel while a lesson is open; the student can unfold it."""
         if not self._narrow or folded == self._folded or (folded and self._panel.panel is None):
             return
         self._folded = folded
@@ -125,8 +115,8 @@ class Answers:
         return command
 
     def show(self, poll: Poll | None, mine: int | None) -> None:
-        """Bring buttons, keys and texts up to date."""
-        asked = None if poll is None else (poll.place, poll.choices, poll.open, poll.outcome, poll.verdicts)
+        """Update buttons, keys and texts."""
+        asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts)
         if self._panel.tab is None or (asked, mine) == self._shown:
             return
         self._shown = asked, mine
@@ -137,18 +127,11 @@ class Answers:
             if poll is not None and i < count:
                 button.label = choice_label(i + 1, poll.choices[i], i == mine)
                 button.color = "orange" if i == mine else "gray"
-            if button.visible != (i < count):
-                button.visible = i < count
+            button.visible = i < count
         while len(self._commands) > count:
             self._commands.pop().remove()
         while len(self._commands) < count:
             self._commands.append(self._command(len(self._commands)))
-        said = "" if poll is None else mine_html(poll, mine)
+        line = "" if poll is None else mine_html(poll, mine)
         over = poll is not None and bool(poll.verdicts)
-        self._texts[1].content, self._texts[2].content = ("", said) if over else (said, "")
-
-    def close(self) -> None:
-        """Take everything away: this student has become the one who leads."""
-        for handle in (*self._buttons, *self._commands, *self._texts):
-            handle.remove()
-        self._buttons, self._commands, self._texts, self._shown = [], [], [], ()
+        self._texts[1].content, self._texts[2].content = ("", line) if over else (line, "")

@@ -1,4 +1,4 @@
-"""What a teacher decides, and what the students answer, put into effect on the stage."""
+"""Carries out the teacher's actions and takes the students' answers, on the stage."""
 
 from collections.abc import Callable
 
@@ -19,10 +19,10 @@ class TeacherControl:
         room: the class.
         session: the stage's.
         lessons: the stage's.
-        decided: called after every decision of the teacher's.
+        decided: called after every action.
 
     Attributes:
-        answers: what the students answer; never behind what the teacher asks for, nor lost with the teacher's tab.
+        answers: the students' answers; they are done before the teacher's actions, and are not lost with the teacher's tab.
     """
 
     def __init__(self, room: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
@@ -38,12 +38,12 @@ class TeacherControl:
         return self._room.poll(self._walk, book)
 
     def post(self, action: Action) -> None:
-        """Do what the teacher decides, in the next frame; from any thread."""
+        """Queue an action of the teacher's for the next frame; from any thread."""
         self._session.post(lambda: self._act(action), ("teacher", action))
 
-    def post_answer(self, who: str, choice: int) -> None:
-        """Take a student's answer, in the next frame; from any thread. `who`: the word that the student's tab keeps."""
-        self.answers.put(lambda: self._answer(who, choice), who)
+    def post_answer(self, student: str, choice: int) -> None:
+        """Queue a student's answer for the next frame; from any thread. `student`: id of the tab."""
+        self.answers.put(lambda: self._answer(student, choice), student)
 
     def _act(self, action: Action) -> None:
         room = self._room
@@ -67,7 +67,7 @@ class TeacherControl:
         poll, lessons = self.poll(), self._lessons
         if poll is None or poll.revealed or not poll.tally.answered:
             return
-        self._room.ballots.reveal(poll.place)
+        self._room.ballots.reveal(poll.question)
         favourite = poll.tally.favourite
         if lessons.locked and favourite is not None:
             # The prediction that the run is compared with is the class's.
@@ -76,8 +76,8 @@ class TeacherControl:
     def _ask_again(self) -> None:
         poll = self.poll()
         if poll is not None:
-            self._room.ballots.ask_again(poll.place)
+            self._room.ballots.ask_again(poll.question)
             self._lessons.act(ResetStep())
 
-    def _answer(self, who: str, choice: int) -> None:
-        self._room.answer(self._walk, who, choice)
+    def _answer(self, student: str, choice: int) -> None:
+        self._room.answer(self._walk, student, choice)

@@ -1,4 +1,4 @@
-"""What only a teacher has: the class, the notes, and the way in. Made for the teacher's browser alone; nobody else is sent any of it."""
+"""The teacher's panel of a lecture: the class, the notes, and the address. Only the teacher's browser is sent any of it."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -8,20 +8,16 @@ import viser
 
 from app.classroom.address import Address
 from app.classroom.classroom import Headcount, Poll
-from app.classroom.classroom_html import heads_html, join_html, no_notes_html, notes_html, poll_html
+from app.classroom.classroom_html import heads_html, join_html, poll_html
 from app.i18n.speaking import N_, tr
-from app.lessons.lesson import Step
-from app.lessons.notes import Notes, read_notes
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
+from app.page.panels.notes_panel import ORDER, NotesView
 from app.web.viser_internals import HotkeyKey
 
 Action = Literal["follow", "free", "pause", "reveal", "again", "invite"]
-"""What a teacher decides: everybody to the stage, everybody to themselves, halt or go on, show the answers, ask anew, the address."""
-
-ORDER: Final = -20.0
-"""Above the controls."""
-
+"""The teacher's actions: all students to the stage or to breakout sessions, pause or resume, reveal the answers, ask again, show or hide
+the address."""
 
 COMMANDS: Final[tuple[tuple[str, HotkeyKey, Action], ...]] = (
     (N_("Class: follow me, or explore freely"), "F", "free"),
@@ -30,16 +26,16 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, Action], ...]] = (
     (N_("Class: ask again"), "Q", "again"),
     (N_("Class: show the address on every screen"), "J", "invite"),
 )
-"""Name, key with Alt and Shift, and what it does."""
+"""Label, key with Alt and Shift, action."""
 
 
 @dataclass(frozen=True)
 class ClassState:
-    """What the teacher's panel shows of the class.
+    """The class as the teacher's panel shows it.
 
     Attributes:
         heads: how many there are.
-        free, paused, inviting: what the teacher has decided.
+        free, paused, inviting: see `Classroom`.
         waiting: how many want to explore and have no place.
         poll: the question on the stage; None if there is none.
     """
@@ -52,58 +48,14 @@ class ClassState:
     poll: Poll | None
 
 
-class NotesView:
-    """The notes to the open lesson, those to the present step first.
-
-    Args:
-        gui: of a teacher; the caller has opened the container.
-        notes: by the id of their lesson.
-    """
-
-    def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
-        self._notes = {lesson: read_notes(text) for lesson, text in notes.items()}
-        self._handle = gui.add_html("")
-        self._shown: tuple[bool, Notes | None, Step | None] | None = None
-
-    def show(self, run: LessonSession) -> None:
-        """Bring them up to date. `run`: the lessons."""
-        walk = run.walk if run.open else None
-        notes = self._notes.get(walk.lesson.id) if walk is not None else None
-        place = (run.open, notes, walk.step if walk is not None else None)
-        if place == self._shown:
-            return
-        self._shown = place
-        if walk is None or notes is None:
-            self._handle.content = no_notes_html(run.open)
-        else:
-            self._handle.content = notes_html(notes, walk.lesson.steps.index(walk.step) + 1, walk.step.setup.folder)
-
-
-class NotesPanel:
-    """The notes of a teacher who is alone with the page.
-
-    Args:
-        gui: of a teacher.
-        notes: by the id of their lesson.
-    """
-
-    def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
-        with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):
-            self._notes = NotesView(gui, notes)
-
-    def show(self, run: LessonSession) -> None:
-        """Bring them up to date. `run`: the lessons."""
-        self._notes.show(run)
-
-
 class TeacherPanel:
-    """Everything of a teacher in front of a class.
+    """A teacher's tabs.
 
     Args:
         client: the teacher's.
-        act: does what the teacher decides; called on the network's thread.
-        address: where the class meets.
-        notes: by the id of their lesson; None for somebody who leads without a key.
+        act: called with the teacher's actions, on the network's thread.
+        address: for the students.
+        notes: Markdown by lesson id; None for a teacher without a key.
     """
 
     def __init__(
@@ -167,17 +119,17 @@ class TeacherPanel:
             free = self._shown is not None and self._shown.free
             self._act("follow" if action == "free" and free else action)
 
-    def show(self, state: ClassState, run: LessonSession) -> None:
-        """Bring everything up to date. `run`: the stage's lessons."""
+    def show(self, state: ClassState, lessons: LessonSession) -> None:
+        """Update all tabs. `lessons`: the stage's."""
         if self._notes is not None:
-            self._notes.show(run)
+            self._notes.show(lessons)
         before, self._shown = self._shown, state
         if state == before:
             return
         poll = state.poll
         self._heads.content = heads_html(state.heads, state.free, state.paused, state.waiting)
         self._mode.mark(1 if state.free else 0)
-        # Before the reveal the teacher alone sees how the class answers; afterwards it is on the stage, and here too.
+        # Before the reveal only the teacher sees the tally; afterwards it is on the stage, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._reveal.visible = poll is not None and not poll.revealed
         self._reveal.disabled = poll is None or not poll.tally.answered

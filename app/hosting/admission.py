@@ -1,4 +1,4 @@
-"""Newcomers are let in one at a time and piece by piece, so that those who are here have their frames meanwhile."""
+"""Pages of new visitors are built one at a time and piece by piece, so that all others have their frames meanwhile."""
 
 from collections import deque
 from collections.abc import Callable, Generator
@@ -8,17 +8,17 @@ from typing import Final
 import viser
 
 SLICE: Final = 0.008
-"""Wall time in one frame after which no further piece of a newcomer's page is built [s]."""
+"""Wall time in one frame after which no further piece of a page is built [s]."""
 
 Pieces = Generator[None, None, None]
-"""The building of a page, which rests after every piece."""
+"""The building of a page, which yields after every piece."""
 
 
 class Admission:
-    """Used on the frame loop's thread only.
+    """The queue of clients that wait for their pages. Belongs to the frame loop's thread.
 
     Args:
-        build: begins to build a newcomer's page.
+        build: begins to build a client's page.
         failed: called in the handler of an exception that a building has raised.
         clock: returns the time [s].
     """
@@ -31,32 +31,31 @@ class Admission:
     ) -> None:
         self._build, self._failed, self._clock = build, failed, clock
         self._waiting: deque[viser.ClientHandle] = deque()
-        self._now: tuple[viser.ClientHandle, Pieces] | None = None
+        self._current: tuple[viser.ClientHandle, Pieces] | None = None
 
     @property
     def busy(self) -> bool:
         """Whether a page is still to be built."""
-        return self._now is not None or bool(self._waiting)
+        return self._current is not None or bool(self._waiting)
 
     def come(self, client: viser.ClientHandle) -> None:
-        """Take a newcomer into the queue."""
+        """Append a client to the queue."""
         self._waiting.append(client)
 
-    def leave(self, number: int) -> None:
-        """Forget a newcomer who is gone, by client id; a page that is half built is given up."""
-        self._waiting = deque(client for client in self._waiting if client.client_id != number)
-        if self._now is not None and self._now[0].client_id == number:
-            self._now[1].close()
-            self._now = None
+    def leave(self, client_id: int) -> None:
+        """Drop a client that has disconnected; a page that is half built is given up."""
+        self._waiting = deque(client for client in self._waiting if client.client_id != client_id)
+        if self._current is not None and self._current[0].client_id == client_id:
+            self._give_up()
 
     def advance(self) -> None:
-        """Build the first newcomer's page on for `SLICE`, at least one piece; the next one waits for another frame."""
-        if self._now is None and self._waiting:
+        """Go on with the first client's page for `SLICE`, at least by one piece; the next page waits for another frame."""
+        if self._current is None and self._waiting:
             client = self._waiting.popleft()
-            self._now = client, self._build(client)
-        if self._now is None:
+            self._current = client, self._build(client)
+        if self._current is None:
             return
-        client, pieces = self._now
+        client, pieces = self._current
         deadline = self._clock() + SLICE
         try:
             for _ in pieces:
@@ -64,11 +63,14 @@ class Admission:
                     return
         except Exception:
             self._failed(client)
-        self._now = None
+        self._current = None
 
     def close(self) -> None:
-        """Give up what is half built."""
+        """Give up all pages that are not whole."""
         self._waiting.clear()
-        if self._now is not None:
-            self._now[1].close()
-            self._now = None
+        self._give_up()
+
+    def _give_up(self) -> None:
+        if self._current is not None:
+            self._current[1].close()
+            self._current = None

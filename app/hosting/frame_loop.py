@@ -5,7 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 from time import perf_counter
-from typing import Final, Protocol
+from typing import Final
 
 from app.runtime.throttled_log import ThrottledLog
 
@@ -15,44 +15,29 @@ FRAME: Final = 1.0 / 32.0
 """Wall time of a frame [s]."""
 
 SOONEST: Final = 0.008
-"""Least wall time between two frames when what a visitor does asks for one at once [s]."""
+"""Least wall time between two frames when a visitor's action asks for one at once [s]."""
 
 STUCK: Final = 3.0
-"""A frame that takes longer than this does not end any more, as far as a visitor can tell [s]."""
-
-
-class Host(Protocol):
-    """What is advanced and drawn.
-
-    Attributes:
-        wake: asks for a frame at once; set by the loop.
-    """
-
-    wake: Callable[[], None]
-
-    def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]."""
-        ...
+"""A frame that takes longer than this counts as stuck [s]."""
 
 
 class FrameLoop:
-    """The one thread that simulates and draws: every `FRAME`, and at once (but not sooner than `SOONEST`) when it is woken.
+    """Calls a function every `FRAME`, and at once (but not sooner than `SOONEST`) when a frame is due.
 
     Args:
-        host: what is advanced and drawn.
+        frame: advances and draws everything, given the wall time and the time since the last frame [s].
+        due: set to ask for a frame at once.
     """
 
-    def __init__(self, host: Host) -> None:
-        self._host = host
+    def __init__(self, frame: Callable[[float, float], None], due: threading.Event) -> None:
+        self._frame, self._due = frame, due
         self._stopped = False
         self._began = perf_counter()
-        self._news = threading.Event()
-        self._mishaps = ThrottledLog(log)
+        self._errors = ThrottledLog(log)
         self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
-        host.wake = self._news.set
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def is_at_work(self) -> bool:
@@ -60,23 +45,23 @@ class FrameLoop:
         return perf_counter() - self._began < STUCK
 
     def stop(self) -> None:
-        """End, and wait until the last frame is done."""
+        """Stop, and wait until the last frame is done."""
         self._stopped = True
-        self._news.set()
+        self._due.set()
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
         last = due = perf_counter()
         while not self._stopped:
-            self._news.clear()
+            self._due.clear()
             now = self._began = perf_counter()
             try:
-                self._host.frame(now, now - last)
+                self._frame(now, now - last)
             except Exception as error:
-                self._mishaps.exception("a frame failed", error)
+                self._errors.exception("a frame failed", error)
             last = now
             if now >= due:
-                # After a late frame the beat starts anew instead of catching up.
+                # After a late frame the beat starts again instead of catching up.
                 due = max(due + FRAME, now + FRAME / 2.0)
             time.sleep(max(now + SOONEST - perf_counter(), 0.0))
-            self._news.wait(max(due - perf_counter(), 0.0))
+            self._due.wait(max(due - perf_counter(), 0.0))

@@ -1,6 +1,5 @@
-"""What is slow when it is wanted for the first time is made ready before anybody asks: lessons and words of the other languages, and how
-robots, rooms and the person are drawn. What the user's cache does not hold yet is made in another process, as it would keep the frames
-waiting for seconds."""
+"""Prepares at the start what is slow the first time: lessons and words of the other languages, and the meshes of robots, rooms and the
+person. Meshes that the user's cache does not hold yet are made in another process, as they would delay the frames for seconds."""
 
 import logging
 import threading
@@ -25,31 +24,31 @@ from scenes.robots.drawing import robot_glbs
 log = logging.getLogger("duet.hosts")
 
 PAUSE: Final = 0.02
-"""Between two things, in which the frames have the interpreter for themselves [s]."""
+"""Time after each item, in which the frames have the interpreter for themselves [s]."""
 
 ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
 
 
 class Preparation:
-    """Goes through everything once, in a thread of its own.
+    """Reads or makes every item once, in a thread of its own.
 
     Args:
         book: the lessons.
-        background: makes what is not stored.
+        jobs: makes what is not stored.
     """
 
-    def __init__(self, book: LessonBook, background: JobPool) -> None:
-        self._book, self._background = book, background
+    def __init__(self, book: LessonBook, jobs: JobPool) -> None:
+        self._book, self._jobs = book, jobs
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="duet-preparation", daemon=True)
         self._thread.start()
 
     def wait(self) -> None:
-        """Block until everything was looked at; what was not stored may still be in the making."""
+        """Block until every item was read or submitted as a job."""
         self._thread.join()
 
     def close(self) -> None:
-        """End it after the thing that is being read."""
+        """Stop after the present item."""
         self._ended.set()
         self._thread.join()
 
@@ -64,15 +63,15 @@ class Preparation:
                 with stored_only():
                     draw()
             except NotStored:
-                self._background.submit(self, f"drawing {number}", make, draw)
+                self._jobs.submit(self, f"drawing {number}", make, draw)
             except DuetError as error:
-                log.info("something cannot be made ready: %s", error)
+                log.info("something cannot be prepared: %s", error)
             if self._ended.wait(PAUSE):
                 return
 
 
 def drawn() -> Iterator[Callable[[], object]]:
-    """Yield what makes each thing that can be drawn, or reads it from the user's cache."""
+    """Yield a function for every mesh, which reads it from the user's cache or makes it."""
     for coarse in (False, True):
         for rig in ROOMS:
             yield partial(_furnish, rig, coarse)
@@ -92,6 +91,6 @@ def _draw(name: RobotName, palette: str, coarse: bool) -> None:
 
 
 def make(draw: Callable[[], object], stopped: Callable[[], bool]) -> None:
-    """Fill the user's cache with one thing; in a worker."""
+    """Make one mesh for the user's cache; runs in a worker."""
     if not stopped():
         draw()

@@ -1,70 +1,63 @@
-"""One visitor's private stand, and the note of who comes and goes."""
+"""One visitor with a private session: the session, the page that shows it, and the controls."""
 
-import threading
-from collections.abc import Callable
+from collections.abc import Generator
 from time import perf_counter
 
 import viser
 
 from app.hosting.admission import Pieces
+from app.hosting.app_context import AppContext
 from app.hosting.resume import open_link
+from app.hosting.session_store import VisitorRecord
 from app.i18n.reader_language import language_of
 from app.i18n.speaking import set_language
-from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.session.saved import SavedLesson
 from app.lessons.translated_book import in_language
 from app.page.operation import Operation
 from app.page.view import View
-from app.runtime.job_pool import JobPool
 from app.session.clock import budget_of
 from app.session.frame import freeze, make_frame
-from app.session.input_sources import InputSources
 from app.session.session import Session
 from app.settings import Language, Settings
 from app.web.request import browser_language, request_query
-from app.web.server import DuetServer
 
 
 class Visitor:
-    """A session, what is seen of it, and what is operated. The page is there once `build` has come to its end.
+    """A session with its page. The page is there once `build` has come to its end.
 
     Args:
+        context: of the app.
         client: the visitor's.
-        settings: to begin with.
-        problems: what was wrong with the visitor's link.
-        wake: asks for a frame at once.
-        background: computes for the session.
-        people: who can be imitated.
-        book: the lessons.
-        found: what was kept of the visitor, and whether they are to be where they were.
-        back: the visitor's own session and lessons, if they are back from having been away; None for new ones.
+        settings: of a new session.
+        problems: what is wrong with the visitor's link.
+        record: what the visitor left behind.
+        parked: the visitor's own session and lessons, claimed from the store; None for new ones.
 
     Attributes:
+        client, query: the visitor's.
         session, lessons: the visitor's.
-        superseded: whether the same tab has come by another connection meanwhile.
+        is_back: whether the session was claimed from the store.
+        superseded: whether the same tab has connected again meanwhile.
+        language: of the page.
     """
 
     def __init__(
         self,
+        context: AppContext,
         client: viser.ClientHandle,
         settings: Settings,
-        problems: tuple[str, ...],
-        wake: Callable[[], None],
-        background: JobPool,
-        people: InputSources,
-        book: LessonBook,
-        found: tuple[SavedLesson, bool] | None,
-        back: tuple[Session, LessonSession] | None = None,
+        problems: tuple[str, ...] = (),
+        record: VisitorRecord | None = None,
+        parked: tuple[Session, LessonSession] | None = None,
     ) -> None:
+        self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, request_query(client)
-        self.superseded = False
-        self.session = Session(settings, wake, background, people) if back is None else back[0]
-        self._book, self._problems, self._found, self._back = book, problems, found, back
+        self.is_back, self.superseded = parked is not None, False
+        self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         self._browser: Language = browser_language(client)
-        self._language: Language = language_of(self.session.settings, self._browser)
-        set_language(self._language)
-        self.lessons = LessonSession(self.session, in_language(book, self._language)) if back is None else back[1]
+        self.language: Language = language_of(self.session.settings, self._browser)
+        set_language(self.language)
+        self.lessons = parked[1] if parked else LessonSession(self.session, in_language(context.book, self.language))
         self.view: View
         self.operation: Operation
 
@@ -72,32 +65,29 @@ class Visitor:
         """Build the page piece by piece; the browser is sent the whole of it at once."""
         client = self.client
         with client.atomic():
-            self._speak()
+            # Between two pieces the pages of others are drawn, perhaps in other languages.
+            set_language(self.language)
             self.view = View(client, self.session, lambda: [client], self.lessons)
             yield
-            self._speak()
+            set_language(self.language)
             self.view.show(freeze(self.session, perf_counter()))
             yield
-            self._speak()
+            set_language(self.language)
             self.operation = Operation(client, self.session, self.view)
             yield
-            self._speak()
+            set_language(self.language)
             self.view.welcome(client)
-            if self._back is None:
-                self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._found)))
-                self.operation.notify_lessons(self._book)
-
-    def _speak(self) -> None:
-        # Between two pieces the pages of others are drawn, perhaps in other languages.
-        set_language(self._language)
+            if not self.is_back:
+                self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
+                self.operation.notify_lessons(self._context.book)
 
     def _translate(self) -> None:
-        """Make the page anew in another language; the session and the lessons go on where they are."""
+        """Build the page again in another language; the session and the lessons go on where they are."""
         saved = self.lessons.saved()
         self.operation.close()
-        self._language = language_of(self.session.settings, self._browser)
-        set_language(self._language)
-        self.lessons = LessonSession(self.session, in_language(self._book, self._language))
+        self.language = language_of(self.session.settings, self._browser)
+        set_language(self.language)
+        self.lessons = LessonSession(self.session, in_language(self._context.book, self.language))
         if saved is not None:
             self.lessons.resume(saved, reopen=True)
         with self.client.atomic():
@@ -106,19 +96,14 @@ class Visitor:
             self.operation = Operation(self.client, self.session, self.view)
             self.view.welcome(self.client)
 
-    @property
-    def language(self) -> Language:
-        """What the page speaks."""
-        return self._language
-
     def halt(self, halted: bool) -> None:
         """Stop the session for the teacher, or let it go on as it did before."""
         self.session.halt.set("teacher", halted)
 
     def frame(self, now: float, elapsed: float, sessions: int) -> None:
         """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]; `sessions`: that have a frame at this time."""
-        self._speak()
-        if language_of(self.session.settings, self._browser) != self._language:
+        set_language(self.language)
+        if language_of(self.session.settings, self._browser) != self.language:
             self._translate()
         frame = make_frame(self.session, self.lessons, now, elapsed, budget_of(sessions))
         with self.client.atomic():
@@ -126,35 +111,42 @@ class Visitor:
             self.operation.show(frame)
         self.client.flush()
 
+    def save(self) -> None:
+        """Keep settings and progress in the store."""
+        self._context.store.save(VisitorRecord(self.query, self.session.settings, self.lessons.saved()))
 
-class Connections:
-    """Notes on the network's thread who comes and goes, and tells it on the frame loop's.
+    def leave(self) -> None:
+        """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
+        self.session.posts.drop()
+        self.halt(False)
+        self.save()
+        self.operation.close()
+        if self.superseded:
+            self.session.close()
+        else:
+            self._context.store.park(self.query, self.session, self.lessons)
 
-    Attributes:
-        wake: asks for a frame at once; set by the frame loop.
-    """
 
-    def __init__(self, server: DuetServer) -> None:
-        self._server = server
-        self.wake: Callable[[], None] = lambda: None
-        self._arrivals: list[viser.ClientHandle] = []
-        self._departures: set[int] = set()
-        self._lock = threading.Lock()
-
-        @server.on_client_connect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._arrivals.append(client)
-            self.wake()
-
-        @server.on_client_disconnect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._departures.add(client.client_id)
-
-    def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
-        """Return who came (and is still there) and the ids of who left since the last call."""
-        with self._lock:
-            arrivals, self._arrivals = self._arrivals, []
-            departures, self._departures = self._departures, set()
-        return [client for client in arrivals if client.client_id not in departures], departures
+def open_visitor(
+    context: AppContext,
+    client: viser.ClientHandle,
+    settings: Settings,
+    problems: tuple[str, ...] = (),
+    record: VisitorRecord | None = None,
+) -> Generator[None, None, Visitor]:
+    """Build the page of a visitor who has connected piece by piece, and return the visitor; see `Visitor` for the arguments."""
+    query = request_query(client)
+    parked = context.store.claim(query)
+    visitor: Visitor | None = None
+    try:
+        visitor = Visitor(context, client, settings, problems, record, parked)
+        yield
+        yield from visitor.build()
+    except BaseException:
+        # Also of a tab that is closed before its page is whole.
+        if parked is not None:
+            context.store.park(query, *parked)
+        elif visitor is not None:
+            visitor.session.close()
+        raise
+    return visitor

@@ -10,7 +10,7 @@ import pytest
 from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
-from app.hosting.resume import KEEP, ProgressStore, open_link, step_of
+from app.hosting.resume import open_link
 from app.lessons import FOLDER
 from app.lessons.loading import LANGUAGES, Language, load_lessons
 from app.lessons.phases import Phase
@@ -29,7 +29,6 @@ from app.lessons.session.lesson_actions import (
     StartOrPause,
 )
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.session.saved import SavedLesson
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.elbow_marks import reaches
 from app.page.lessons.forecast_boxes import read_number
@@ -52,7 +51,7 @@ WORD = "0123456789abcdef0123456789abcdef"
 def run_of(house: App, guest: Guest) -> LessonSession:
     """The lessons of a visitor."""
     assert isinstance(house.host, PrivateHost)
-    return house.host._stands[guest.number].lessons
+    return house.host.visitors[guest.number].lessons
 
 
 def as_opened(settings: Settings) -> Settings:
@@ -376,20 +375,6 @@ def test_keys_are_told_once() -> None:
     assert len(set(keys)) == len(keys) and len({h.text for h in (*HOTKEYS, *LESSON_KEYS)}) == len(keys)
 
 
-# ---- what is kept ---------------------------------------------------------------------------------------------------------------
-
-
-def test_progress_is_kept_for_ten_minutes_and_for_its_own_tab() -> None:
-    keeper, saved = ProgressStore(), SavedLesson("{}", Settings(), True)
-    keeper.keep({"resume": WORD, "lesson": "3"}, saved, 0.0)
-    keeper.keep({"resume": "../../etc"}, saved, 0.0)
-    assert keeper.find({"resume": WORD, "lesson": "3"}, KEEP - 1.0) == (saved, True)
-    assert keeper.find({"resume": WORD, "lesson": "4"}, KEEP - 1.0) == (saved, False)
-    assert keeper.find({"resume": WORD[::-1]}, 1.0) is None and keeper.find({}, 1.0) is None
-    assert keeper.find({"resume": WORD}, KEEP + 1.0) is None
-    assert step_of("2") == (1, "") and step_of("x")[1] and step_of("0")[1]
-
-
 # ---- the page -------------------------------------------------------------------------------------------------------------------
 
 
@@ -407,7 +392,7 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
         visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS))
         (number,) = live_sessions(opened)
         assert isinstance(opened.host, PrivateHost)
-        run, session = opened.host._stands[number].lessons, live_sessions(opened)[number]
+        run, session = opened.host.visitors[number].lessons, live_sessions(opened)[number]
         assert (run.walk.lesson.id, run.walk._at.step_index) == ("strict-priority", 1)
         # A lesson shows the plots that its step needs, and offers no others.
         visitor.wait_for(lambda v: not v.mirror.labelled("more plots")["visible"])
@@ -424,7 +409,7 @@ def test_a_link_opens_a_step_and_buttons_walk_it(house: OpenHouse, request: pyte
     request.addfinalizer(visitor.close)
     visitor.wait_for(lambda v: len(v.mirror.commands) == len(HOTKEYS) + len(LESSON_KEYS))
     number = max(live_sessions(opened))
-    again = opened.host._stands[number].lessons
+    again = opened.host.visitors[number].lessons
     assert again.open and again.walk.to_json() == kept
     click(visitor, "Leave")
     visitor.wait_for(lambda _: not again.open)

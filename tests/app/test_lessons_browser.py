@@ -110,7 +110,7 @@ def test_progress_survives_a_reload(house: OpenHouse, page_at: PageAt) -> None:
     assert isinstance(opened.host, PrivateHost)
     until(page, lambda: len(live_sessions(opened)) == 1, "the old one gone", 60.0)
     (number,) = live_sessions(opened)
-    again = opened.host._stands[number].lessons
+    again = opened.host.visitors[number].lessons
     assert again.walk.done.choice == 3 and again.walk.step.id == "pose"
     assert live_sessions(opened)[number].settings.run.gain == 7.0
 

@@ -67,7 +67,7 @@ def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureF
 
 def test_a_visitor_chooses_the_source(house: OpenHouse, arrive: Arrive, wave: Path) -> None:
     """The file named at the start is there when it is chosen, and the clip again afterwards; without a camera nobody is lost."""
-    guest = arrive(house(Settings(), people=find_input_sources(wave, None, None, None)))
+    guest = arrive(house(Settings(), sources=find_input_sources(wave, None, None, None)))
     session, motion = guest.session, read_bvh(wave)
     for key, value in (("source", "file"), ("scene", "imitation")):
         session.post(lambda key=key, value=value: session.change(key, value))
@@ -97,7 +97,7 @@ def test_a_law_file_runs_for_every_visitor_and_is_loaded_again(house: OpenHouse,
     text = path.read_text(encoding="utf-8")
     with pytest.raises(BadInputFile, match="new-law"):
         find_input_sources(None, None, None, None, tmp_path / "none.py")
-    guest = arrive(house(Settings(), people=find_input_sources(None, None, None, None, path)))
+    guest = arrive(house(Settings(), sources=find_input_sources(None, None, None, None, path)))
     session = guest.session
     guest.visitor.wait_for(lambda _: session.custom_law_problem == "" and session.simulation.time > 0.5)
     path.write_text(

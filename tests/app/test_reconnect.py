@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import itertools
 import logging
 import os
 import threading
@@ -12,14 +11,11 @@ from contextlib import ExitStack, suppress
 from typing import Any
 
 import msgspec
-import numpy as np
 import pytest
 
 from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
-from app.hosting.resume import KEEP
-from app.hosting.session_store import MOST, SessionStore, same_tab
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
@@ -61,7 +57,7 @@ class Tab:
 
     @property
     def lessons(self) -> LessonSession:
-        return host_of(self.opened)._stands[self.number].lessons
+        return host_of(self.opened).visitors[self.number].lessons
 
     def cut(self, unfinished: bytes = b"") -> None:
         """Break the connection without a word; perhaps in the middle of a message."""
@@ -122,7 +118,7 @@ def test_fifteen_dropped_connections_lose_nothing(
     house: OpenHouse, tab: Callable[..., Tab], caplog: pytest.LogCaptureFixture
 ) -> None:
     opened = house()
-    host, other = host_of(opened), tab(opened, "dm=0.2", WORD[::-1])
+    other = tab(opened, "dm=0.2", WORD[::-1])
     one = tab(opened, "lesson=3&step=2")
     # An answer, a run that has been seen, settings that are not the lesson's, and a ghost.
     click(one.visitor, "2 ")
@@ -149,9 +145,9 @@ def test_fifteen_dropped_connections_lose_nothing(
             message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
             one.cut(message if turn % 2 else b"")
             other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
-            assert len(host._cloakroom) == 1
+            assert opened.context.store.parked == 1
             one.come()
-            assert one.session is session and len(host._cloakroom) == 0
+            assert one.session is session and opened.context.store.parked == 0
             assert remembered(one) == before
             counts.append((open_files(), threading.active_count()))
         assert not caplog.records, caplog.text
@@ -184,7 +180,7 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(hou
     one.cut()
     one.come()
     assert one.session is not session and one.session.settings == changed(Settings(), "n", 9.0)
-    assert len(host_of(opened)._cloakroom) == 0
+    assert opened.context.store.parked == 0
 
 
 def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenHouse, tab: Callable[..., Tab]) -> None:
@@ -204,7 +200,7 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     ]
     old.close()
     one.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
-    assert len(host_of(opened)._cloakroom) == 0  # what was left has gone on elsewhere
+    assert opened.context.store.parked == 0  # what was left has gone on elsewhere
     one.cut()
     one.come()
     assert remembered(one) == after
@@ -217,12 +213,12 @@ def test_a_lecturer_who_drops_out_costs_nobody_a_frame(
     host = opened.host
     assert isinstance(host, LectureHost)
     lecturer = join(opened)
-    lecturer.wait_for(lambda v: host._operation is not None and len(v.mirror.commands) >= 14)
+    lecturer.wait_for(lambda v: host.controls.operation is not None and len(v.mirror.commands) >= 14)
     student, first = join(opened), host.operator
     student.wait_for(lambda _: opened.server.count_clients() == 2)
     # viser takes a tab's controls away before it says that the tab has gone; the moment between is stretched here.
     with monkeypatch.context() as patch:
-        patch.setattr(host, "changes", lambda: ([], set()))
+        patch.setattr(host.connections, "changes", lambda: ([], set()))
         lecturer.break_off()
         student.wait_for(lambda _: first not in opened.server.get_clients())
         ask(host.session, lambda s: s.change("plot", "rates"))
@@ -251,47 +247,4 @@ def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_a
         ((number, again),) = live_sessions(opened).items()
         assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
         page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
-    assert len(host_of(opened)._cloakroom) == 0
-
-
-def test_what_is_kept_is_kept_for_ten_minutes_and_for_few() -> None:
-    closed: list[int] = []
-    numbers = itertools.count()
-
-    class Noted(Session):
-        def __init__(self) -> None:
-            super().__init__(Settings())
-            self.number = next(numbers)
-
-        def close(self) -> None:
-            closed.append(self.number)
-
-    room, lessons = SessionStore(), np.nan
-    query: dict[str, str] = {"resume": WORD, "dm": "0.2", "window": "800x600"}
-
-    def leave(query: dict[str, str], now: float) -> Session:
-        session = Noted()
-        room.leave(query, session, lessons, now)  # pyright: ignore[reportArgumentType]
-        return session
-
-    assert KEEP == 600.0
-    first = leave(query, 0.0)
-    back = room.fetch({**query, "window": "390x844"}, KEEP)
-    assert back is not None and back[0] is first and len(room) == 0 and not closed
-    leave(query, 0.0)
-    assert room.fetch(query, KEEP + 0.1) is None and closed == [1]
-    leave(query, 0.0)
-    assert room.fetch({**query, "dm": "0.3"}, 1.0) is None and closed == [1, 2]
-    leave({"dm": "0.2"}, 0.0)
-    leave({"resume": "../../etc"}, 0.0)
-    assert closed == [1, 2, 3, 4] and len(room) == 0
-    for number in range(MOST + 2):
-        leave({"resume": f"{number:016d}"}, float(number))
-    assert closed == [1, 2, 3, 4, 5, 6] and len(room) == MOST
-    leave({"resume": f"{5:016d}"}, 20.0)
-    assert closed[-1] == 10 and len(room) == MOST
-    room.tidy(KEEP + 4.5)
-    assert closed[-3:] == [7, 8, 9] and len(room) == MOST - 3
-    room.close()
-    assert len(room) == 0 and len(closed) == next(numbers) - 1
-    assert same_tab(query, {**query, "window": "1x1"}) and not same_tab({}, {}) and not same_tab(query, {"resume": WORD})
+    assert opened.context.store.parked == 0

@@ -2,9 +2,9 @@
 
 import pytest
 
-from app.classroom.classroom_html import notes_html
 from app.lessons.loading import load_lessons, load_notes
 from app.lessons.notes import Notes, StepNotes, read_notes
+from app.page.panels.notes_panel import notes_html
 
 
 def test_a_heading_with_a_number_begins_what_belongs_to_a_step() -> None:

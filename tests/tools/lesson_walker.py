@@ -59,7 +59,7 @@ def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
     close_software_note(page)
     assert isinstance(opened.host, PrivateHost)
     number = max(set(live_sessions(opened)) - known)
-    return live_sessions(opened)[number], opened.host._stands[number].lessons
+    return live_sessions(opened)[number], opened.host.visitors[number].lessons
 
 
 def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:

@@ -139,7 +139,7 @@ def main() -> int:
     parser.add_argument("--pictures", choices=("yes", "no"), default="yes")
     given = parser.parse_args()
     numbers = [int(number) for number in given.lessons.split(",")]
-    house = start_app("127.0.0.1", 0, Settings(), people=InputSources(law_file=custom_law()))
+    house = start_app("127.0.0.1", 0, Settings(), sources=InputSources(law_file=custom_law()))
     failed, tables = 0, []
     with sync_playwright() as playwright:
         browser = launch(playwright)

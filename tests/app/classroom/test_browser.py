@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 from playwright.sync_api import Page
 
 from app.classroom.lecture import LectureHost
 from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed
-from tests.app.conftest import OpenHouse, ask
-from tests.browser import PageAt, close_software_note, until
+from tests.app.conftest import HAND, OpenHouse, ask
+from tests.app.page.by_hand import WRIST, control
+from tests.browser import PageAt, close_software_note, until, wait_frames, wait_ready, world_position
 
 WAIT = 60.0
 
@@ -43,6 +45,22 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     close_software_note(teacher)
     come(ann, opened.url)
     come(bo, opened.url)
+
+    # The stage is the same for all, and only the teacher operates it.
+    session = host.session
+    arm, place = ask(session, lambda s: (s.simulation.room.arms[0].name, s.simulation.kinematics.joint_point(7).copy()))
+    wrist = f"/arms/{arm}{WRIST}"
+    for page in (teacher, ann):
+        wait_ready(page, wrist)
+        until(page, lambda p=page: np.allclose(world_position(p, wrist), place, atol=1e-3), "the same arm", WAIT)
+    operated = (control(ann, "dm"), ann.get_by_role("tab", name="Arms"), ann.get_by_role("button", name="Pause"))
+    assert [one.count() for one in operated] == [0, 0, 0]
+    assert not ann.evaluate(f"!!__viserMutable.nodeRefFromName['{HAND}']")
+    before = ask(session, lambda s: (s.settings, s.paused, s.simulation.steps))
+    for key in (" ", "r", ".", "l", "["):
+        on_stage(ann, key)
+        wait_frames(ann, 3)
+    assert ask(session, lambda s: (s.settings, s.paused, s.simulation.steps)) == before
 
     # One answers by key, the other by click; the teacher sees how many, and nobody else does.
     teacher.get_by_text("0 answered · 2 not yet").wait_for()

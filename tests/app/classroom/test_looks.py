@@ -90,7 +90,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     # The class's answers and the outcome, in every language.
     german.click(next(str(e["label"]) for e in german.mirror.gui.values() if str(e.get("label")).startswith("1   ")))
     teacher.wait_for(lambda _: host.room.ballots.tally(_place(host), 3, host.room.here).answered == 1, WAIT)
-    host._decisions.post("reveal")
+    host.control.post("reveal")
     ask(host.session, lambda _: host.lessons.act(GoOn()))
     for visitor, language in ((english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")):
         says(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
@@ -107,12 +107,12 @@ def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(ho
     assert isinstance(host, LectureHost)
     join(opened)
     ann, bo, cy = join(opened, "lang=de"), join(opened, "lang=de&dm=0.3"), join(opened, "lang=de&theme=dark")
-    cy.wait_for(lambda _: len(host._showings) == 2, WAIT)
-    assert sorted(len(audience.watchers) for audience in host._apart.audiences) == [1, 2]
+    cy.wait_for(lambda _: len(host.stage.pages) == 2, WAIT)
+    assert sorted(len(audience.watchers) for audience in host.audiences.audiences) == [1, 2]
     ann.close()
-    cy.wait_for(lambda _: [len(one.watchers) for one in host._apart.audiences] == [1, 1], WAIT)
+    cy.wait_for(lambda _: [len(one.watchers) for one in host.audiences.audiences] == [1, 1], WAIT)
     bo.close()
-    cy.wait_for(lambda _: len(host._showings) == 1, WAIT)
+    cy.wait_for(lambda _: len(host.stage.pages) == 1, WAIT)
     # So many looks are drawn; more of them join the one that is most like theirs, in their language.
     looks = [
         f"lang={lang}&theme={theme}&profile={size}"
@@ -120,8 +120,10 @@ def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(ho
         for theme in ("light", "dark")
         for size in ("desk", "projector")
     ]
-    others = [join(opened, f"{look}&resume={number:032x}") for number, look in enumerate(looks)]
-    assert len(host._apart.audiences) == MOST and len(looks) + 1 > MOST
-    more = join(opened, "lang=de&theme=dark&picture=fast")
+    # Each is a tab of its own, as without an id one address has few connections.
+    others = [join(opened, f"{look}&resume={number:016d}") for number, look in enumerate(looks)]
+    assert len(host.audiences.audiences) == MOST and len(looks) + 1 > MOST
+    more = join(opened, f"lang=de&theme=dark&picture=fast&resume={'f' * 16}")
     says(more, 'data-words="de"')
-    assert len(host._apart.audiences) == MOST and all(one.closed is None for one in others)
+    assert len(host.audiences.audiences) == MOST and all(one.closed is None for one in others)
+    assert opened.server.count_clients() == 11, "a lecture has room for more pages than there are private sessions"

@@ -229,24 +229,6 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkey
         session.close()
 
 
-def test_without_a_file_there_is_nothing_to_check() -> None:
-    session = Session(Settings())
-    run = LessonSession(session, load_lessons())
-    to_challenge(session, run)
-    assert run.own_tests == NO_FILE
-    run.act(Check())
-    run.decide()
-    assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
-
-
-# ---- what is said -----------------------------------------------------------------------------------------------------------------
-
-
-def test_without_a_file_the_step_says_what_to_type() -> None:
-    html = law_html(NO_FILE, "", False, False)
-    assert all(f"<pre>{command}</pre>" in html for command in COMMANDS)
-
-
 def test_every_test_says_how_it_went_in_words() -> None:
     """Before, in the middle and in the end; what a file's author wrote is no HTML."""
     verdicts = tuple(TrialResult(name, name != NAMES[1], f"d < {i} mm & so on", {}) for i, name in enumerate(NAMES))

@@ -20,7 +20,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     path = tmp_path / "my_law.py"
     assert new_law(NewLaw(path)) == 0
     text = path.read_text(encoding="utf-8")
-    opened = house(Settings(), people=InputSources(law_file=path))
+    opened = house(Settings(), sources=InputSources(law_file=path))
     page = page_at(1100, 700)
     page.set_default_timeout(60_000)
     page.goto(f"{opened.url}/?lesson=10&step=4")
@@ -28,7 +28,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     close_software_note(page)
     assert isinstance(opened.host, PrivateHost)
     ((number, session),) = live_sessions(opened).items()
-    run = opened.host._stands[number].lessons
+    run = opened.host.visitors[number].lessons
     while run.walk.phase is not Phase.CHALLENGE:
         before = run.walk.phase
         page.keyboard.press("n")

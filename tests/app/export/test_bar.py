@@ -28,7 +28,7 @@ SLOWLY = 60.0
 def stand_of(opened: App) -> Visitor:
     """Where the only visitor is."""
     assert isinstance(opened.host, PrivateHost)
-    (stand,) = opened.host._stands.values()
+    (stand,) = opened.host.visitors.values()
     return stand
 
 

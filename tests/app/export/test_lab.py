@@ -11,7 +11,8 @@ import pytest
 from app.export.export_queue import ExportQueue
 from app.export.lab_report import Done, done_in, lab_bytes, recorded_of, report_title, rich_html
 from app.export.report_html import LOCKED
-from app.hosting.resume import ProgressStore, open_link
+from app.hosting.resume import open_link
+from app.hosting.session_store import SessionStore, VisitorRecord
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
 from app.lessons.progress import MOST_WORDS
@@ -120,10 +121,10 @@ def test_the_shelf_makes_it_as_a_file(run: LessonSession) -> None:
 
 
 def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: LessonSession) -> None:
-    keeper, query = ProgressStore(), {"resume": "0123456789abcdef"}
-    keeper.keep(query, run.saved())
+    store, query = SessionStore(), {"resume": "0123456789abcdef"}
+    store.save(VisitorRecord(query, Settings(), run.saved()))
     back = LessonSession(Session(Settings()), BOOK)
-    assert open_link(back, query, keeper.find(query)) == ()
+    assert open_link(back, query, store.find(query)) == ()
     assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
     back.act(ResetStep())
     assert back.walk.done.words == run.walk.done.words and back.walk.done.choice is None

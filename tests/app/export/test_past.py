@@ -40,8 +40,9 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
     assert session.paused
     first.wait_for(lambda v: HAND not in v.mirror.nodes, LONG)
     # Both see the same moment, and it is one of the past.
-    assert opened.host._operation is not None and opened.host._operation._keep is not None
-    bar = opened.host._operation._keep
+    operation = opened.host.controls.operation
+    assert operation is not None and operation._keep is not None
+    bar = operation._keep
     first.wait_for(lambda _: bar.shelf.replay is not None and not bar.shelf.replay.playing, LONG)
     steps = ask(session, lambda s: s.simulation.steps)
     first.set_value("moment [s]", 0.25)
@@ -59,7 +60,7 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     opened = house()
     guest = arrive(opened)
     assert isinstance(opened.host, PrivateHost)
-    stand = opened.host._stands[guest.number]
+    stand = opened.host.visitors[guest.number]
     bar = stand.operation._keep
     assert bar is not None
     guest.ask(lambda _: stand.lessons.enter(0))
@@ -80,7 +81,7 @@ def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None
     query = "lesson=1&resume=0123456789abcdef"
     with BlockingClient(opened.url, query=query) as before:
         before.wait_for(lambda v: v.mirror.replayed and len(live_sessions(opened)) == 1, LONG)
-        (stand,) = opened.host._stands.values()
+        (stand,) = opened.host.visitors.values()
         ask(stand.session, lambda _: stand.lessons.act(Choose(2)))
         for phase in (Phase.OBSERVE, Phase.EXPLAIN):
             ask(stand.session, lambda _: stand.lessons.act(GoOn()))

@@ -161,7 +161,7 @@ def test_links_are_answered_in_the_page_s_language() -> None:
         "Es gibt keine Lektion 99",
         "Es gibt keine Lektion 🦆;",
         "step = 2 hat nur zusamme",
-        "step = 🦆 ist keine Zahl;",
+        "step = 🦆 ist keine Zahl ",
         "🦆.py läuft in einem eige",
     ]
 

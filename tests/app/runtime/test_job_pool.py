@@ -280,7 +280,7 @@ def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, joi
     if not lecture:
         visitor.close()
         until(lambda: not live_sessions(opened))
-        until(lambda: opened.background.load == (0, 0))
+        until(lambda: opened.context.jobs.load == (0, 0))
     opened.close()
     assert set(multiprocessing.active_children()) == others
-    assert opened.background.load[1] == 0
+    assert opened.context.jobs.load[1] == 0

@@ -139,7 +139,7 @@ def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse
         host = opened.host
         assert isinstance(host, PrivateHost)
         visitor.wait_for(lambda _: len(host.sessions) == 1)
-        (stand,) = host._stands.values()
+        (stand,) = host.visitors.values()
         ask(stand.session, lambda _: setattr(stand, "frame", fail))
         visitor.wait_for(lambda _: frames > 5)
         # What a busy machine takes for it may be ten seconds, and then there is a count.

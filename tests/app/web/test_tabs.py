@@ -10,7 +10,7 @@ import pytest
 import viser
 
 from app.bench.blocking_client import BlockingClient
-from app.hosting.resume import word_of
+from app.hosting.session_store import tab_id
 from app.page import STATIC
 from app.web.connection import FilteredConnection
 from app.web.index_page import page_query
@@ -111,7 +111,7 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
         tab = next(one for one, holder in server._holders.items() if holder[0] == "tab")
         assert isinstance(tab, FilteredConnection) and tab.request is not None
         program.wait_for(lambda _: tab.introduced)
-        assert server._holders[tab] == ("tab", word_of(page_query(tab.request.path)))
+        assert server._holders[tab] == ("tab", tab_id(page_query(tab.request.path)))
         # viser itself does not know it yet.
         assert server.client_id(tab) not in server.get_clients()
 

@@ -1,4 +1,4 @@
-"""Newcomers are let in one a frame and piece by piece, and what a tab asked for goes with it. Every frame is made by hand here."""
+"""New pages are built one at a time and piece by piece, and what a tab asked for goes with it. Every frame is made by hand here."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
-from app.hosting import admission as entrance
+from app.hosting import admission
 from app.hosting.private_host import PrivateHost
 from app.hosting.visitor import Visitor
 from app.settings import Settings
@@ -24,7 +24,7 @@ TRIES, PAUSE = 6000, threading.Event()
 
 
 class ByHand:
-    """A house whose frames are made by hand, and those who come to it."""
+    """An app whose frames are made by hand, and its visitors."""
 
     def __init__(self, house: App) -> None:
         # The thread that makes them has come to its end.
@@ -38,17 +38,17 @@ class ByHand:
 
     def come(self, query: str = "") -> BlockingClient:
         """A browser that is connected, and about which the next frame knows."""
-        before = len(self.host._arrivals)
+        before = len(self.host.connections._arrivals)
         self.visitors.append(BlockingClient(self.house.url, query=query))
-        self.visitors[-1].wait_for(lambda _: len(self.host._arrivals) > before)
+        self.visitors[-1].wait_for(lambda _: len(self.host.connections._arrivals) > before)
         return self.visitors[-1]
 
     def leave(self, visitor: BlockingClient) -> None:
         """The browser is gone, and the next frame knows."""
-        before = len(self.host._departures)
+        before = len(self.host.connections._departures)
         visitor.close()
         for _ in range(TRIES):
-            if len(self.host._departures) > before:
+            if len(self.host.connections._departures) > before:
                 return
             PAUSE.wait(0.01)
         raise TimeoutError
@@ -56,7 +56,7 @@ class ByHand:
     def let_in(self, query: str = "") -> BlockingClient:
         visitor = self.come(query)
         self.frame()
-        while self.host._entrance.busy:
+        while self.host.admission.busy:
             self.frame()
         self.frame()
         visitor.wait_for(lambda v: v.mirror.replayed and any("/arms/" in name for name in v.mirror.nodes))
@@ -65,7 +65,7 @@ class ByHand:
 
 @pytest.fixture
 def by_hand(house: OpenHouse) -> Iterator[Callable[..., ByHand]]:
-    """`by_hand(lecture=True)` is a house whose frames are made by hand."""
+    """`by_hand(lecture=True)` is an app whose frames are made by hand."""
     made: list[ByHand] = []
 
     def make(**options: Any) -> ByHand:
@@ -81,18 +81,18 @@ def by_hand(house: OpenHouse) -> Iterator[Callable[..., ByHand]]:
 @pytest.fixture
 def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """What is done in order, on a machine on which every piece takes as long as there is: (piece or frame, client id)."""
-    monkeypatch.setattr(entrance, "SLICE", 0.0)
+    monkeypatch.setattr(admission, "SLICE", 0.0)
     done: list[tuple[str, int]] = []
     build, frame = Visitor.build, Visitor.frame
 
-    def building(stand: Visitor) -> entrance.Pieces:
-        for _ in build(stand):
-            done.append(("piece", stand.client.client_id))
+    def building(visitor: Visitor) -> admission.Pieces:
+        for _ in build(visitor):
+            done.append(("piece", visitor.client.client_id))
             yield
 
-    def drawing(stand: Visitor, now: float, elapsed: float, sessions: int) -> None:
-        done.append(("frame", stand.client.client_id))
-        frame(stand, now, elapsed, sessions)
+    def drawing(visitor: Visitor, now: float, elapsed: float, sessions: int) -> None:
+        done.append(("frame", visitor.client.client_id))
+        frame(visitor, now, elapsed, sessions)
 
     monkeypatch.setattr(Visitor, "build", building)
     monkeypatch.setattr(Visitor, "frame", drawing)
@@ -122,17 +122,19 @@ def test_those_who_are_here_have_a_frame_between_any_two_pieces(
         visitor.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/arms/left/base" in v.mirror.nodes)
 
 
-def test_several_pieces_are_built_in_a_frame_while_there_is_time_but_of_one_newcomer(
-    by_hand: Callable[..., ByHand], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("lecture", [False, True])
+def test_while_there_is_time_one_page_is_built_in_a_frame(
+    by_hand: Callable[..., ByHand], monkeypatch: pytest.MonkeyPatch, lecture: bool
 ) -> None:
-    monkeypatch.setattr(entrance, "SLICE", 1e9)
-    opened = by_hand(sessions=8)
-    assert isinstance(opened.host, PrivateHost)
+    monkeypatch.setattr(admission, "SLICE", 1e9)
+    opened = by_hand(sessions=8, lecture=lecture)
+    host = opened.host
     for _ in range(3):
         opened.come()
     for count in (1, 2, 3):
         opened.frame()
-        assert len(opened.host.sessions) == count and opened.host._entrance.busy == (count < 3)
+        built = host.participants if isinstance(host, LectureHost) else host.visitors
+        assert len(built) == count and host.admission.busy == (count < 3)
 
 
 def test_a_page_that_is_closed_half_built_is_given_up_and_the_next_one_is_built(
@@ -146,22 +148,11 @@ def test_a_page_that_is_closed_half_built_is_given_up_and_the_next_one_is_built(
     opened.leave(hasty)
     gone = pieces[-1][1]
     opened.frame()
-    while opened.host._entrance.busy:
+    while opened.host.admission.busy:
         opened.frame()
     assert gone not in opened.host.sessions and len(opened.host.sessions) == 1
     opened.frame()
     patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
-
-
-def test_a_class_is_seated_one_a_frame(by_hand: Callable[..., ByHand]) -> None:
-    opened = by_hand(lecture=True)
-    assert isinstance(opened.host, LectureHost)
-    opened.let_in()
-    for _ in range(3):
-        opened.come()
-    for count in (2, 3, 4):
-        opened.frame()
-        assert len(opened.host._seats) == count
 
 
 def test_what_a_tab_asked_for_goes_with_it(by_hand: Callable[..., ByHand]) -> None:
@@ -184,7 +175,7 @@ def test_what_the_lecturer_asked_for_goes_with_the_tab_but_no_answer_of_a_studen
     opened = by_hand(lecture=True)
     assert isinstance(opened.host, LectureHost)
     lecturer = opened.let_in()
-    session, decisions = opened.host.session, opened.host._decisions
+    session, decisions = opened.host.session, opened.host.control
     settings = session.settings
     session.post(lambda: session.change("dm", 0.2), "dm")
     decisions.post_answer("a student", 0)

@@ -1,0 +1,77 @@
+"""The stage as students and projectors watch it: drawn once for every audience, that is, for every look."""
+
+from collections.abc import Callable, Collection, Iterator
+
+import viser
+
+from app.classroom.classroom import Classroom
+from app.classroom.participant import Participant
+from app.classroom.stage_page import StagePage
+from app.classroom.student_answers import Answers, Banner
+from app.classroom.teacher_control import TeacherControl
+from app.hosting.app_context import AppContext
+from app.hosting.teacher_key import is_mistaken
+from app.i18n.speaking import set_language
+from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.key_notice import name_mistake
+from app.session.session import Session
+from app.web.audience import Audience
+from app.web.audiences import Audiences
+
+
+class StageAudiences:
+    """The stage's pages for the audiences.
+
+    Args:
+        context: of the app.
+        session, lessons: the stage's.
+        room: the class.
+        control: takes the students' answers.
+        participants: returns all participants.
+
+    Attributes:
+        pages: the stage's page for every audience.
+    """
+
+    def __init__(
+        self,
+        context: AppContext,
+        session: Session,
+        lessons: LessonSession,
+        room: Classroom,
+        control: TeacherControl,
+        participants: Callable[[], Collection[Participant]],
+    ) -> None:
+        self._context, self._session, self._lessons, self._control = context, session, lessons, control
+        self._room, self._participants = room, participants
+        self.pages: dict[Audience, StagePage] = {}
+
+    def update(self, audiences: Audiences) -> None:
+        """Build pages for new audiences, and drop those of audiences without a watcher."""
+        self.pages = {one: self.pages[one] if one in self.pages else self._build(one) for one in audiences.audiences}
+
+    def watchers(self, audience: Audience) -> Iterator[Participant]:
+        """Yield the participants of an audience."""
+        return (one for one in self._participants() if one.audience is audience)
+
+    def _build(self, audience: Audience) -> StagePage:
+        def clients() -> list[viser.ClientHandle]:
+            return [one.client for one in self.watchers(audience)]
+
+        look = audience.look
+        return StagePage(audience, self._session, self._lessons, self._context.book, look.language, look, clients)
+
+    def admit(self, watcher: Participant) -> None:
+        """Welcome a student or a projector, and give a student banner and answers."""
+        client, audience, student = watcher.client, watcher.audience, watcher.id
+        assert audience is not None
+        page = self.pages[audience]
+        set_language(page.language)
+        audience.contain_elements_of(client)
+        page.view.welcome(client)
+        if not watcher.screen:
+            self._room.enter(client.client_id, student)
+            watcher.banner = Banner(client.gui)
+            watcher.answers = Answers(client, page.view.lesson_panel, lambda choice: self._control.post_answer(student, choice))
+        if is_mistaken(self._context.key, watcher.query):
+            name_mistake(client)

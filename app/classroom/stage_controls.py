@@ -1,0 +1,105 @@
+"""The controls of the stage, and the teacher who has them: the operator."""
+
+from app.classroom.address import Address, find_address
+from app.classroom.participant import Participant
+from app.classroom.stage_page import StagePage
+from app.classroom.teacher_control import TeacherControl
+from app.classroom.teacher_panel import TeacherPanel
+from app.hosting.app_context import AppContext
+from app.hosting.resume import open_link
+from app.i18n.reader_language import language_of, look_of
+from app.i18n.speaking import set_language
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.translated_book import in_language
+from app.page.operation import Operation
+from app.session.session import Session
+from app.settings import LOOKS, Language, from_query
+from app.web.request import browser_language, request_address
+from scenes.settings import values
+
+
+class StageControls:
+    """Builds the teachers' pages; one of them, the operator's, has the controls. The stage has the operator's language.
+
+    Args:
+        context: of the app.
+        session, lessons: the stage's.
+        control: carries out the teacher's actions.
+
+    Attributes:
+        operator: the participant who has the controls, or None.
+        operation: the controls; None while there is no operator.
+        language: of the stage.
+        address: for the students; None until a teacher has come.
+    """
+
+    def __init__(self, context: AppContext, session: Session, lessons: LessonSession, control: TeacherControl) -> None:
+        self._context, self._session, self._lessons, self._control = context, session, lessons, control
+        self.operator: Participant | None = None
+        self.operation: Operation | None = None
+        self._browser: Language = "en"
+        self.language: Language = language_of(context.start, self._browser)
+        self._last_operator = ""
+        self.address: Address | None = None
+
+    def release(self) -> None:
+        """Take the controls from the operator."""
+        if self.operation is not None:
+            self.operation.close()
+        self.operator, self.operation = None, None
+        self._session.posts.drop()
+        self._session.hold(None)
+
+    def admit(self, teacher: Participant) -> None:
+        """Build the page of a teacher who has connected, with the controls if they are free or the teacher's tab had them."""
+        if self.operator is not None and teacher.id == self._last_operator:
+            # The earlier connection is lost, which may be noticed later.
+            self.release()
+        if self.operator is None:
+            self.hand_over(teacher)
+        else:
+            self._build_page(teacher)
+
+    def hand_over(self, teacher: Participant) -> None:
+        """Give a teacher the controls."""
+        self.operator, self._browser = teacher, browser_language(teacher.client)
+        is_back, self._last_operator = teacher.id == self._last_operator, teacher.id
+        if not is_back:
+            for key, value in values(from_query(teacher.query, self._context.start)[0]).items():
+                if key in LOOKS:
+                    self._session.change(key, value)
+        self.build_operator_page(teacher)
+        assert self.operation is not None
+        if not (is_back or self._lessons.open):
+            self.operation.notify_problems(open_link(self._lessons, teacher.query, None))
+        self.operation.notify_lessons(self._context.book)
+
+    @property
+    def language_changed(self) -> bool:
+        """Whether the operator has chosen another language than the stage has."""
+        return self.operator is not None and language_of(self._session.settings, self._browser) != self.language
+
+    def build_operator_page(self, operator: Participant) -> None:
+        """Build the operator's page, and translate the stage to its language; the lesson goes on where it is."""
+        self.language = language_of(self._session.settings, self._browser)
+        set_language(self.language)
+        self._lessons.translate(in_language(self._context.book, self.language))
+        if self.operation is not None:
+            self.operation.close()
+        self._build_page(operator)
+
+    def _build_page(self, teacher: Participant) -> None:
+        """Build a teacher's page, or build it again for the operator."""
+        client, leads, context = teacher.client, teacher is self.operator, self._context
+        look = None if leads else look_of(teacher.query, browser_language(client), context.start)
+        language = self.language if look is None else look.language
+        self.address = find_address(request_address(client), context.listening, context.server.get_port())
+        with client.atomic():
+            if teacher.page is not None:
+                client.gui.reset()
+            teacher.page = StagePage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
+            if leads:
+                self.operation = Operation(client, self._session, teacher.page.view)
+            notes = context.notes if context.key is not None else None
+            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes)
+            teacher.page.view.welcome(client)

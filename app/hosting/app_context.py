@@ -1,0 +1,47 @@
+"""What a running app is made of, handed to every host and visitor as one object."""
+
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from app.hosting.session_store import SessionStore
+from app.lessons.lesson import LessonBook
+from app.runtime.job_pool import JobPool
+from app.session.input_sources import InputSources
+from app.settings import Settings
+from app.web.server import DuetServer
+
+
+@dataclass(frozen=True)
+class AppContext:
+    """The parts that all hosts and visitors share.
+
+    Attributes:
+        server: viser's.
+        start: settings of a link without a query.
+        jobs: computes in the background for all sessions.
+        sources: input sources beside the built-in ones.
+        book: the lessons, in English.
+        key: of the teacher's link (`?key=…`), None if there is no teacher.
+        notes: the teacher's, Markdown by lesson id.
+        store: what visitors who have gone left behind.
+        max_sessions: private sessions at once.
+        listening: the address to which the server is bound.
+        frame_due: set to ask for a frame at once.
+    """
+
+    server: DuetServer
+    start: Settings
+    jobs: JobPool
+    sources: InputSources
+    book: LessonBook
+    key: str | None
+    notes: Mapping[str, str]
+    store: SessionStore
+    max_sessions: int
+    listening: str
+    frame_due: threading.Event = field(default_factory=threading.Event)
+
+    def wake(self) -> None:
+        """Ask for a frame at once; from any thread."""
+        self.frame_due.set()
