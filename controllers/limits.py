@@ -131,7 +131,7 @@ class VelocityBox:
 
 
 def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bounded:
-    """Return the velocity in the box nearest to `nominal` whose distance rate is `rate`, or comes nearest to it.
+    """Return the velocity in the box nearest to `nominal` with a distance rate of `rate`, or as near to it as possible.
 
     Args:
         nominal: q̇_n (n,) inside the box [rad/s].

@@ -1,4 +1,4 @@
-"""From shells to GLB files: materials with linear colours, and a cache whose failures are ignored."""
+"""From shells to GLB files: materials with linear colours, and a cache; its failures are ignored."""
 
 from __future__ import annotations
 

@@ -153,7 +153,7 @@ class InputsLog:
     def record(self, simulation: Simulation, target: Target | None) -> None:
         """Note what the next step of the simulation is made with; to be called before each of them.
 
-        A simulation that was reset, or whose roles or room changed, cannot be repeated from before that: the log starts again.
+        A simulation that was reset, or that got other roles or another room, cannot be repeated from before that: the log starts again.
         """
         steps = simulation.steps
         if steps != self._expected or simulation.settings is not self._settings or steps >= self._turn:

@@ -1,6 +1,6 @@
 """The 3-D scene of a recorded run: a still scene in viser's format, and tracks of what moves from frame to frame.
 
-The scene is built on a viser server without clients, whose serializer records every message. Messages that add a node become the
+The scene is built on a viser server without clients; its serializer records every message. Messages that add a node become the
 still scene; later ones become tracks of a node's orientation, position, visibility or property.
 """
 

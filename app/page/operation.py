@@ -37,7 +37,7 @@ class Operation:
     """What a visitor operates: controls, handles, keys.
 
     Args:
-        client: whose hands it is in.
+        client: of the operator.
         session: what is operated.
         view: what is seen of it.
     """

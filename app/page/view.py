@@ -53,7 +53,7 @@ class View:
     Args:
         host: the server or one client; viser gives both a `.scene` and a `.gui`.
         session: what is shown.
-        clients: the clients whose cameras follow when another experiment or another rig is chosen.
+        clients: the cameras of these clients follow when another experiment or another rig is chosen.
         lessons: of the session; None for a page without.
         look: of the audience in a lecture; None for the look that the session's settings ask for.
         book: the lessons in the reader's language; None for that of `lessons`.
@@ -112,7 +112,7 @@ class View:
         return page if self._own_look is None else self._own_look.of(page)
 
     def _plots_height(self) -> int:
-        # A lecture's plots are drawn for all: for the projector, the size of whose window is not known here.
+        # A lecture's plots are drawn for all: for the projector; the size of its window is not known here.
         height = canvas_size(self._host)[1] if isinstance(self._host, viser.ClientHandle) else 900.0
         return plots_height(height, self._page.profile)
 

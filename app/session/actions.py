@@ -67,7 +67,7 @@ Action = Pause | SingleStep | Reset | ChangeSpeed | SetSetting | Toggle | Nudge 
 
 
 def control_of(action: Action) -> Hashable:
-    """Return the control whose older action this one replaces while both wait; None where every press counts."""
+    """Return the control on which this action replaces an older one while both wait; None where every press counts."""
     match action:
         case SetSetting(key):
             return key

@@ -31,7 +31,7 @@ class Contact(NamedTuple):
 
 
 def contact(simulation: Simulation, sample: Sample) -> Contact:
-    """Return the contact in the simulation's newest step, whose sample is given. The positions are left as they are."""
+    """Return the contact in the simulation's newest step; `sample` is that step's. The positions are left as they are."""
     run = simulation.settings
     near = simulation.detector.detect(run.law.pairs, run.law.beta)
     own, *others = [mover.joints for mover in simulation.roles.avoiders(run.avoid)]

@@ -1,4 +1,4 @@
-"""Whom the server brought along: who can be imitated beside the built-in clips and the figure, and whose law runs."""
+"""The input sources of the server: persons to imitate beside the built-in clips and the figure, and the file of a custom law."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +19,7 @@ class PersonTarget:
     """A source as a person of the experiment.
 
     Args:
-        source: whose angles.
+        source: of the angles.
         loop: start again after so many seconds; None for a source that does not end.
     """
 

@@ -46,7 +46,7 @@ _ONE_ROW: Final = _LAWS - {"barrier_qp", "unprotected"}
 """Laws that see one distance."""
 
 _ORDERED: Final = frozenset[str]({"smooth_priority", "intermediate_value"})
-"""Laws whose activation is eq. (31)."""
+"""Laws with the activation of eq. (31)."""
 
 _RETREAT: Final = _ORDERED | {"strict_priority", "strict_switched", "null_space_avoidance"}
 """Laws that retreat at v."""

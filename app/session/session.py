@@ -68,7 +68,7 @@ class Session:
         self._wake = wake
         self.simulation = Simulation(settings.run)
         self.ghost: Simulation | None = None
-        """The second run, whose history has the same times as the first one's; None if there is none."""
+        """The second run; its history has the same times as the first one's; None if there is none."""
         self.halt = Halt()
         """Why no step is made, if none is."""
         self.inputs = InputsLog()
@@ -126,13 +126,13 @@ class Session:
 
     @property
     def custom_law(self) -> str | None:
-        """Name of the file whose law runs instead of the settings'; None if theirs does."""
+        """Name of the file of the law that runs instead of the settings'; None if theirs does."""
         law = self._law_of_run()
         return readable(law.path.name) if law is not None else None
 
     @property
     def own_ghost(self) -> str | None:
-        """Name of the file whose law the ghost runs; None if it runs another one, or there is no ghost."""
+        """Name of the file of the ghost's law; None if it runs another one, or there is no ghost."""
         law = self._law_of_ghost()
         return readable(law.path.name) if law is not None else None
 

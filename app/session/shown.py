@@ -51,12 +51,12 @@ class Shown(Protocol):
 
     @property
     def custom_law(self) -> str | None:
-        """Name of the file whose law runs instead of the settings' law."""
+        """Name of the file of the law that runs instead of the settings' law."""
         ...
 
     @property
     def own_ghost(self) -> str | None:
-        """Name of the file whose law the ghost runs."""
+        """Name of the file of the ghost's law."""
         ...
 
     @property

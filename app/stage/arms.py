@@ -1,4 +1,4 @@
-"""One drawn arm: nested nodes whose rotations alone change."""
+"""One drawn arm: nested nodes; only their rotations change."""
 
 import math
 

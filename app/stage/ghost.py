@@ -32,7 +32,7 @@ class TranslucentArms:
         self._arms: dict[str, ArmView] = {}
 
     def show(self, simulation: Simulation, positions: Array) -> None:
-        """Draw every arm whose joints q (nv,) [rad] differ from those of the run; nan differs from nothing."""
+        """Draw every arm with joints q (nv,) [rad] that differ from those of the run; nan differs from nothing."""
         room = simulation.room
         for arm, base in zip(room.arms, room.bases(), strict=True):
             q: Array = positions[arm.joints]

@@ -37,7 +37,7 @@ class Trace:
     Args:
         scene: where to draw.
         name: of the node.
-        arm: whose hand.
+        arm: of the hand.
         memory: how long it is.
     """
 

@@ -22,7 +22,7 @@ TUBE: Final = 0.006
 
 
 class TargetPlace:
-    """For an arm whose hand is drawn to a place.
+    """For an arm that draws its hand to a place.
 
     Args:
         scene: where to draw.
@@ -47,7 +47,7 @@ class TargetPlace:
         self._error.colors = np.tile(np.array(error, np.uint8), (1, 2, 1))
 
     def show(self, frame: Frame) -> None:
-        """Draw the place of the arm whose task is shown."""
+        """Draw the place of the arm with the task that is shown."""
         simulation = frame.simulation
         place, rotation = simulation.place, simulation.place_rotation
         if place is None or rotation is None:

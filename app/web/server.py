@@ -139,7 +139,7 @@ class DuetServer(viser.ViserServer):
         return f"http://{host}:{self.get_port()}"
 
     def count_clients(self) -> int:
-        """Return how many browsers are connected, including those whose page is still being built."""
+        """Return how many browsers are connected, including those with a page that is still being built."""
         return len(self._holders)
 
     def request_share_url(self, verbose: bool = True) -> str | None:

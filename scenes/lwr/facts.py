@@ -75,7 +75,7 @@ class CapsuleFact:
 
     Attributes:
         name: part of the arm.
-        link: 0 (base) … 7 (flange), whose frame carries it.
+        link: 0 (base) … 7 (flange), with the frame that carries it.
         start, end: z of the two sphere centres in that frame [m].
         radius: [m].
     """

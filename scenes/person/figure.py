@@ -1,4 +1,4 @@
-"""A figure whose wrists and elbows can be dragged: a person without a camera."""
+"""A figure with wrists and elbows that can be dragged: a person without a camera."""
 
 import math
 from typing import Final

@@ -22,7 +22,7 @@ TOP_RATE: Final = 1.6
 
 
 class AngleFilter:
-    """A first-order low-pass whose output never turns faster than a top speed: every number y of it follows its input x by
+    """A first-order low-pass with an output that never turns faster than a top speed: every number y of it follows its input x by
 
         ẏ = clip(ω (x − y), ± top_rate),   ω = 2π cutoff.
 

@@ -40,7 +40,7 @@ class Robot:
         name: of the make.
         model: the arm alone, base at the origin.
         hand: name of its hand frame.
-        shoulder, elbow, wrist: indices of the joints whose origins are these points.
+        shoulder, elbow, wrist: indices of the joints at these points.
         capsules: its collision model, base first.
         labels: what a person calls each joint.
     """

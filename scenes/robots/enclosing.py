@@ -1,4 +1,4 @@
-"""Points → the smallest capsule around them, for arms whose collision shapes are meshes."""
+"""Points → the smallest capsule around them, for arms with meshes as collision shapes."""
 
 from typing import Final
 

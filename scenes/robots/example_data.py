@@ -23,7 +23,7 @@ class Segment:
 
     Attributes:
         name: part of the arm, as a person calls it.
-        joint: index of the joint that carries the capsule and whose link it encloses.
+        joint: index of the joint that carries the capsule and encloses its link.
         rolled: index of a neighbouring joint also enclosed, at any angle of the joint between the two; or None.
         ball: joint and radius: it also encloses this ball about the origin of a joint that is at rest in its frame [m].
         without: radius: of the rolled link it need not enclose what is in a ball about that link's own joint, as another capsule
@@ -46,7 +46,7 @@ class Example:
         urdf: in the package's folder of robots.
         locked: joints → the position in which they are held; they are not part of the arm.
         hand: name of the hand frame.
-        shoulder, elbow, wrist: indices of the joints whose origins are these points.
+        shoulder, elbow, wrist: indices of the joints at these points.
         segments: of its collision model, base first.
         labels: what a person calls each joint.
         column: height of a column under its foot, which then counts as part of its base [m].
@@ -77,7 +77,7 @@ PANDA: Final = Example(
     4,
     6,
     (
-        # Both halves of the shoulder, whose axis turns with joint 1, stay inside this ball; beyond it there is the upper arm's tube.
+        # The shoulder turns its axis with joint 1; both halves of it stay inside this ball; beyond it there is the upper arm's tube.
         Segment("pedestal", 0, rolled=1, ball=(2, SHOULDER)),
         Segment("upper arm", 3, rolled=2, without=SHOULDER),
         Segment("elbow", 4),
@@ -122,7 +122,7 @@ def load_model(example: Example) -> pin.Model:
 
 
 def load_example(example: Example, kind: pin.GeometryType) -> tuple[pin.Model, pin.GeometryModel]:
-    """Return a robot's model without its locked joints, and its collision or visual shapes, whose meshes are read.
+    """Return a robot's model without its locked joints, and its collision or visual shapes with their meshes read.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.

@@ -89,7 +89,7 @@ def _refined(triangles: Array) -> Array:
 
 
 def _sphere(radius: float) -> Array:
-    """Return points (k, 3) just outside a sphere about the origin, whose hull contains it, on a golden spiral."""
+    """Return points (k, 3) just outside a sphere about the origin, on a golden spiral; their hull contains it."""
     k = np.arange(BALL_POINTS)
     z, turn = 1.0 - (2.0 * k + 1.0) / BALL_POINTS, k * np.pi * (3.0 - np.sqrt(5.0))
     points = np.column_stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z])
@@ -98,7 +98,7 @@ def _sphere(radius: float) -> Array:
 
 
 def _column(height: float) -> Array:
-    """Return points (k, 3) around the foot of a column under a base, whose hull contains its lower rim."""
+    """Return points (k, 3) around the foot of a column under a base; their hull contains its lower rim."""
     angle = 2.0 * np.pi * np.arange(TURNS) / TURNS
     r = COLUMN_RADIUS / np.cos(np.pi / TURNS)
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(TURNS)])

@@ -13,7 +13,7 @@ from scenes.rigs import RIGS
 from scenes.settings import ArmName, RigName, RobotName
 
 # Degrees. The two of a torso mirror each other: the Panda's odd joints change sign (its hand sits 45° off, so that joint 7 mirrors
-# about that), the UR5, whose arm runs beside its foot, turns its base half round and folds the other way.
+# about that), the UR5, with an arm that runs beside its foot, turns its base half round and folds the other way.
 _POSTURES: Final[dict[tuple[RobotName, RigName], dict[ArmName, tuple[float, ...]]]] = {
     ("panda", "torso"): {
         "left": (-44.0, -72.0, -85.0, -63.0, 25.0, 121.0, 48.0),

@@ -174,7 +174,7 @@ def _spare(simulation: Simulation) -> bool:
 
 
 def swivel_frame(simulation: Simulation) -> tuple[Array, Array]:
-    """Return a frame (3, 3) whose first axis runs from shoulder to wrist and whose other two lie on either side of
+    """Return a frame (3, 3) with the first axis from shoulder to wrist and the other two on either side of
     the elbow, and the elbow's foot on that line (3,) [m]; guided arm."""
     kinematics, arm = simulation.kinematics, simulation.guided
     shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))

@@ -22,7 +22,7 @@ class FigurePerson:
     """Stands in for the built-in person: the figure, as it was pulled.
 
     Args:
-        figure: whose arms they are.
+        figure: the figure of the handles.
     """
 
     def __init__(self, figure: Figure) -> None:

@@ -35,7 +35,7 @@ class Marks:
 
     Args:
         scene: where to draw.
-        session, run: whose run touches them.
+        session, run: the run that touches them.
         page: gives how the page looks.
     """
 

@@ -43,7 +43,7 @@ class LessonControls:
     """What is operated: answers, Run, next and back, on the panel of everybody.
 
     Args:
-        client: whose hands it is in.
+        client: of the operator.
         session: in which the lessons run.
         run: the lessons.
         panel: where the buttons stand.

@@ -21,7 +21,7 @@ class ComparePanel:
 
     Args:
         gui: of the visitor who operates it; the caller has opened the container.
-        session: whose run.
+        session: of the run.
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:

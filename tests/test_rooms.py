@@ -1,0 +1,144 @@
+"""The rooms of `app/`: each imports only rooms below it, nothing imports in a circle, and viser's inside is named in one file."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+from tests.test_imports import ROOT
+
+ROOMS = (
+    "__main__",
+    "cli",
+    "bench",
+    "start",
+    "classroom",
+    "hosting",
+    "page",
+    "export",
+    "recording",
+    "lessons",
+    "plots",
+    "stage",
+    "session",
+    "figures",
+    "sweep",
+    "custom_law",
+    "text",
+    "web",
+    "i18n",
+    "runtime",
+    "theme",
+    "settings",
+    "version",
+)
+"""Folders and loose files of `app/`, from the top down. The README describes them in the same order."""
+
+FLOORS = 14
+"""The longest way down through the rooms has no more than these."""
+
+INSIDE = re.compile(r"viser\._|viser\.infra|_websock_server|_live_connections|\b_impl\b|_viser_server")
+"""Names of viser's private side …"""
+
+DOOR = "app/web/viser_internals.py"
+"""… and the one file that may say them."""
+
+FILES = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "app").rglob("*.py"))
+MODULES = {file.removesuffix(".py").replace("/", ".").removesuffix(".__init__"): file for file in FILES}
+
+
+def room_of(file: str) -> str:
+    """Return the room in which a file of `app/` stands."""
+    parts = file.split("/")
+    return parts[1] if len(parts) > 2 else parts[1].removesuffix(".py")
+
+
+def imported(source: str) -> Iterator[str]:
+    """Yield the modules of `app` that a source imports, wherever the import stands."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in MODULES)
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            for alias in node.names:
+                whole = f"{node.module}.{alias.name}"
+                if whole in MODULES or node.module in MODULES:
+                    yield whole if whole in MODULES else node.module
+
+
+def arrows() -> dict[str, set[str]]:
+    """Return which files of `app/` each of them imports."""
+    return {file: {MODULES[m] for m in imported((ROOT / file).read_text(encoding="utf-8"))} - {file} for file in FILES}
+
+
+def upward(file: str, source: str) -> list[str]:
+    """Return the imports of a file that run to a room above its own."""
+    here = ROOMS.index(room_of(file))
+    return [m for m in imported(source) if m != "app" and ROOMS.index(room_of(MODULES[m])) < here]
+
+
+def test_every_folder_is_a_room_and_few_files_are_loose() -> None:
+    found = {room_of(file) for file in FILES} - {"__init__"}
+    assert found == set(ROOMS)
+    assert len([file for file in FILES if file.count("/") == 1]) <= 8
+
+
+@pytest.mark.parametrize("file", [file for file in FILES if file != "app/__init__.py"])
+def test_a_room_imports_only_rooms_below_it(file: str) -> None:
+    assert upward(file, (ROOT / file).read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from app.page.view import View",
+        "import app.page.view",
+        "from app.page import view",
+        "def late():\n    from app.page.view import View",
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from app.page.view import View",
+    ],
+)
+def test_positive_control_an_import_upwards_is_found(source: str) -> None:
+    assert upward("app/session/session.py", source)
+
+
+def test_no_files_import_in_a_circle() -> None:
+    try:
+        TopologicalSorter(arrows()).prepare()
+    except CycleError as error:
+        pytest.fail(f"these files import each other in a circle: {error.args[1]}")
+
+
+def test_the_way_down_has_few_floors() -> None:
+    below: dict[str, set[str]] = {room: set() for room in ROOMS}
+    for file, others in arrows().items():
+        if room_of(file) in below:
+            below[room_of(file)] |= {room_of(other) for other in others} & set(ROOMS) - {room_of(file)}
+    floor: dict[str, int] = {}
+    for room in TopologicalSorter(below).static_order():
+        floor[room] = 1 + max((floor[other] for other in below[room]), default=0)
+    assert max(floor.values()) <= FLOORS, floor
+
+
+@pytest.mark.parametrize("floor", ["app", "scenes", "controllers"])
+def test_the_inside_of_viser_is_named_in_one_file(floor: str) -> None:
+    said = {
+        path.relative_to(ROOT).as_posix(): found
+        for path in (ROOT / floor).rglob("*.py")
+        if (found := INSIDE.findall(path.read_text(encoding="utf-8")))
+    }
+    if floor == "app":
+        assert said.pop(DOOR), "positive control: the one file names what the pattern looks for"
+    assert said == {}
+
+
+def test_scripts_are_files() -> None:
+    """No script for the browser stands in a Python string: the page's scripts are files, which a linter reads."""
+    script = re.compile(r"addEventListener\(|document\.querySelector|=>\s*\{")
+    found = [file for file in FILES if script.search((ROOT / file).read_text(encoding="utf-8"))]
+    assert found == []
+    assert any(script.search(path.read_text(encoding="utf-8")) for path in Path(ROOT / "app").rglob("*.js"))
