@@ -53,7 +53,7 @@ class ServerTimes:
 
         for host in (PrivateHost, LectureHost):
             host.frame = self.timed(host.frame, "drawing")
-        Session.advance = self.timed(Session.advance, "step")
+        Session.step = self.timed(Session.step, "step")
         sending.pack = self.timed(sending.pack, "packing")
         FilteredConnection.send_data = self.timed(FilteredConnection.send_data, "sending")
 
