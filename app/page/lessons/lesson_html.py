@@ -62,7 +62,7 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
 
 
 def is_foreign(view: StepView) -> bool:
-    """Return whether a lesson of ours is English on a page that is not; in which language somebody else's is, nobody has told."""
+    """Return whether a lesson of ours is shown in English on a page in another language; the language of other lessons is unknown."""
     return view.step.setup.folder == FOLDER and view.lesson.language == "en" != spoken().language
 
 
