@@ -11,15 +11,23 @@ does not matter which of the two p is, nor that the points travel over the surfa
 """
 
 import math
-from typing import Literal, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
+from controllers.convex_distance import ConvexDistances
 from controllers.kinematics import Array, Kinematics
 
-Treatment = Literal["single", "soft"]
-"""What the law sees of the pairs: the closest one (the paper), or a smooth minimum over all (ours)."""
+Treatment = Literal["single", "soft", "smooth"]
+"""What the law sees of the pairs: the closest one (the paper), a smooth minimum over all (ours), or a smooth minimum over distances
+that are smooth themselves (ours, `controllers.convex_distance`)."""
+
+CROSS: Final = np.zeros((12, 6))
+"""From a direction n and the nine products p_i n_j, in a row of 12, to the wrench (n, p × n) by a product with this matrix."""
+CROSS[(0, 1, 2), (0, 1, 2)] = 1.0
+CROSS[(8, 9, 4), (3, 4, 5)] = 1.0
+CROSS[(10, 5, 6), (3, 4, 5)] = -1.0
 
 
 class Proximity(NamedTuple):
@@ -28,8 +36,9 @@ class Proximity(NamedTuple):
     Attributes:
         distance: true smallest distance d over all pairs, signed [m].
         pair: index of the closest pair.
-        law_distance: the distance the law acts on [m]: d itself (single), or the smooth minimum −ln Σ exp(−β d_i) / β (soft),
-            which is never larger than d and at most ln(N)/β smaller, N the number of pairs.
+        law_distance: the distance the law acts on [m]: d itself (single), or the smooth minimum −ln Σ exp(−β d_i) / β of the N
+            pairs' distances (soft), at most ln(N)/β below d, or of their strictly convex ones (smooth), at most √(ε/2) further below.
+            It is never larger than d.
         row: J_d (nv,), the gradient of `law_distance` with respect to q of all arms [m/rad].
         pair_row: J_d (nv,) of the closest pair; the same array as `row` under "single".
     """
@@ -55,12 +64,13 @@ class ProximityDetector:
         self.data = geometry.createData()
         count, nv = len(geometry.collisionPairs), kinematics.model.nv
         nothing = np.zeros(nv)
-        self._nothing = Proximity(math.inf, -1, math.inf, nothing, nothing) if count == 0 else None
+        self._nothing = Proximity(math.inf, -1, math.inf, nothing, nothing)
         self.pair_names: tuple[tuple[str, str], ...] = tuple(
             (geometry.geometryObjects[p.first].name, geometry.geometryObjects[p.second].name) for p in geometry.collisionPairs
         )
         self._results = [self.data.distanceResults[i] for i in range(count)]
         self._normals = [result.normal for result in self._results]
+        self._first_points = [result.getNearestPoint1 for result in self._results]
         self._signs = np.zeros((count, nv))
         for signs, pair in zip(self._signs, geometry.collisionPairs, strict=True):
             for body, sign in ((pair.first, -1.0), (pair.second, 1.0)):
@@ -70,27 +80,25 @@ class ProximityDetector:
                         signs[moved.idx_v : moved.idx_v + moved.nv] += sign
         self._sign_rows = list(self._signs)
         self._wrench = np.empty(6)
-        self._wrenches = np.empty((count, 6))
         self._row = np.empty(nv)
-        # x, y, z, x, y: shifted windows of these buffers give (y, z, x) and (z, x, y) without fancy indexing.
-        self._points = np.empty((count, 5))
-        self._directions = np.empty((count, 5))
-        self._scratch = np.empty((count, 3))
+        self._directions_and_products = np.empty((4, 3, count))
         self._rows = np.empty((count, nv))
+        self._convex = ConvexDistances(geometry, self.data) if count else None
 
     @property
     def count(self) -> int:
         """Number of pairs."""
         return len(self._results)
 
-    def detect(self, treatment: Treatment = "single", beta: float = 100.0) -> Proximity:
+    def detect(self, treatment: Treatment = "single", beta: float = 100.0, epsilon: float = 1e-4) -> Proximity:
         """Return the proximity at the configuration of the last `kinematics.update`.
 
         Args:
             treatment: see `Treatment`.
             beta: β of the smooth minimum [1/m]; unused for "single".
+            epsilon: ε of the strictly convex distance [m²]; used for "smooth" alone.
         """
-        if self._nothing is not None:
+        if self._convex is None:
             return self._nothing
         kinematics = self.kinematics
         pin.updateGeometryPlacements(kinematics.model, kinematics.data, self.geometry, self.data)
@@ -99,14 +107,15 @@ class ProximityDetector:
         if treatment == "single":
             row = self.row(pair)
             return Proximity(distance, pair, distance, row, row)
-        weights = np.array([result.min_distance for result in self._results])
-        np.subtract(distance, weights, out=weights)
-        weights *= beta
-        np.exp(weights, out=weights)
-        total = float(weights.sum())
-        weights /= total
-        rows = self._all_rows()
-        return Proximity(distance, pair, distance - math.log(total) / beta, weights.dot(rows), rows[pair])
+        if treatment == "soft":
+            law_distance, weights = _smooth_minimum(self.distances(), beta)
+            rows = self._all_rows()
+            return Proximity(distance, pair, law_distance, weights.dot(rows), rows[pair])
+        convex = self._convex
+        law_distance, weights = _smooth_minimum(convex.update(epsilon), beta)
+        rows = self._rows_along(convex.gaps, convex.points)
+        weights /= convex.lengths
+        return Proximity(distance, pair, law_distance, weights.dot(rows), self.row(pair))
 
     def row(self, pair: int) -> Array:
         """Return J_d (nv,) of one pair at the last `detect`, a fresh array."""
@@ -134,17 +143,30 @@ class ProximityDetector:
         return self._results[pair].normal.copy()
 
     def _all_rows(self) -> Array:
-        n, p, wrenches, scratch = self._directions, self._points, self._wrenches, self._scratch
-        normals = np.concatenate(self._normals).reshape(-1, 3)
-        points = np.concatenate([result.getNearestPoint1() for result in self._results]).reshape(-1, 3)
-        n[:, :3] = normals
-        n[:, 3:] = normals[:, :2]
-        p[:, :3] = points
-        p[:, 3:] = points[:, :2]
-        wrenches[:, :3] = normals
-        np.multiply(p[:, 1:4], n[:, 2:5], out=wrenches[:, 3:])
-        np.multiply(p[:, 2:5], n[:, 1:4], out=scratch)
-        wrenches[:, 3:] -= scratch
-        wrenches.dot(self.kinematics.jacobian, self._rows)
+        points = np.concatenate([point() for point in self._first_points]).reshape(-1, 3)
+        return self._rows_along(np.concatenate(self._normals).reshape(-1, 3).T, points.T)
+
+    def _rows_along(self, directions: Array, points: Array) -> Array:
+        """Return direction · (velocity of the second body − of the first) per q̇, one row a pair; both bodies' material at the point.
+
+        Args:
+            directions: (3, pairs).
+            points: (3, pairs) on the lines of contact [m].
+        """
+        parts = self._directions_and_products
+        parts[0] = directions
+        np.multiply(points[:, None], directions, out=parts[1:])
+        parts.reshape(12, -1).T.dot(CROSS.dot(self.kinematics.jacobian), self._rows)
         self._rows *= self._signs
         return self._rows
+
+
+def _smooth_minimum(distances: Array, beta: float) -> tuple[float, Array]:
+    """Return −ln Σ exp(−β d_i) / β [m], and its derivatives with respect to d (pairs,), which add up to 1; overwrites d."""
+    least = distances.min()
+    distances -= least
+    distances *= -beta
+    np.exp(distances, out=distances)
+    total = float(np.add.reduce(distances))
+    distances /= total
+    return float(least) - math.log(total) / beta, distances

@@ -9,12 +9,12 @@ import numpy as np
 from controllers.kinematics import Array
 
 SCALARS: Final = (
-    *("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law", "authority", "joint"),
-    *("e2_b", "u_b", "w_b", "w_law_b", "authority_b", "joint_b"),
+    *("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law", "authority", "joint", "lever"),
+    *("e2_b", "u_b", "w_b", "w_law_b", "authority_b", "joint_b", "lever_b"),
 )
 """Columns before the joints: time [s], true distance [m], λ, squared error of the task [m² or rad²], pull and approach [m/s],
-closest pair (−1 if there is none), distance the law acts on [m], approach along the law's row [m/s], `Authority`, its joint. Those
-that end in _b are of the second arm that keeps clear, nan if there is none."""
+closest pair (−1 if there is none), distance the law acts on [m], approach along the law's row [m/s], `Authority`, its joint, and s of
+`controllers.laws.situation.lever`. Those that end in _b are of the second arm that keeps clear, nan if there is none."""
 
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
 _HEAD: Final = len(SCALARS)
@@ -32,6 +32,7 @@ class Second:
     law_approach: float
     authority: int
     joint: int
+    lever: float
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Sample:
     law_approach: float
     authority: int
     joint: int
+    lever: float
     second: Second | None
     positions: Array
     velocities: Array
@@ -120,12 +122,11 @@ class History:
         if self.count == 0:
             raise IndexError("the history is empty: no step was made yet")
         row = self._rows[(self.count - 1) % self._capacity]
-        t, d, lam, e2, u, w, pair, law_d, law_w, authority, joint, e2_b, u_b, w_b, law_w_b, authority_b, joint_b = row[
-            :_HEAD
-        ].tolist()
-        second = None if authority_b != authority_b else Second(e2_b, u_b, w_b, law_w_b, int(authority_b), int(joint_b))
+        t, d, lam, e2, u, w, pair, law_d, law_w, authority, joint, lever = row[:_FIRST].tolist()
+        e2_b, u_b, w_b, law_w_b, authority_b, joint_b, lever_b = row[_FIRST:_HEAD].tolist()
+        second = None if authority_b != authority_b else Second(e2_b, u_b, w_b, law_w_b, int(authority_b), int(joint_b), lever_b)
         q, dq, desired = row[_HEAD : self._middle].copy(), row[self._middle : self._end].copy(), row[self._end :].copy()
-        return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, int(authority), int(joint), second, q, dq, desired)
+        return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, int(authority), int(joint), lever, second, q, dq, desired)
 
     def table(self, newest: int | None = None) -> Array:
         """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones."""

@@ -121,8 +121,8 @@ def _checked_row(path: str, number: int, header: tuple[str, ...], cells: list[st
     return row
 
 
-CSV_SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "pair")
-CSV_SECOND: Final = ("e2_b", "u_b", "w_b")
+CSV_SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair")
+CSV_SECOND: Final = ("e2_b", "u_b", "w_b", "w_law_b", "lever_b")
 """Further columns where two arms keep clear: the second one's."""
 
 

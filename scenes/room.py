@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Arm, Array
+from controllers.laws.situation import AUTHORITY
 from scenes.person.clips import REST
 from scenes.person.retarget import DRIVEN, natural_pose
 from scenes.rigs import ALONE, RIGS, Rig
@@ -105,7 +106,7 @@ def build_room(rig_name: RigName, robot_name: RobotName = "lwr") -> Room:
     for side, base in zip(SIDES, (rig.left_base, rig.right_base), strict=True):
         model, arm = _with_arm(model, geometry, made, side, base)
         arms.append(arm)
-    _pair_bodies(geometry, "left ", "right ")
+    _pair_bodies(model, geometry, "left ", "right ")
     start = np.concatenate([start_posture(robot_name, rig_name, side) for side in SIDES])
     return Room(rig, (made, made), model, geometry, tuple(arms), start)
 
@@ -146,7 +147,7 @@ def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand")
     geometry.addGeometryObject(pin.GeometryObject("ball", joint, pin.SE3.Identity(), coal.Sphere(BALL_RADIUS)))
     if point == "arm":
         # The pedestal cannot move.
-        _pair_bodies(geometry, f"{ALONE_NAME} ", "ball", movable=True)
+        _pair_bodies(model, geometry, f"{ALONE_NAME} ", "ball", movable=True)
     else:
         carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else _hand_placement(model, arm)
         geometry.addGeometryObject(pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS)))
@@ -222,16 +223,44 @@ def _capsule_placement(capsule: Capsule) -> pin.SE3:
     return pin.SE3(turn, (capsule.start + capsule.end) / 2.0)
 
 
-def _pair_bodies(geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:
-    """Pair the bodies of two name prefixes, without the pairs that have a constant distance.
+def _pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:
+    """Pair the bodies of two name prefixes, without what has a constant distance, J_d ≡ 0.
 
-    Such a pair has J_d ≡ 0. Here that is fixed body against fixed body; a capsule about its own joint's axis would be another.
-    With `movable` the fixed bodies of the first word are left out altogether.
+    That is a fixed body against another, and against the part of a link that its joints do not move, such as an upper arm at its
+    shoulder: for such a pair the link begins where it moves. With `movable` the fixed bodies of the first word are left out.
     """
     left = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith(first)]
     right = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith(second)]
     for a in left:
         for b in right:
             fixed_a, fixed_b = (geometry.geometryObjects[i].parentJoint == 0 for i in (a, b))
-            if not (fixed_a and (fixed_b or movable)):
-                geometry.addCollisionPair(pin.CollisionPair(a, b))
+            if fixed_a and (fixed_b or movable):
+                continue
+            pair = (a, _moving_part(model, geometry, b)) if fixed_a else (_moving_part(model, geometry, a), b) if fixed_b else (a, b)
+            if None not in pair:
+                geometry.addCollisionPair(pin.CollisionPair(*pair))
+
+
+def _moving_part(model: pin.Model, geometry: pin.GeometryModel, body: int) -> int | None:
+    """Return the index of a body that covers the part of a capsule that its joints move by `AUTHORITY` at least; it is added to the
+    geometry unless it is the whole capsule. None if there is no such part."""
+    capsule = geometry.geometryObjects[body]
+    data, random = model.createData(), np.random.default_rng(1)
+    half = float(capsule.geometry.halfLength)
+    along = np.linspace(-half, half, 201)
+    points = np.outer(along, capsule.placement.rotation[:, 2]) + capsule.placement.translation
+    levers = np.full(len(along), np.inf)
+    for q in random.uniform(model.lowerPositionLimit, model.upperPositionLimit, (8, model.nq)):
+        J = pin.computeJointJacobian(model, data, q, capsule.parentJoint)
+        for i, point in enumerate(points):
+            levers[i] = min(levers[i], np.linalg.norm(J[:3] + np.cross(J[3:].T, point).T, 2))
+    moving = np.flatnonzero(levers >= AUTHORITY)
+    if len(moving) == len(along):
+        return body
+    if len(moving) == 0:
+        return None
+    low, high = along[moving[0]], along[moving[-1]]
+    place = capsule.placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, (low + high) / 2.0]))
+    shape = coal.Capsule(capsule.geometry.radius, float(high - low))
+    side, link = capsule.name.split(" ", 1)
+    return geometry.addGeometryObject(pin.GeometryObject(f"{side} outer {link}", capsule.parentJoint, place, shape))

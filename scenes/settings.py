@@ -105,13 +105,14 @@ class LawSettings:
         ),
     )
     pairs: Treatment = _choice(
-        "soft",
+        "smooth",
         Treatment,
         Spec(
             "pairs",
             "pairs",
-            "Which pairs of bodies the law sees: the closest one (the paper), or a smooth minimum over all, which never jumps.",
-            choice_labels=("Closest pair (paper)", "Smooth minimum"),
+            "What the law sees: the closest pair of bodies (the paper), a smooth minimum over all pairs, or one that stays smooth "
+            "also where two links are parallel.",
+            choice_labels=("Closest pair (paper)", "Smooth minimum", "Smooth everywhere"),
         ),
     )
     critical_distance: float = _number(
@@ -132,6 +133,13 @@ class LawSettings:
             "beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.", "1/m", 20.0, 400.0, 5.0, "1/m"
         ),
     )
+    convexity: float = _number(
+        1e-4,
+        Spec(
+            "eps", "ε", "Rounds the distance of two parallel links; larger is smoother, and keeps a little more distance.",
+            "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6,
+        ),
+    )  # fmt: skip
     feed_forward: bool = _flag(
         "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then holds at any hand speed."
     )

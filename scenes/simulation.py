@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Arm, Array, Kinematics
-from controllers.laws.situation import Law, Unanswered, row_damping
+from controllers.laws.situation import FIRM_LEVER, Law, Unanswered, lever
 from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
 from scenes.arm_tasks.arm_task import Memory
@@ -183,7 +183,7 @@ class Simulation:
     def _advance(self, target: Target | None) -> None:
         settings, law, world = self.settings, self.law, self.world
         world.update()
-        near = self.detector.detect(settings.law.pairs, settings.law.beta)
+        near = self.detector.detect(settings.law.pairs, settings.law.beta, settings.law.convexity)
         for task, wanted in self._asked:
             wanted[:] = task.nominal(target, settings, self.time)
         lam = law.activation(near.law_distance)
@@ -193,7 +193,8 @@ class Simulation:
         w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
         wanted = law(situation)
         self.bound_bites = False
-        self.bounded = bounded = self._bound(first, situation.row, wanted, lam)
+        s = _lever(situation.row)
+        self.bounded = bounded = self._bound(first, situation.row, wanted, lam, s)
         second = self._second_keeps_clear(law, near, lam) if len(self._groups) > 1 else None
         first.velocities[:] = bounded.velocities
         for follower in self._followers:
@@ -211,6 +212,7 @@ class Simulation:
                 w_law,
                 int(bounded.authority),
                 bounded.joint,
+                s,
             ),
             self.positions,
             self.velocities,
@@ -228,24 +230,22 @@ class Simulation:
         """
         second = self._groups[1]
         situation = second.situation(law, near)
-        bounded = self._bound(second, situation.row, law(situation), lam)
+        s = _lever(situation.row)
+        bounded = self._bound(second, situation.row, law(situation), lam, s)
         w_law = situation.approach
         w = w_law if near.row is near.pair_row else second.approach(near.pair_row)
         second.velocities[:] = bounded.velocities
-        return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint)
+        return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint, s)
 
-    def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float) -> Bounded:
-        """Return the velocities within the bounds that come nearest to what the law wants."""
+    def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float, s: float) -> Bounded:
+        """Return the velocities within the bounds that come nearest to what the law wants; s is the lever."""
         if group.box.contains(wanted):
             bounded = Bounded(wanted)
         else:
             self.bound_bites = True
             bounded = group.bounded(row, wanted)
-        if lam > 0.5 and bounded.authority is Authority.FULL:
-            square = float(row.dot(row))
-            # Less than half of what the law asked for is left after damping: the arm has no lever against this approach.
-            if row_damping(square) > square:
-                return bounded._replace(authority=Authority.LEVERAGE)
+        if lam > 0.5 and s < FIRM_LEVER and bounded.authority is Authority.FULL:
+            return bounded._replace(authority=Authority.LEVERAGE)
         return bounded
 
     def nominal(self) -> Array:
@@ -279,13 +279,18 @@ class Simulation:
 
     def _measured(self) -> Sample:
         self.kinematics.update(self.positions)
-        near = self.detector.detect(self.settings.law.pairs, self.settings.law.beta)
+        near = self.detector.detect(self.settings.law.pairs, self.settings.law.beta, self.settings.law.convexity)
         try:
             lam = self.law.activation(near.law_distance)
         except Unanswered:
             lam = 0.0
         q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
-        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1) if len(self._groups) > 1 else None
+        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1, 0.0) if len(self._groups) > 1 else None
+        s = _lever(near.row[self._groups[0].joints])
         return Sample(
-            self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, second, q, dq, desired
+            self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, s, second, q, dq, desired
         )
+
+
+def _lever(row: Array) -> float:
+    return lever(float(row.dot(row)))

@@ -4,7 +4,7 @@ import math
 from typing import Final
 
 from app.i18n.speaking import tr
-from controllers.laws.situation import row_damping
+from controllers.laws.situation import FIRM_LEVER, lever
 from controllers.stability import Analysis
 
 NO_ERROR: Final = 5e-4
@@ -114,9 +114,8 @@ def _trend(rate: float) -> str:
 
 
 def _has_lever(analysis: Analysis) -> bool:
-    """Whether the law gets more than half of what it asks for; as in the simulation's LEVERAGE."""
-    square = analysis.lever * analysis.lever
-    return row_damping(square) <= square
+    """Whether the law gets nearly all of what it asks for; as in the simulation's LEVERAGE."""
+    return lever(analysis.lever * analysis.lever) >= FIRM_LEVER
 
 
 def _fixed(value: float, digits: int, sign: bool = False) -> str:

@@ -9,6 +9,9 @@ from controllers.kinematics import Array
 AUTHORITY: Final = 0.12
 """|J_d| [m/rad] below which the pseudo-inverse of J_d is damped: one rad/s of every joint together moves the arm too little."""
 
+FIRM_LEVER: Final = 0.95
+"""s below which an arm counts as without a lever, see `lever`."""
+
 ROW_DAMPING: Final = 0.06
 """Damping at J_d = 0 [m/rad]: |J_d^#| stays below 11 rad/m, its largest value being near |J_d| = 0.07 m/rad."""
 
@@ -100,6 +103,14 @@ def along_row(nominal: Array, row: Array, correction: float) -> Array:
     """
     square = float(row.dot(row))
     return nominal + row * (correction / (square + row_damping(square)))
+
+
+def lever(square: float) -> float:
+    """Return s = |J_d|² / (|J_d|² + μ²) for |J_d|² = `square`: the share of a change of the distance rate that J_d^# achieves.
+
+    1 while J_d is regular, towards 0 where no joint moves the closest point along the line of contact.
+    """
+    return square / (square + row_damping(square))
 
 
 def row_damping(square: float) -> float:
