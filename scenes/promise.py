@@ -1,0 +1,73 @@
+"""The promise of the paper's law, d ≥ d_law ≥ d_m, and the conditions that it needs.
+
+Along the line of contact the law makes ḋ_law = s λ (v + u) − u − w, with the lever s; at d_law = d_m, where λ = 1, that is
+s v − (1 − s) u − w. So d_law stays at d_m or above for ever while the obstacle comes no faster than v, J_d is regular (s = 1), no
+joint bound takes part of q̇ away, and d_law has one derivative along the motion. The last is not so for the closest of several pairs:
+an arm that slides along the tie of two of them can lose distance although it holds each by itself.
+"""
+
+from enum import Enum
+from typing import Final
+
+import numpy as np
+
+from controllers.kinematics import Array
+from controllers.limits import Authority
+from scenes.history import COLUMN
+from scenes.settings import LawSettings, RunSettings
+
+TIE: Final = 0.05
+"""Two pairs count as tied for so long before and after one replaces the other as the closest [s]."""
+
+
+class Condition(Enum):
+    """What the promise needs, and may miss."""
+
+    SPEED = "w ≤ v"
+    LEVER = "J_d regular"
+    BOUND = "no joint at its limit"
+    PAIRS = "one closest pair"
+
+
+def makes_promise(law: LawSettings) -> bool:
+    """Return whether a law is one that the promise is made for."""
+    return law.law == "smooth_priority"
+
+
+def missing(settings: RunSettings, table: Array) -> dict[Condition, Array]:
+    """Return in which steps of a history table (rows, columns) a condition is missing, condition → (rows,) of bool.
+
+    Only for the first arm that avoids; the second one's columns tell as much of it.
+    """
+    law = settings.law
+    u, w, s = (table[:, COLUMN[name]] for name in ("u", "w_law", "lever"))
+    v = law.nominal_velocity + (w if law.feed_forward else 0.0)
+    authority = table[:, COLUMN["authority"]]
+    tied = np.zeros(len(table), bool)
+    if law.pairs == "single":
+        reach = max(1, round(TIE / settings.dt))
+        switches = np.flatnonzero(np.diff(table[:, COLUMN["pair"]]))
+        for k in switches.tolist():
+            tied[max(0, k - reach) : k + 1 + reach] = True
+    return {
+        Condition.SPEED: w > v,
+        Condition.LEVER: (s < 1.0) & (w <= v) & (s * (v + u) - u < w),
+        Condition.BOUND: (authority == Authority.STOP) | (authority == Authority.SPEED),
+        Condition.PAIRS: tied,
+    }
+
+
+def broken_by(settings: RunSettings, table: Array) -> float:
+    """Return by how much d_law fell below d_m although no condition was missing [m]; of the order of dt, for a time step is no promise.
+
+    Counted are falls that begin below d_m or pass it; what is regained in between is taken off again.
+    """
+    distance = table[:, COLUMN["law_d"]]
+    critical = settings.law.critical_distance
+    falls = np.minimum(distance[:-1], critical) - np.minimum(distance[1:], critical)
+    excused = np.logical_or.reduce(list(missing(settings, table).values()))[:-1]
+    most = lost = 0.0
+    for fall, excuse in zip(falls.tolist(), excused.tolist(), strict=True):
+        lost = max(0.0, lost + (min(fall, 0.0) if excuse else fall))
+        most = max(most, lost)
+    return most
