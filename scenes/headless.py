@@ -14,9 +14,10 @@ from scenes.recording import pair_label
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
+from scenes.world import World
 
 FELT: Final = 0.01
-"""λ from which on the law is at work: a hundredth of the priority."""
+"""Least jump of λ |J_d| that counts as felt [m/rad]; |J_d| is about 1 m/rad, and so the law is at work from λ = 0.01 on."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +31,9 @@ class Summary:
         dq_step_max: largest change of one joint's velocity from one step to the next [rad/s].
         ddq_max: the same over dt [rad/s²].
         pair_switches: how often another pair became the closest, near or far.
-        pair_switches_felt: how often one did while the law was at work, λ ≥ `FELT` before or after it: only then does the change of
-            J_d reach q̇, in proportion to λ. While λ ≈ 0 (d well above d_m) the task has all the authority, and it does not matter which
-            pair is the closest. For other laws λ is what they show in its place; of one that shows none, nothing is counted.
+        pair_switches_felt: how often the law's λ J_d jumped by `FELT` or more because another pair became the closest: only that
+            reaches q̇. While λ ≈ 0 it does not matter which pair is the closest, and a smooth minimum has no such jumps. For other
+            laws λ is what they show in its place; of one that shows none, nothing is counted.
         out_of_authority_s: time during which the arm could not do what the law asked for [s].
         steps: number of them.
         step_us_median: median wall time of one step of both arms [µs].
@@ -114,7 +115,6 @@ def summarise(simulation: Simulation, table: Array, step_us_median: float = floa
     velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
     largest = float(np.abs(np.diff(velocities, axis=0)).max()) if len(table) > 1 else 0.0
     switched = np.diff(table[:, COLUMN["pair"]]) != 0.0
-    at_work = table[:, COLUMN["lambda"]] >= FELT
     return Summary(
         d_min=float(distance[nearest]),
         d_min_pair=pair_label(simulation.detector.pair_names[pair]) if pair >= 0 else "none",
@@ -124,8 +124,25 @@ def summarise(simulation: Simulation, table: Array, step_us_median: float = floa
         dq_step_max=largest,
         ddq_max=largest / dt,
         pair_switches=int(np.count_nonzero(switched)),
-        pair_switches_felt=int(np.count_nonzero(switched & (at_work[1:] | at_work[:-1]))),
+        pair_switches_felt=_felt(simulation, table, np.flatnonzero(switched)),
         out_of_authority_s=float(np.count_nonzero(table[:, COLUMN["authority"]]) * dt),
         steps=len(table),
         step_us_median=step_us_median,
     )
+
+
+def _felt(simulation: Simulation, table: Array, switches: Array) -> int:
+    """Return at how many of the steps (k,) before a change of the closest pair λ J_d jumps by `FELT` or more."""
+    if simulation.settings.law.pairs != "single":
+        return 0
+    world = World(simulation.room, simulation.settings.limit_gain)
+    avoiding = [task.joints for task in simulation.roles.avoiders(simulation.settings.avoid)]
+    pairs, lam = table[:, COLUMN["pair"]].astype(int), table[:, COLUMN["lambda"]]
+    positions = simulation.history.positions(table)
+    felt = 0
+    for k in switches[lam[switches + 1] >= FELT / 2.0].tolist():
+        world.kinematics.update(positions[k + 1])
+        world.detector.detect()
+        jump = world.detector.row(pairs[k + 1]) - world.detector.row(pairs[k])
+        felt += any(lam[k + 1] * np.linalg.norm(jump[joints]) >= FELT for joints in avoiding)
+    return felt

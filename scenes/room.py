@@ -236,7 +236,9 @@ def _pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, seco
             fixed_a, fixed_b = (geometry.geometryObjects[i].parentJoint == 0 for i in (a, b))
             if fixed_a and (fixed_b or movable):
                 continue
-            pair = (a, _moving_part(model, geometry, b)) if fixed_a else (_moving_part(model, geometry, a), b) if fixed_b else (a, b)
+            pair = (
+                (a, _moving_part(model, geometry, b)) if fixed_a else (_moving_part(model, geometry, a), b) if fixed_b else (a, b)
+            )
             if None not in pair:
                 geometry.addCollisionPair(pin.CollisionPair(*pair))
 

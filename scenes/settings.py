@@ -28,6 +28,8 @@ ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
 AvoidChoice = Literal["paper", "free", "guided", "both"]
 """The arms that avoid: as in the paper, the arm that is not held, the one that is held, or both."""
+StartName = Literal["usual", "between"]
+"""Where the arms of a hold experiment on the torso begin."""
 Following = Literal["identical", "mirrored"]
 PathName = Literal["stay", "circle"]
 ControlPoint = Literal["hand", "elbow", "arm"]
@@ -204,6 +206,14 @@ class RunSettings:
         Spec(
             "avoid", "who avoids", "Which arm keeps clear. In the paper: the free arm in Fig. 5, both in Figs 6 and 7.",
             choice_labels=("As in the paper", "The free arm", "Your arm", "Both arms"),
+        ),
+    )  # fmt: skip
+    start: StartName = _choice(
+        "usual",
+        StartName,
+        Spec(
+            "start", "start", "The posture that the arms begin in; in the second, your arm slides along the tie of two pairs.",
+            choice_labels=("Usual", "Between two pairs"),
         ),
     )  # fmt: skip
     following: Following = _choice(

@@ -18,6 +18,7 @@ from scenes.law_factory import make_law
 from scenes.roles import TargetSource
 from scenes.room import Room, room_of
 from scenes.settings import RunSettings
+from scenes.starts import start_of
 from scenes.targets import Target
 from scenes.world import World
 
@@ -102,7 +103,7 @@ class Simulation:
             self.law = make_law(settings.law)
         self.world.bounds.gain = settings.limit_gain
         room = room_of(settings)
-        if room is not self.room or settings.scene != before.scene:
+        if room is not self.room or (settings.scene, settings.start) != (before.scene, before.start):
             self._enter(room)
             self.reset()
         elif (settings.guided, settings.path) != (before.guided, before.path):
@@ -112,8 +113,8 @@ class Simulation:
             self._form()
 
     def reset(self, positions: Array | None = None) -> None:
-        """Restart at time 0, at rest, in the room's start posture or at q (nv,) [rad]. The settings stay."""
-        self.positions[:] = self.room.start if positions is None else positions
+        """Restart at time 0, at rest, in the settings' start posture or at q (nv,) [rad]. The settings stay."""
+        self.positions[:] = start_of(self.settings, self.room) if positions is None else positions
         self.steps = 0
         self.time = 0.0
         self.history.clear()
