@@ -1,4 +1,4 @@
-"""However a student's law fails, the arm freezes at worst, the line is named, and nobody is held up."""
+"""However a student's law fails, the arm freezes at worst, the line is named, and no call is held up."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ def test_how_it_may_fail(file: Path, text: str, says: str) -> None:
         ("x = 1\nwhile True:\n    x += 1\ndef law(s):\n    return s.nominal", (2, 3), False),
         ("def law(s):\n    return s.nominal\ndef activation(d):\n    while True: d += 1", (4,), True),
     ],
-    ids=["python", "python, nobody waits", "asleep", "below", "while it is read", "activation"],
+    ids=["python", "python, not waited for", "asleep", "below", "while it is read", "activation"],
 )
 def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[int, ...], waits: bool) -> None:
-    """In Python, in C, asleep, while the file is read and in λ. Nobody is held up longer than the limits."""
+    """In Python, in C, asleep, while the file is read and in λ. No call is held up longer than the limits."""
     with CustomLaw(write(file, text), SHORT, waits) as law:
         pids: set[int | None] = set()
 
@@ -97,7 +97,7 @@ def test_processes_that_break(file: Path) -> None:
     finally:
         for number in opened:
             os.close(number)
-    # Somebody kills the process while it waits, and while it works.
+    # The process is killed from outside while it waits, and while it works.
     with CustomLaw(write(file, GOOD), waits=True) as law:
         law(SITUATION)
         assert law.pid is not None
@@ -134,7 +134,7 @@ def test_a_python_that_cannot_be_started(file: Path, monkeypatch: pytest.MonkeyP
             assert law.problem is not None and "could not be started" in law.problem.text and says in law.problem.text
 
 
-def test_a_slow_beginning_holds_nobody_up(file: Path, tmp_path: Path) -> None:
+def test_a_slow_beginning_holds_no_call_up(file: Path, tmp_path: Path) -> None:
     """While the file is read, and while the first call loads something, no call is answered or waits; then the arm moves."""
     text = f"""
         import pathlib, time

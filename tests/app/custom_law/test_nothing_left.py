@@ -16,7 +16,7 @@ from tests.app.custom_law.helpers import GOOD, SITUATION, ZEROS, gone, until, wr
 
 
 def test_no_process_is_left(file: Path) -> None:
-    """After close, after a `with`, and when nobody knows it any more; closing twice is closing once."""
+    """After close, after a `with`, and when nothing refers to it any more; closing twice is closing once."""
     write(file, GOOD)
     law = CustomLaw(file, waits=True)
     law(SITUATION)

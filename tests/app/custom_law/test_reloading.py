@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,43 +21,31 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(custom_law_module, "LOOK", 0.0)
 
 
+ENDLESS = "def law(s):\n    while True: pass"
+
+
 @pytest.mark.usefixtures("eager")
 def test_it_is_reloaded_on_save(file: Path) -> None:
-    """Good, other, broken, endless, good again: the arm does what the file says, and the problem goes when it works again. Some editors
-    write into the file, others put a new one in its place."""
-    saves = 0
-
-    def save(text: str) -> None:
-        nonlocal saves
-        saves += 1
-        if saves % 2:
-            os.replace(write(file.with_suffix(".tmp"), text), file)
-        else:
-            write(file, text)
-
-    save(GOOD)
-    with CustomLaw(file, SHORT) as law:
+    """The arm does what the file says, and the problem goes when it works again."""
+    with CustomLaw(write(file, GOOD), SHORT) as law:
         pids: set[int | None] = set()
 
-        def moves(factor: float) -> bool:
+        def moves(factor: float, says: str) -> bool:
             law.refresh()
             pids.add(law.pid)
-            return bool(np.array_equal(soon(law), SITUATION.nominal * factor))
+            works = law.problem is None if not says else law.problem is not None and says in law.problem.text
+            return bool(np.array_equal(soon(law), SITUATION.nominal * factor)) and works
 
-        until(lambda: moves(2))
-        save(GOOD.replace("2", "3.5"))
-        until(lambda: moves(3.5))
-        save("def law(s)\n")
-        until(lambda: moves(0) and law.problem)
-        assert law.problem is not None and "SyntaxError" in law.problem.text
-        save("def law(s):\n    while True: pass")
-        until(lambda: moves(0) and law.problem is not None and "endless" in law.problem.text)
-        save("# Now it is right.\n" + GOOD)
-        until(lambda: moves(2))
-        assert law.problem is None
+        saves = ((GOOD, 2, ""), (GOOD.replace("2", "3.5"), 3.5, ""), ("def law(s)\n", 0, "SyntaxError"), (ENDLESS, 0, "endless"))
+        for number, (text, factor, says) in enumerate((*saves, ("# Now it is right.\n" + GOOD, 2, ""))):
+            # Some editors write into the file, others put a new one in its place.
+            if number % 2:
+                os.replace(write(file.with_suffix(".tmp"), text), file)
+            else:
+                write(file, text)
+            until(partial(moves, factor, says))
         assert len(pids - {None}) == 5
-        living = [pid for pid in pids if pid is not None and not gone(pid)]
-        assert living == [law.pid]
+        assert [pid for pid in pids if pid is not None and not gone(pid)] == [law.pid]
 
 
 @pytest.mark.usefixtures("eager")
@@ -111,21 +100,14 @@ def test_a_large_file_is_loaded(file: Path) -> None:
 
 @pytest.mark.usefixtures("eager")
 def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
-    """Paused: nobody calls the law, and the message comes, changes and goes all the same."""
+    """Paused, when no step calls the law, the message comes, changes and goes all the same."""
     with CustomLaw(write(file, GOOD), SHORT) as law:
         until(lambda: np.any(soon(law)))
-        write(file, "def law(s)")
-        until(lambda: law.refresh() or law.problem is not None)
-        until(lambda: law.refresh() or law.problem is not None)
-        assert law.problem is not None and law.problem.line == 1
-        write(file, "# It can be read now.\ndef law(s):\n    return s.nominal / 0 + undefined")
-        until(lambda: law.refresh() or (law.problem is not None and law.problem.line == 3))
-        until(lambda: law.refresh() or (law.problem is not None and law.problem.line == 3))
-        write(file, GOOD)
-        until(lambda: law.refresh() or law.problem is None)
-        until(lambda: law.refresh() or law.problem is None)
-        assert law.ready
-        write(file, "def law(s):\n    while True: pass")
-        until(lambda: law.refresh() or law.problem is not None)
-        until(lambda: law.refresh() or law.problem is not None)
-        assert law.problem is not None and "endless loop" in law.problem.text
+
+        def is_said(says: str) -> bool:
+            return not law.refresh() and (says in law.problem.text if law.problem else law.ready and not says)
+
+        fails = "# It can be read now.\ndef law(s):\n    return s.nominal / 0 + undefined"
+        for text, says in (("def law(s)", "line 1"), (fails, "line 3"), (GOOD, ""), (ENDLESS, "endless loop")):
+            write(file, text)
+            until(partial(is_said, says))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,48 +13,24 @@ from app.custom_law.process import LawProcess
 from app.custom_law.time_share import SHARE, LawTimeShare
 from app.custom_law.wire import Numbers, Question
 from app.page.panels.readout import custom_law_html, status_html
-from app.session.input_sources import InputSources
 from app.session.session import Session
-from app.settings import Settings
 from scenes.headless import run
-from scenes.settings import changed
-from tests.app.custom_law.helpers import PAPER, until, write
+from scenes.rerun import rerun
+from tests.app.custom_law.helpers import PAPER, session_of, until, write
 
 FRAME = 0.03
 
 
 def gated(gate: Path) -> str:
     """The paper's law, which from its tenth call on waits for a file, and counts its calls in what it returns."""
-    return f"""
-        import pathlib, time
-        calls = 0
-        D_M, ORDER, V, MU = 0.15, 6.0, 0.30, 0.06
-
-        def activation(distance):
-            return 1.0 if distance <= D_M else (D_M / distance) ** ORDER
-
-        def law(situation):
-            global calls
-            calls += 1
-            while calls == 10 and not pathlib.Path({str(gate)!r}).exists():
-                time.sleep(0.001)
-            c = activation(situation.distance) * (V + situation.pull)
-            J_d = situation.row
-            return situation.nominal + J_d * c / (J_d @ J_d + MU**2) + 1e-9 * calls
-    """
-
-
-@contextmanager
-def sessions(path: Path, count: int = 1, **settings: object) -> Iterator[list[Session]]:
-    """Sessions of a server that has a law file."""
-    given, people = Settings(), InputSources(law_file=path)
-    for key, value in settings.items():
-        given = changed(given, key, value)
-    with ExitStack() as stack:
-        made = [Session(given, sources=people) for _ in range(count)]
-        for session in made:
-            stack.callback(session.close)
-        yield made
+    waits = f"""
+        global calls
+        calls += 1
+        while calls == 10 and not pathlib.Path({str(gate)!r}).exists():
+            time.sleep(0.001)
+        c ="""
+    counted = PAPER.replace("\n        c =", waits).replace("MU**2)", "MU**2) + 1e-9 * calls")
+    return f"    import pathlib, time\n    calls = 0\n{counted}"
 
 
 def advanced(session: Session, true: Callable[[], object]) -> None:
@@ -80,7 +55,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
     """While a call hangs no step is made, and nothing is asked twice; the run has the bits of one that waited for every call."""
     gate = tmp_path / "go on"
     write(file, gated(gate))
-    with sessions(file, scene=scene, avoid="both" if scene == "imitation" else "free") as (session,):
+    with session_of(file, scene=scene, avoid="both" if scene == "imitation" else "free") as session:
         patient(session)
         advanced(session, lambda: hangs(session))
         steps, before = session.simulation.steps, session.simulation.snapshot()
@@ -106,7 +81,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
 def test_a_step_that_is_asked_for_while_paused_is_made_when_the_law_answers(file: Path, tmp_path: Path) -> None:
     gate = tmp_path / "go on"
     write(file, gated(gate))
-    with sessions(file) as (session,):
+    with session_of(file) as session:
         patient(session)
         advanced(session, lambda: hangs(session))
         steps = session.simulation.steps
@@ -120,11 +95,9 @@ def test_a_step_that_is_asked_for_while_paused_is_made_when_the_law_answers(file
 
 def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path: Path) -> None:
     """Both stand still; what is recorded makes the run again to the last bit."""
-    from scenes.rerun import rerun
-
     gate = tmp_path / "go on"
     write(file, gated(gate))
-    with sessions(file, ghost="own") as (session,):
+    with session_of(file, ghost="own") as session:
         patient(session)
         advanced(session, lambda: hangs(session))
         assert session.ghost is not None and session.ghost.steps == session.simulation.steps
@@ -151,7 +124,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
 
     monkeypatch.setattr(LawProcess, "answer", noted)
     write(file, gated(tmp_path / "never"))
-    with sessions(file) as (session,):
+    with session_of(file) as session:
         patient(session)
         advanced(session, lambda: in_vain.clear() or session.simulation.steps > 0)
         while not hangs(session):
@@ -178,7 +151,7 @@ def test_a_share_is_divided_among_those_who_call(monkeypatch: pytest.MonkeyPatch
 def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
     """With the time that a call takes, and the time that it may take."""
     write(file, "import time\n" + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="))
-    with sessions(file, 1, scene="ball", dt=0.005) as (session,):
+    with session_of(file, scene="ball", dt=0.005) as session:
         advanced(session, lambda: session.custom_law_slow is not None)
         assert session.custom_law_slow is not None
         needs, allowed = session.custom_law_slow
@@ -199,7 +172,7 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
     """Without waiting: blank until the answer is there, and blank where the function fails."""
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
-    with sessions(file) as (session,):
+    with session_of(file) as session:
         law = session._custom_law
         assert law is not None
         distances = np.array([0.0, 0.1, 0.3])

@@ -101,13 +101,13 @@ def test_formulas_are_drawn_and_paragraphs_kept() -> None:
     assert rich_html("a\n\nb").split() == ["<p>a</p>", "<p>b</p>"] and "<svg" in rich_html("$$x$$")
 
 
-def test_the_shelf_makes_it_as_a_file(run: LessonSession) -> None:
+def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     background = Inline()
-    shelf = ExportQueue(run._session, background)
-    shelf.ask_report(())
-    assert [news.title for news in shelf.take_news()] == ["There is nothing to report yet"] and not background.waiting()
-    shelf.ask_report(steps_of(run))
-    assert shelf.busy == "the lab report"
+    queue = ExportQueue(run._session, background)
+    queue.ask_report(())
+    assert [news.title for news in queue.take_news()] == ["There is nothing to report yet"] and not background.waiting()
+    queue.ask_report(steps_of(run))
+    assert queue.busy == "the lab report"
     (job,) = background.waiting()
     # It goes to another process, with what was written until now.
     pickle.loads(pickle.dumps(job.arguments))
@@ -115,8 +115,8 @@ def test_the_shelf_makes_it_as_a_file(run: LessonSession) -> None:
     run.walk.write("later")
     background.work()
     run.walk.write(before)
-    shelf.advance(0.0)
-    ((name, content),) = shelf.take_files()
+    queue.advance(0.0)
+    ((name, content),) = queue.take_files()
     assert name == "duet-lab-report-lesson-1.html" and b"I did not expect" in content and b"later" not in content
 
 

@@ -30,15 +30,8 @@ def executed(snippet: Snippet, folder: Path, name: str) -> tuple[str, Array]:
     (folder / "snippet.py").write_text(
         snippet.text + "import numpy\nnumpy.save('d.npy', table[:, COLUMN['d']])\n", encoding="utf-8"
     )
-    done = subprocess.run(
-        [sys.executable, "snippet.py"],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    environment, command = os.environ | {"PYTHONPATH": str(ROOT)}, [sys.executable, "snippet.py"]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     plot = (folder / f"{name}.png").read_bytes()
     assert plot.startswith(b"\x89PNG") and len(plot) > 10_000
@@ -89,7 +82,7 @@ def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:
     assert is_fresh(recorded)
     assert not is_fresh(piece("hold", 2.0, 0.9)[0])  # not from the start
     assert not is_fresh(piece("hold", 1.0, lively=True)[0])  # other settings on the way
-    assert not is_fresh(touched(at=150, start=None))  # somebody let go of everything
+    assert not is_fresh(touched(at=150, start=None))  # all was let go of
     simulation = Simulation(RunSettings())
     assert not is_fresh(touched(at=9999, start=simulation.room.start + 0.01))  # another posture
 

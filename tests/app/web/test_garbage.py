@@ -17,6 +17,7 @@ import pytest
 import viser
 import websockets
 from viser import _messages as viser_messages
+from viser.infra._messages import wire_field_names
 
 from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA
@@ -34,7 +35,7 @@ def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
     point, pixel = [0.0, 0.0, 1.0], [0.5, 0.5]
     uuid, owned = room.slider._impl.uuid, {"name": "/hand", "owner": ""}
     ray = {"ray_origin": point, "ray_direction": point, "modifier": None}
-    drag = {"start_position": point, "start_screen_pos": pixel, "end_position": point, "end_screen_pos": pixel}
+    drag = {"start_position": point, "start_screen_pos": pixel, "end_position": point, "end_screen_pos": pixel, "modifier": "alt"}
     file = {"source_component_uuid": room.upload._impl.uuid, "transfer_uuid": "t"}
     messages = [
         CAMERA,
@@ -49,15 +50,7 @@ def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
         {"type": "TransformControlsDragStartMessage", **owned},
         {"type": "TransformControlsDragEndMessage", **owned},
         {"type": "SceneNodeClickMessage", **owned, **ray, "instance_index": None, "screen_pos": pixel},
-        {
-            "type": "SceneNodeDragMessage",
-            **owned,
-            **drag,
-            "phase": "start",
-            "instance_index": 1,
-            "button": "left",
-            "modifier": "alt",
-        },
+        {"type": "SceneNodeDragMessage", **owned, **drag, "phase": "start", "instance_index": 1, "button": "left"},
         {"type": "ScenePointerMessage", **ray, "event_type": "click", "screen_pos": [pixel]},
         {"type": "GetRenderResponseMessage", "payload": b"", "render_uuid": "r"},
         {"type": "LocalStorageGetItemResponseMessage", "value": None, "error": None, "request_uuid": "r"},
@@ -77,8 +70,6 @@ def test_every_kind_of_message_is_known_and_is_what_viser_expects(room: Room) ->
         room.server.gate.check(0, traffic, raw)
         viser_messages.Message.deserialize(raw)
     # viser's fields and ours are the same, so a new version of viser can't slip a field past us.
-    from viser.infra._messages import wire_field_names
-
     for kind, shape in SHAPES.items():
         assert set(wire_field_names(getattr(viser_messages, kind))) == set(shape), kind
 

@@ -65,14 +65,11 @@ def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Mess
 
 def some_batches() -> list[list[viser_messages.Message]]:
     turned, moved = viser_messages.SetOrientationMessage, viser_messages.SetPositionMessage
+    updated = viser_messages.GuiUpdateMessage
     curve = {"data": (np.linspace(0.0, 1.0, 7), np.arange(3, dtype=np.float32))}
     return [
         [turned("/a", (1.0, 0.0, 0.0, 0.0)), moved("/a", (0.1, 0.2, 0.3))],
-        [
-            viser_messages.GuiUpdateMessage("u", curve),
-            moved("/a", (0.2, 0.2, 0.3)),
-            viser_messages.GuiUpdateMessage("v", {"x": "é"}),
-        ],
+        [updated("u", curve), moved("/a", (0.2, 0.2, 0.3)), updated("v", {"x": "é"})],
     ]
 
 
