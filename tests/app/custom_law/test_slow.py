@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -186,26 +187,17 @@ def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
         assert law.problem is None
 
 
-class Machine:
-    """Clocks that stand still until they are moved."""
-
-    def __init__(self) -> None:
-        self.now = 0.0
-        self.used: float | None = 0.0
-        self.wants = True
-
-
 @pytest.fixture
-def machine(monkeypatch: pytest.MonkeyPatch) -> Machine:
-    """What `Patience` sees instead of the real one."""
-    machine = Machine()
+def machine(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """What `Patience` sees instead of the real one: clocks that stand still until they are moved."""
+    machine = SimpleNamespace(now=0.0, used=0.0, wants=True)
     monkeypatch.setattr(patience_module.time, "monotonic", lambda: machine.now)
     monkeypatch.setattr(patience_module, "_used", lambda process: machine.used)
     monkeypatch.setattr(patience_module, "_wants_a_core", lambda process: machine.wants)
     return machine
 
 
-def test_time_limits_on_a_busy_machine(machine: Machine) -> None:
+def test_time_limits_on_a_busy_machine(machine: SimpleNamespace) -> None:
     # A process that computes or sleeps is too long.
     for used, wants in ((1.1, True), (0.0, False), (None, True)):
         machine.now, machine.used = 0.0, None if used is None else 0.0

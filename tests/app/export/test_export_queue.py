@@ -19,7 +19,7 @@ from app.export.python_snippet import is_fresh
 from app.export.scene_film import film_scene
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
-from app.recording.replay import film
+from app.recording.replay import Replay, film
 from app.recording.run_file import saved_bytes, saved_from, verify
 from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
 from app.session.input_sources import InputSources
@@ -51,6 +51,13 @@ class Desk:
         """One frame."""
         self.session.advance(elapsed, float("inf"))
         return self.queue.advance(elapsed)
+
+    def watch(self, seconds: float) -> Replay:
+        """Look back at the last seconds."""
+        self.queue.watch(seconds)
+        self.work()
+        assert self.queue.replay is not None
+        return self.queue.replay
 
     def work(self) -> list[str]:
         """Compute, and take in what came out."""
@@ -123,8 +130,7 @@ def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest
         assert snippet is not None and f"Path({file.name!r})" in snippet and "from t = 1.7 s to 2.2 s" in snippet
         saved = saved_from(file.content, file.name).recorded
         assert saved.begin == pytest.approx(1.7) and saved.steps == 100
-        desk.queue.watch(KEEP)
-        desk.work()
+        desk.watch(KEEP)
 
 
 def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
@@ -177,10 +183,7 @@ def test_watching_stops_the_live_run_and_goes_back_to_it(desk: Desk, paused: boo
 
 def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Desk) -> None:
     assert not desk.queue.take(Pause())
-    desk.queue.watch(KEEP)
-    desk.work()
-    replay = desk.queue.replay
-    assert replay is not None
+    replay = desk.watch(KEEP)
     desk.session.change("speed", 0.5)
     step = replay.step
     desk.frame(0.1)
@@ -202,8 +205,7 @@ def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Des
 def test_going_on_or_another_experiment_ends_the_replay_at_once_and_other_colours_do_not(
     desk: Desk, change: tuple[str, Any]
 ) -> None:
-    desk.queue.watch(1.0)
-    desk.work()
+    desk.watch(1.0)
     if change:
         desk.session.change(*change)
     else:

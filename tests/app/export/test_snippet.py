@@ -48,6 +48,7 @@ def test_the_lines_make_the_chosen_piece_and_plot_it(tmp_path: Path, monkeypatch
     assert recorded.seconds > 0.45
     snippet = as_python(whole, recorded, 0.4, "mine")
     assert len(snippet.text.splitlines()) <= 30 and (snippet.inputs is not None) == (how == "in a file")
+    assert ("base64" in snippet.text) == (how == "in the text") and ("LawSettings" not in snippet.text or how != "settings")
     said, d = executed(snippet, tmp_path, "mine")
     steps = round(0.4 / recorded.stretches[-1].settings.dt)
     assert d.tobytes() == table[-steps:, COLUMN["d"]].tobytes()
@@ -69,12 +70,6 @@ def test_an_arm_alone_is_plotted_without_a_distance(tmp_path: Path) -> None:
     snippet = as_python(recorded, recorded, 30.0, "alone")
     assert "d_m" not in snippet.text and "e²" in snippet.text
     executed(snippet, tmp_path, "alone")
-
-
-def test_settings_alone_make_the_run_again() -> None:
-    recorded, _ = piece("ball", 1.0)
-    text = as_python(recorded, recorded, 30.0).text
-    assert "base64" not in text and "scene='ball'" in text and "LawSettings" not in text and "seconds=1.0" in text
 
 
 def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:

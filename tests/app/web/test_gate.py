@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,18 +12,17 @@ import pytest
 import viser
 from viser import _messages as viser_messages
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA
 from app.web.message_gate import Gate, Traffic
 from app.web.refusal import Refused
 from app.web.server import DuetServer
 from app.web.traffic_limits import TrafficLimits
-from tests.app.web.conftest import Room, roundtrip
+from tests.app.web.conftest import Join, Room, roundtrip
 
 NAN, INF = math.nan, math.inf
 
 
-def test_real_use_gets_through(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_real_use_gets_through(room: Room, join: Join) -> None:
     a, b = join(), join()
     a.set_value("d_m", 0.2)
     a.set_value("law", "strict")
@@ -40,7 +38,7 @@ def test_real_use_gets_through(room: Room, join: Callable[..., BlockingClient]) 
     b.wait_for(lambda v: v.received.messages["GuiFormDirtyMessage"] == 1)
 
 
-def test_what_a_page_would_not_send_is_dropped(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_what_a_page_would_not_send_is_dropped(room: Room, join: Join) -> None:
     """Values out of their range, anything but the value of an element, and a gizmo or a camera that becomes NaN."""
     visitor = join()
     slider = {"type": "GuiUpdateMessage", "uuid": visitor.mirror.labelled("d_m")["uuid"]}
@@ -67,7 +65,7 @@ def test_what_a_page_would_not_send_is_dropped(room: Room, join: Callable[..., B
     assert tuple(client.camera.position) == (1, 2, 3)
 
 
-def test_unknown_forms_do_not_pile_up(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_unknown_forms_do_not_pile_up(room: Room, join: Join) -> None:
     visitor, witness = join(), join()
     before = len(room.server._websock_server._broadcast_buffer.message_from_id)
     for number in range(100):
@@ -79,7 +77,7 @@ def test_unknown_forms_do_not_pile_up(room: Room, join: Callable[..., BlockingCl
     assert witness.received.messages["GuiFormDirtyMessage"] == 1
 
 
-def test_no_tunnel_can_be_asked_for(room: Room, join: Callable[..., BlockingClient], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_tunnel_can_be_asked_for(room: Room, join: Join, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[object] = []
     for kind, name in ((viser.ViserServer, "request"), (viser.ViserServer, "disconnect"), (DuetServer, "request")):
         monkeypatch.setattr(kind, f"{name}_share_url", lambda *args, **options: asked.append(args))
@@ -93,7 +91,7 @@ def test_no_tunnel_can_be_asked_for(room: Room, join: Callable[..., BlockingClie
     assert room.values("go") == [0] and asked == []
 
 
-def test_what_all_see_can_be_handed_to_one(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_what_all_see_can_be_handed_to_one(room: Room, join: Join) -> None:
     teacher, pupil = join(), join()
     room.server.gate.may_share = lambda client_id: client_id == 0
     own: list[float] = []

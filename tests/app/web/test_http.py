@@ -6,19 +6,15 @@ import contextlib
 import json
 import re
 import socket
-from collections.abc import Callable
 
 import pytest
-import viser
 
 from app.bench.blocking_client import BlockingClient
 from app.web.index_page import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
-from app.web.request import request_query
-from app.web.server import DuetServer
-from tests.app.web.conftest import Room, ended, get
+from tests.app.web.conftest import Join, Room, Start, ended, get
 
 
-def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, join: Join) -> None:
     visitor = join()
     before = visitor.received.frames
     for at_work in (True, False, True):
@@ -30,7 +26,7 @@ def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, jo
     assert visitor.received.frames == before + 2 and visitor.closed is None
 
 
-def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, join: Join) -> None:
     for path in ("/", "/?dm=0.1", "/healthz"):
         status, headers, _ = get(room.server.url + path)
         assert status == 200
@@ -71,19 +67,7 @@ def test_page_query(path: str, query: dict[str, str]) -> None:
     assert page_query(path) == query
 
 
-def test_query_arrives_with_the_client(room: Room, join: Callable[..., BlockingClient]) -> None:
-    arrived: dict[int, dict[str, str]] = {}
-
-    @room.server.on_client_connect
-    async def _(client: viser.ClientHandle) -> None:
-        arrived[client.client_id] = request_query(client)
-
-    join(query="dm=0.1&n=10").wait_for(lambda v: len(arrived) == 1)
-    join().wait_for(lambda v: len(arrived) == 2)
-    assert list(arrived.values()) == [{"dm": "0.1", "n": "10"}, {}]
-
-
-def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Callable[..., DuetServer]) -> None:
+def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> None:
     server = start(max_clients=8)
     eight = [BlockingClient(server.url) for _ in range(8)]
     try:
@@ -107,7 +91,7 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Callable[...,
             visitor.close()
 
 
-def test_documents_are_served_in_the_language_that_is_asked_for(start: Callable[..., DuetServer]) -> None:
+def test_documents_are_served_in_the_language_that_is_asked_for(start: Start) -> None:
     url = start(documents={"/documents/model": lambda language: f"<p>{language}".encode()}).url + "/documents/model"
     for address, accept, language in ((url, "sl", "sl"), (f"{url}?lang=de", "sl", "de")):
         status, headers, body = get(address, **{"Accept-Language": accept})

@@ -9,7 +9,6 @@ import random
 import socket
 import threading
 import weakref
-from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -22,10 +21,9 @@ from app.bench.headless_client import CAMERA, HeadlessClient
 from app.web.allowance import Allowance
 from app.web.index_page import OPEN_TOO_OFTEN
 from app.web.message_gate import Traffic
-from app.web.server import DuetServer
 from app.web.traffic_limits import TrafficLimits
 from tests.app.page.helpers import notes
-from tests.app.web.conftest import Room, ended, roundtrip, visiting, write
+from tests.app.web.conftest import Join, Room, Start, ended, roundtrip, visiting, write
 
 
 def test_a_flood_is_slowed_down() -> None:
@@ -42,7 +40,7 @@ def test_messages_count_by_their_size_too() -> None:
     assert large.pause(490_000) == 0.0 and large.pause(1_000_000) == pytest.approx(0.99, abs=0.05)
 
 
-def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Callable[..., DuetServer]) -> None:
+def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Start) -> None:
     server = start(limits=TrafficLimits(stall_seconds=0.5))
     picture = server.gui.add_html("")
     with visiting(server) as witness:
@@ -64,7 +62,7 @@ def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Callable[..
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
-def test_fifty_visits_leave_nothing_behind(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_fifty_visits_leave_nothing_behind(room: Room, join: Join) -> None:
     handles: weakref.WeakSet[viser.ClientHandle] = weakref.WeakSet()
 
     @room.server.on_client_connect
@@ -95,7 +93,7 @@ def test_fifty_visits_leave_nothing_behind(room: Room, join: Callable[..., Block
     assert len(room.server.scene._active_transform_drag_handles) == 0
 
 
-def test_a_connection_that_says_nothing_is_closed_and_one_that_falls_silent_is_not(start: Callable[..., DuetServer]) -> None:
+def test_a_connection_that_says_nothing_is_closed_and_one_that_falls_silent_is_not(start: Start) -> None:
     room = Room(start(limits=TrafficLimits(first_message_seconds=0.3)))
     with visiting(room.server) as quiet:
         with BlockingClient(room.server.url, camera=False) as mute:
@@ -105,9 +103,7 @@ def test_a_connection_that_says_nothing_is_closed_and_one_that_falls_silent_is_n
 
 
 @pytest.mark.parametrize("query", ["resume=0123456789abcdef", ""], ids=["one tab", "one address"])
-def test_a_tab_has_so_many_connections_and_an_address_for_programs(
-    room: Room, join: Callable[..., BlockingClient], query: str
-) -> None:
+def test_a_tab_has_so_many_connections_and_an_address_for_programs(room: Room, join: Join, query: str) -> None:
     eight = [join(query=query) for _ in range(8)]
     with BlockingClient(room.server.url, query=query) as ninth:
         assert ended(ninth) == (1013, OPEN_TOO_OFTEN)
@@ -134,7 +130,7 @@ def upload(visitor: BlockingClient, size: int, pieces: dict[int, int], *, parts:
         visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * piece})
 
 
-def test_files_up_to_the_cap_arrive(start: Callable[..., DuetServer]) -> None:
+def test_files_up_to_the_cap_arrive(start: Start) -> None:
     room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
     with visiting(room.server) as visitor:
         upload(visitor, 1_000_000, {0: 524_288, 1: 475_712}, parts=2)
@@ -148,9 +144,7 @@ def test_files_up_to_the_cap_arrive(start: Callable[..., DuetServer]) -> None:
 
 
 @pytest.mark.parametrize(("query", "said"), [("", "up to 2 MB"), ("lang=de", "bis 2 MB"), ("lang=sl", "do 2 MB")])
-def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(
-    start: Callable[..., DuetServer], query: str, said: str
-) -> None:
+def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(start: Start, query: str, said: str) -> None:
     room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
     with visiting(room.server, query=query, camera=False) as visitor:
         # In one piece with the first message: on a busy server they wait side by side.
@@ -160,7 +154,7 @@ def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(
         assert said in notes(visitor)[0]
 
 
-def test_unfinished_files_count_and_belong_to_their_sender(start: Callable[..., DuetServer]) -> None:
+def test_unfinished_files_count_and_belong_to_their_sender(start: Start) -> None:
     room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
     buffers = room.server.gui._current_file_upload_states
     with visiting(room.server) as visitor, visiting(room.server) as other:

@@ -24,7 +24,7 @@ from app.bench.page_mirror import decode_frame
 from app.web.sending import STAMP, Packed
 from app.web.server import DuetServer
 from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, serving_with, shared_messages
-from tests.app.web.conftest import Room
+from tests.app.web.conftest import Join, Room
 
 
 @pytest.fixture
@@ -91,7 +91,7 @@ def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypat
 
 
 def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
-    room: Room, join: Callable[..., BlockingClient], visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch
+    room: Room, join: Join, visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first, second = (decode_frame(frame)[1] for frame in produced(visers_own._message_producer, some_batches()))
     assert second > first > 0.0, "viser's own clock goes on; else there is nothing to hold still"
@@ -111,9 +111,7 @@ def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
     assert len(stamps) >= 4 and len(set(stamps)) == 1
 
 
-def test_what_all_are_sent_is_packed_once(
-    room: Room, join: Callable[..., BlockingClient], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_all_are_sent_is_packed_once(room: Room, join: Join, monkeypatch: pytest.MonkeyPatch) -> None:
     visitors = [join() for _ in range(5)]
     packed: list[list[str]] = []
     pack = app.web.sending.pack
