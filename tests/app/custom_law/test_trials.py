@@ -180,7 +180,7 @@ def test_numbers_of_the_built_in_laws() -> None:
 
 
 def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
-    # An exception in overlap ends the three tests that come there, with its line; the others begin anew.
+    # An exception in overlap ends the three tests that come there, with its line; the others start again.
     text = PAPER + "    def guard(d):\n        if d < 0:\n            raise ValueError('overlap')\n"
     text = text.replace("        c = ", "        guard(situation.distance)\n        c = ")
     verdicts = examine(write(tmp_path / "my_law.py", text), only=(OUT, ALONE, BOUNDED, QUICK))
