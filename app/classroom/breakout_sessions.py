@@ -30,18 +30,13 @@ class BreakoutSessions:
     """The students' own sessions beside the stage.
 
     Args:
-        context: of the app.
         room: the class.
-
-    Attributes:
-        waiting: how many students want to explore and have no place.
     """
 
     def __init__(self, context: AppContext, room: Classroom) -> None:
         self._context, self._room = context, room
         self._errors = ThrottledLog(log)
         self._next = 0.0
-        self.waiting = 0
 
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
@@ -66,7 +61,6 @@ class BreakoutSessions:
             if wanted != (one.visitor is not None) and not one.moved:
                 one.moved = True
                 audiences.move(one.client)
-        self.waiting = sum(room.free and not room.places.holds(student) for student in room.here)
 
     def admit(
         self, participant: Participant, participants: Collection[Participant], stage: Settings, lessons: LessonSession
@@ -98,7 +92,7 @@ class BreakoutSessions:
     def frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
         """Advance and draw one student's session. `now`: wall time; `elapsed`: since the last frame [s]."""
         try:
-            visitor.halt(self._room.paused)
+            visitor.session.halt.set("teacher", self._room.paused)
             visitor.frame(now, elapsed, 1 + self._room.places.taken)
         except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.

@@ -61,11 +61,13 @@ class Classroom:
         free: whether the students explore; otherwise they follow.
         paused: whether all sessions are paused.
         inviting: whether the address is on every screen.
+        waiting: how many students want to explore and have no place.
         ballots, places: the answers, and the breakout sessions' places.
     """
 
     def __init__(self, most: int) -> None:
         self.free = self.paused = self.inviting = False
+        self.waiting = 0
         self.ballots = Ballots()
         self.places = BreakoutPlaces(most)
         self._here: dict[int, str] = {}
@@ -102,6 +104,7 @@ class Classroom:
         """While the class explores, give places to the students who are able to take one. `now`: the clock [s]."""
         if self.free:
             self.places.give(able, now)
+        self.waiting = sum(self.free and not self.places.holds(student) for student in self.here)
 
     # ---- the question ------------------------------------------------------------------------------------------------------
 

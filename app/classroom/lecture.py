@@ -7,14 +7,13 @@ import viser
 
 from app.classroom.address import Address
 from app.classroom.breakout_sessions import BreakoutSessions
-from app.classroom.classroom import Classroom, Poll
+from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
 from app.classroom.participant import Participant
 from app.classroom.stage_audiences import StageAudiences
 from app.classroom.stage_controls import StageControls
 from app.classroom.student_answers import is_narrow
 from app.classroom.teacher_control import TeacherControl
-from app.classroom.teacher_panel import ClassState
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.connections import Connections
@@ -56,9 +55,7 @@ class LectureHost:
         self.control = TeacherControl(self.room, self.session, self.lessons, self._breakouts.hurry)
         self.controls = StageControls(context, self.session, self.lessons, self.control)
         self.participants: dict[int, Participant] = {}
-        self.stage = StageAudiences(
-            context, self.session, self.lessons, self.room, self.control, lambda: list(self.participants.values())
-        )
+        self.stage = StageAudiences(context, self.session, self.lessons, self.room, self.control, self.participants)
         self._errors = ThrottledLog(log)
         self._leader = Leader(context.key)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
@@ -114,7 +111,7 @@ class LectureHost:
         for client_id, one in list(self.participants.items()):
             if one.visitor is not None:
                 set_language(one.visitor.language)
-                one.show(self.room, self._state(None), None, one.visitor.view, one.visitor.lessons)
+                one.show(self.room, None, None, one.visitor.view, one.visitor.lessons)
                 self._breakouts.frame(client_id, one.visitor, now, elapsed)
 
     def _show_stage(self, frame: Frame) -> None:
@@ -133,10 +130,9 @@ class LectureHost:
             set_language(page.language)
             poll = self.control.poll(page.book)
             page.show(frame, poll, self._invitation)
-            state = self._state(poll)
             for one in self.stage.watchers(audience):
                 mine = None if poll is None or one.answers is None else self.room.ballots.answer_of(poll.question, one.id)
-                one.show(self.room, state, mine, page.view, self.lessons)
+                one.show(self.room, poll, mine, page.view, self.lessons)
             page.flush()
 
     def _show_teacher(self, teacher: Participant, frame: Frame) -> None:
@@ -148,16 +144,12 @@ class LectureHost:
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():
                 operation.show(frame)
-        teacher.show(self.room, self._state(poll), None, page.view, self.lessons)
+        teacher.show(self.room, poll, None, page.view, self.lessons)
         page.flush()
 
     @property
     def _invitation(self) -> Address | None:
         return self.controls.address if self.room.inviting else None
-
-    def _state(self, poll: Poll | None) -> ClassState:
-        room = self.room
-        return ClassState(room.heads, room.free, room.paused, room.inviting, self._breakouts.waiting, poll)
 
     # ---- connections -------------------------------------------------------------------------------------------------------
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import viser
 
-from app.classroom.classroom import Classroom
+from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
 from app.classroom.stage_page import StagePage
 from app.classroom.student_answers import Answers, Banner
-from app.classroom.teacher_panel import ClassState, TeacherPanel
+from app.classroom.teacher_panel import TeacherPanel
 from app.hosting.visitor import Visitor
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
@@ -55,24 +55,24 @@ class Participant:
     moved: bool = False
     shown: object = None
 
-    def show(self, room: Classroom, state: ClassState, mine: int | None, view: View, lessons: LessonSession) -> None:
+    def show(self, room: Classroom, poll: Poll | None, mine: int | None, view: View, lessons: LessonSession) -> None:
         """Update what the page has beside the stage.
 
         Args:
             room: the class.
-            state: of the class, for a teacher.
-            mine: the student's own answer to the question on the stage.
+            poll: the question on the stage.
+            mine: the student's own answer to it.
             view, lessons: the stage's, or the student's own ones.
         """
         if self.visitor is not None and self.view is not view:
             self.view, self.banner, self.shown = view, Banner(self.client.gui), None
         if self.panel is not None:
             with contextlib.suppress(Exception), self.client.atomic():
-                self.panel.show(state, lessons)
+                self.panel.show(room, poll, lessons)
         if self.banner is None:
             return
         line, tab = self._line(room), view.lesson_panel.tab if lessons.open and self.narrow else None
-        shown = line, tab, None if self.answers is None else (lessons.open, state.poll, mine, view.lesson_panel.tab)
+        shown = line, tab, None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
         # Opening a batch for each of thirty pages in every frame would cost a message each.
         if shown == self.shown:
             return
@@ -81,7 +81,7 @@ class Participant:
             self.banner.show(*line, tab)
             if self.answers is not None:
                 self.answers.fold(lessons.open)
-                self.answers.show(state.poll, mine)
+                self.answers.show(poll, mine)
 
     def _line(self, room: Classroom) -> tuple[str, str]:
         """Return kind and text of the banner."""

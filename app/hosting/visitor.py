@@ -96,10 +96,6 @@ class Visitor:
             self.operation = Operation(self.client, self.session, self.view)
             self.view.welcome(self.client)
 
-    def halt(self, halted: bool) -> None:
-        """Stop the session for the teacher, or let it go on as it did before."""
-        self.session.halt.set("teacher", halted)
-
     def frame(self, now: float, elapsed: float, sessions: int) -> None:
         """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]; `sessions`: that have a frame at this time."""
         set_language(self.language)
@@ -118,7 +114,7 @@ class Visitor:
     def leave(self) -> None:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
         self.session.posts.drop()
-        self.halt(False)
+        self.session.halt.set("teacher", False)
         self.save()
         self.operation.close()
         if self.superseded:
