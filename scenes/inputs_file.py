@@ -15,7 +15,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
-from scenes.files import read_file, replacing
+from scenes.files import read_file
 from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.packing import ANGLES, BALL, HAND, JOINTS, ROTATION, TURNED, WIDTHS, PackedTargets
 from scenes.recording import REACH, inputs_from
@@ -74,19 +74,6 @@ def recorded_bytes(recorded: Recorded) -> bytes:
     out = io.BytesIO()
     np.savez_compressed(out, **arrays)  # pyright: ignore[reportArgumentType]
     return out.getvalue()
-
-
-def write_recorded(recorded: Recorded, path: Path) -> None:
-    """Write recorded inputs to a file.
-
-    Raises:
-        BadInputFile: it cannot be written.
-    """
-    try:
-        with replacing(path) as new:
-            new.write_bytes(recorded_bytes(recorded))
-    except OSError as error:
-        raise BadInputFile("{name}: cannot be written ({reason}).", name=path, reason=error.strerror) from None
 
 
 def read_recorded(path: Path) -> Recorded:

@@ -14,7 +14,7 @@ import zstandard
 
 
 def decode_frame(frame: bytes) -> tuple[list[dict[str, Any]], float]:
-    """The messages in one frame, arrays as numpy, and the server's time stamp."""
+    """Return the messages in one frame, arrays as numpy, and the server's time stamp [s]."""
     size, packed = struct.unpack_from("<QQ", frame)
     body = zstandard.ZstdDecompressor().decompress(frame[16 : 16 + packed], max_output_size=size)
     content = msgspec.msgpack.decode(body)

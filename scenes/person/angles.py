@@ -37,16 +37,6 @@ TRUSTED_SINE: Final = 0.1
 SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
 
 
-class PersonPose(NamedTuple):
-    """A person's two arms.
-
-    Attributes:
-        angles: (2, 4), left arm first, in the order of `ANGLE_NAMES` [rad].
-    """
-
-    angles: Array
-
-
 @dataclass(frozen=True)
 class Proportions:
     """Lengths of a person [m]. The defaults are those of the human model that is drawn, a man of 1.8 m.
@@ -177,25 +167,6 @@ def arm_points(angles: Array, side: ArmName, proportions: Proportions = MODEL_PR
     shoulder = np.array([0.0, SIGN[side] * proportions.shoulder_width / 2.0, 0.0])
     elbow = shoulder + proportions.upper_arm * upper
     return shoulder, elbow, elbow + proportions.forearm * forearm
-
-
-def arm_angles(
-    shoulder: Array, elbow: Array, wrist: Array, torso_rotation: Array, side: ArmName, previous: Array | None = None
-) -> Array:
-    """Return the four angles (4,) [rad] of an arm from three points: the inverse of `arm_points`, for any lengths of the bones.
-
-    Args:
-        shoulder, elbow, wrist: (3,), in any one frame and unit; no two of them that follow each other may coincide.
-        torso_rotation: R (3, 3) of the torso in that frame, columns forward, left, up.
-        previous: (4,) [rad], of the sample before, see `direction_angles`.
-
-    Raises:
-        ValueError: a bone without length, or a number that is not finite.
-    """
-    upper, forearm = _unit(elbow - shoulder), _unit(wrist - elbow)
-    if upper is None or forearm is None:
-        raise ValueError("shoulder, elbow and wrist must be three different, finite points")
-    return direction_angles(upper @ torso_rotation, forearm @ torso_rotation, side, previous)
 
 
 def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> Array | None:

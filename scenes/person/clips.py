@@ -20,9 +20,6 @@ ClipName = Literal["wave", "clap", "cross", "reach", "medley"]
 
 CLIP_NAMES: Final[tuple[ClipName, ...]] = get_args(ClipName)
 
-CLIP_LABELS: Final = ("Wave", "Clap", "Cross the forearms", "Reach", "All in turn")
-"""What a person reads for each of them."""
-
 Arm = tuple[float, float, float, float]
 """The four angles of one arm, in the order of `scenes.person.angles.ANGLE_NAMES`; degrees, in this file alone."""
 

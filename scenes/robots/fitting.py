@@ -46,16 +46,7 @@ def build_example(example: Example) -> Robot:
             joint, radius = segment.ball
             points.append(data.oMi[segment.joint].actInv(data.oMi[joint]).translation + _sphere(radius))
         capsules.append(Capsule(segment.name, segment.joint, *enclosing_capsule(np.vstack(points))))
-    return Robot(
-        example.name,
-        model,
-        example.hand,
-        example.shoulder,
-        example.elbow,
-        example.wrist,
-        tuple(capsules),
-        example.labels,
-    )
+    return example.robot(model, tuple(capsules))
 
 
 def link_triangles(shapes: pin.GeometryModel, joint: int) -> Array:

@@ -60,7 +60,6 @@ def test_lost(landmark: int) -> None:
     hidden = SEEN.copy()
     hidden[landmark] = 0.49
     assert landmarks_to_angles(good, hidden) is None
-    assert landmarks_to_angles(good, hidden, least_visibility=0.4) is not None
     hidden[landmark] = np.nan
     assert landmarks_to_angles(good, hidden) is None
     for nonsense in (np.nan, np.inf):
