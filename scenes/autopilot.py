@@ -23,7 +23,6 @@ class Autopilot:
     (rest to rest, smooth in acceleration).
 
     Args:
-        room: where.
         guided: the arm that the person holds.
         seed: which person.
         start: where the hand is at time 0 (3,) [m]; None for its place in the rig's start posture.

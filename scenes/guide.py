@@ -37,8 +37,6 @@ class Guide:
     faster than `top_speed`; since the normal of a capsule meets its axis, no closest point approaches faster either.
 
     Args:
-        kinematics: of all arms.
-        arm: the guided one.
         robot: its make.
         box: its velocity bounds; to be updated before `follow`.
         posture: q (n,) it likes to be in [rad].

@@ -34,7 +34,6 @@ class Summary:
             J_d reach q̇, in proportion to λ. While λ ≈ 0 (d well above d_m) the task has all the authority, and it does not matter which
             pair is the closest. For other laws λ is what they show in its place; of one that shows none, nothing is counted.
         out_of_authority_s: time during which the arm could not do what the law asked for [s].
-        steps: number of them.
         step_us_median: median wall time of one step of both arms [µs].
     """
 
@@ -54,13 +53,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Run:
-    """A finished run.
-
-    Attributes:
-        simulation: at its end.
-        table: every step of it (steps, columns of `scenes.history`).
-        summary: of it.
-    """
+    """A finished run. `simulation`: at its end; `table`: every step of it (steps, columns of `scenes.history`)."""
 
     simulation: Simulation
     table: Array

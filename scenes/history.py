@@ -62,12 +62,7 @@ class Sample:
 
 
 class History:
-    """The last `capacity` steps.
-
-    Args:
-        capacity: rows kept.
-        joints: nv, joints of all arms.
-    """
+    """The last `capacity` steps. `joints`: nv, joints of all arms."""
 
     def __init__(self, capacity: int, joints: int) -> None:
         self._rows = np.full((capacity, _HEAD + 3 * joints), np.nan)

@@ -37,7 +37,6 @@ class Rig:
     """Two bases and a start.
 
     Attributes:
-        name: of the rig.
         left_base, right_base: poses in the world.
         left_start, right_start: postures (7,) [rad].
         camera: a view that shows both arms.

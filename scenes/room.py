@@ -48,7 +48,6 @@ class Room:
 
     Attributes:
         rig: where the arms stand.
-        robots: one for each arm.
         model: all arms, left first (14 joints for two LWRs), then the ball's three translations if there is one.
         geometry: their capsules, named "left hand" …, and the pairs.
         arms: left and right, or the one that stands alone.

@@ -59,7 +59,6 @@ def measure_neighbour(name: str, seconds: float) -> dict[str, float]:
     """Return what a neighbour sees during one of `DISTURBANCES`.
 
     Args:
-        name: of the disturbance.
         seconds: duration [s].
 
     Returns:

@@ -37,7 +37,6 @@ class Received:
 
     Attributes:
         frames: websocket messages (viser calls them windows; one is one update of the page).
-        bytes: their size.
         messages: viser messages by type; stays empty unless frames are decoded.
         times: when each frame came, on our `perf_counter` [s].
     """
@@ -60,8 +59,6 @@ class HeadlessClient:
         language: what to send as Accept-Language; "" for none, as programs do.
 
     Attributes:
-        mirror: the page so far.
-        received: counters.
         closed: why the connection ended, None while it lives.
     """
 

@@ -55,7 +55,6 @@ def measure_fairness(seconds: float, names: Iterable[str] = tuple(DISTURBANCES))
 
     Args:
         seconds: duration of each [s].
-        names: of the measured ones.
     """
     return _described({name: measure_neighbour(name, seconds) for name in names})
 

@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 from mink.exceptions import NoSolutionFound
 
-from app.bench.peer_hold import PEER_GAIN, Baked
+from app.bench.peer_hold import PEER_GAIN, Baked, GivenMotion, PeerArm
 from controllers.kinematics import Array
 
 SOLVER: Final = "daqp"
@@ -82,39 +82,20 @@ def _axes(model: pin.Model) -> list[Array]:
     return [pin.log3((model.jointPlacements[i].actInv(data.liMi[i])).rotation) for i in range(model.njoints)]
 
 
-class MinkGivenMotion(mink.Task):
-    """Joints with a given motion: Δq = q̇ dt, for the constraints of `mink.solve_ik`."""
-
-    def __init__(self, columns: slice, nv: int) -> None:
-        self._jacobian = np.eye(nv)[columns]
-        super().__init__(cost=np.ones(len(self._jacobian)))
-        self.displacement: Array = np.zeros(len(self._jacobian))
-
-    def compute_error(self, configuration: Any) -> Array:
-        """Return −Δq (n,), as mink solves J Δq = −gain · error."""
-        return -self.displacement
-
-    def compute_jacobian(self, configuration: Any) -> Array:
-        """Return the rows of the identity that belong to the joints."""
-        return self._jacobian
+class MinkGivenMotion(GivenMotion, mink.Task):
+    """The guided arm's motion for mink."""
 
 
-class MinkArm:
-    """The avoiding arm moved by mink.
-
-    Args:
-        baked: the experiment.
-        gain: of `CollisionAvoidanceLimit`.
-    """
+class MinkArm(PeerArm):
+    """The avoiding arm moved by mink. `gain`: of `CollisionAvoidanceLimit`."""
 
     def __init__(self, baked: Baked, gain: float) -> None:
         settings, room = baked.settings, baked.room
         model = mujoco_model(baked)
-        self._baked, self._dt = baked, settings.dt
-        self._configuration = mink.Configuration(model, room.start)
+        motion = MinkGivenMotion(baked.guided, model.nv, cost=np.ones(baked.guided.stop - baked.guided.start))
+        super().__init__(baked, mink.Configuration(model, room.start), motion, NoSolutionFound)
         self._task = mink.FrameTask("hand", "site", position_cost=1.0, orientation_cost=1.0, gain=settings.gain * settings.dt)
         self._task.set_target_from_configuration(self._configuration)
-        self._motion = MinkGivenMotion(baked.guided, model.nv)
         names = room.model.names
         speeds = {
             names[i]: float(room.model.velocityLimit[joint.idx_v])
@@ -127,30 +108,11 @@ class MinkArm:
             mink.VelocityLimit(model, speeds),
             self.limit,
         ]
-        self.positions = room.start.copy()
-        self.unsolved = 0
-        """Steps without a solution; the arm stands still in them."""
 
-    def prepare(self, step: int) -> None:
-        """Take over where the obstacle is and how it moves."""
-        baked = self._baked
-        self.positions[baked.guided] = baked.guided_positions[step]
-        self._motion.displacement = baked.guided_velocities[step] * self._dt
-
-    def advance(self, step: int) -> Array:
-        """Make one step."""
-        configuration = self._configuration
-        configuration.update(self.positions)
-        try:
-            velocities = mink.solve_ik(
-                configuration, [self._task], self._dt, SOLVER, damping=DAMPING, limits=self._limits, constraints=[self._motion]
-            )
-        except NoSolutionFound:
-            self.unsolved += 1
-            velocities = np.zeros(len(self.positions))
-            velocities[self._baked.guided] = self._baked.guided_velocities[step]
-        self.positions = configuration.integrate(velocities, self._dt)
-        return velocities
+    def solve(self) -> Array:
+        """Return q̇ (nv,) of the next step [rad/s]."""
+        posture, tasks, given = self._configuration, [self._task], self.constraints
+        return mink.solve_ik(posture, tasks, self._dt, SOLVER, damping=DAMPING, limits=self._limits, constraints=given)
 
 
 def collision_limit(baked: Baked, model: mujoco.MjModel, gain: float, reach: float) -> mink.CollisionAvoidanceLimit:

@@ -40,7 +40,6 @@ def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
 
     Args:
         seconds: duration of the measurement [s].
-        query: of the visitor's link.
 
     Returns:
         Also the time from the command until the server answers, and until the visitor has the arms [s].

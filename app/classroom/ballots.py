@@ -8,12 +8,7 @@ QuestionId = tuple[str, str]
 
 
 class Tally(NamedTuple):
-    """How a class has answered.
-
-    Attributes:
-        counts: of every choice.
-        waiting: how many of the present students have not answered.
-    """
+    """How a class has answered. `counts`: of every choice; `waiting`: how many of the present students have not answered."""
 
     counts: tuple[int, ...]
     waiting: int

@@ -27,11 +27,7 @@ SETTLE: Final = 0.25
 
 
 class BreakoutSessions:
-    """The students' own sessions beside the stage.
-
-    Args:
-        room: the class.
-    """
+    """The students' own sessions beside the stage."""
 
     def __init__(self, context: AppContext, room: Classroom) -> None:
         self._context, self._room = context, room

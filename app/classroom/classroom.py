@@ -20,7 +20,6 @@ class Poll:
     Attributes:
         question: lesson and step.
         choices: what can be answered, as Markdown.
-        tally: the answers.
         open: whether answers are taken: until the reveal, or until the outcome is on the stage.
         revealed: whether everybody sees the tally.
         outcome: the measured result, line by line; empty before it is on the stage.

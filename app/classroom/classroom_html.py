@@ -20,7 +20,6 @@ def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
     """Return the histogram of the class's answers; once the outcome is known, with the measured result beside it.
 
     Args:
-        poll: the question.
         mine: the reader's own answer.
         live: whether it is the teacher's, before the reveal.
     """

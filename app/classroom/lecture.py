@@ -36,12 +36,7 @@ log = logging.getLogger("duet.lecture")
 class LectureHost:
     """All tabs see one stage, each in its own language and look. A teacher has the controls: by the key, or without a key in the first tab.
 
-    Args:
-        context: of the app.
-
     Attributes:
-        session, lessons: the stage's.
-        room: the class.
         control: carries out the teacher's actions.
         participants: all browsers, by client id.
     """

@@ -14,7 +14,7 @@ from app.hosting.visitor import Visitor
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.view import View
-from app.web.audience import Audience
+from app.web.audiences import Audience
 
 
 @dataclass
@@ -22,8 +22,6 @@ class Participant:
     """One browser.
 
     Attributes:
-        client: the browser's.
-        query: of its link.
         id: of its tab, or of its connection if the tab has none.
         lasting: whether the id outlives a reload.
         screen: whether it is a projector, and no student's.
@@ -59,7 +57,6 @@ class Participant:
         """Update what the page has beside the stage.
 
         Args:
-            room: the class.
             poll: the question on the stage.
             mine: the student's own answer to it.
             view, lessons: the stage's, or the student's own ones.

@@ -15,16 +15,13 @@ from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.key_notice import name_mistake
 from app.session.session import Session
-from app.web.audience import Audience
-from app.web.audiences import Audiences
+from app.web.audiences import Audience, Audiences
 
 
 class StageAudiences:
     """The stage's pages for the audiences.
 
     Args:
-        session, lessons: the stage's.
-        room: the class.
         control: takes the students' answers.
         participants: by client id.
 

@@ -16,7 +16,7 @@ from app.page.view import View
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
-from app.web.audience import Audience
+from app.web.audiences import Audience
 
 
 class StagePage:
@@ -24,14 +24,11 @@ class StagePage:
 
     Args:
         host: the audience, or the teacher's client.
-        session, lessons: the stage's.
         book: the lessons, in English.
-        language: of the page.
         look: of the page; None for that of the stage's settings, which is the operator's.
         clients: returns the clients to which the camera belongs.
 
     Attributes:
-        view: of the stage.
         language, book: of the page, and the lessons in it.
     """
 
@@ -60,7 +57,6 @@ class StagePage:
         """Draw a frame.
 
         Args:
-            frame: of the stage's session.
             poll: the question on the stage, in this language; its tally is shown after the reveal.
             inviting: the address, while it is on every screen.
         """

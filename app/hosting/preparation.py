@@ -30,12 +30,7 @@ ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
 
 
 class Preparation:
-    """Reads or makes every item once, in a thread of its own.
-
-    Args:
-        book: the lessons.
-        jobs: makes what is not stored.
-    """
+    """Reads or makes every item once, in a thread of its own. `jobs`: makes what is not stored."""
 
     def __init__(self, book: LessonBook, jobs: JobPool) -> None:
         self._book, self._jobs = book, jobs

@@ -26,19 +26,13 @@ class Visitor:
     """A session with its page. The page is there once `build` has come to its end.
 
     Args:
-        context: of the app.
-        client: the visitor's.
-        settings: of a new session.
         problems: what is wrong with the visitor's link.
         record: what the visitor left behind.
         parked: the visitor's own session and lessons, claimed from the store; None for new ones.
 
     Attributes:
-        client, query: the visitor's.
-        session, lessons: the visitor's.
         is_back: whether the session was claimed from the store.
         superseded: whether the same tab has connected again meanwhile.
-        language: of the page.
     """
 
     def __init__(

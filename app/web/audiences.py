@@ -14,16 +14,33 @@ import viser
 from websockets.asyncio.server import ServerConnection
 
 from app.settings import Look
-from app.web.audience import Audience
 from app.web.index_page import ELSEWHERE, page_query
 from app.web.server import DuetServer
-from app.web.viser_internals import MessageBuffer, connection_of, shared_messages
+from app.web.viser_internals import Message, MessageBuffer, ServerView, connection_of, shared_messages
 
 MOVED_CODE: Final = 4001
 """Code by which a connection is closed so that the page reconnects at once to another buffer."""
 
 MOST: Final = 8
 """Audiences at once, as each is drawn separately. A browser with one more look joins the audience that is most like it."""
+
+
+class Audience(ServerView):
+    """What the browsers of one look see: drawn and packed once for all of them.
+
+    Args:
+        server: that the browsers are connected to.
+        look: of their tabs.
+        before: what every browser is sent first.
+
+    Attributes:
+        watchers: client ids of the browsers; set by `Audiences`.
+    """
+
+    def __init__(self, server: viser.ViserServer, look: Look, before: list[Message]) -> None:
+        self.look = look
+        self.watchers: set[int] = set()
+        super().__init__(server, before)
 
 
 class Audiences:

@@ -33,7 +33,6 @@ def patched_index(client_html: str, *, title: str, run: str, assets: PageAssets 
 
     Args:
         client_html: viser's own `index.html`.
-        title: the title of the tab.
         run: a word that is different for every start of the server.
         assets: further scripts and style sheets; a script may add to `duet.query` what the server is to know of the browser.
         body: HTML that the page's body begins with.

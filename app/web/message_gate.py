@@ -33,11 +33,7 @@ class _Upload:
 
 
 class Traffic:
-    """The uploads of one connection that are under way, and how fast it sends.
-
-    Args:
-        limits: how much a browser may ask for.
-    """
+    """The uploads of one connection that are under way, and how fast it sends. `limits`: how much a browser may ask for."""
 
     def __init__(self, limits: TrafficLimits) -> None:
         self.uploads: dict[str, _Upload] = {}
@@ -59,7 +55,6 @@ class Gate:
     """The filter that every message of every browser passes.
 
     Args:
-        elements: the elements of all pages.
         limits: how much a browser may ask for.
 
     Attributes:

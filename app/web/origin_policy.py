@@ -72,7 +72,6 @@ class OriginPolicy:
 
     Attributes:
         host: the address that the server is bound to.
-        port: its port.
         extra: further allowed origins, such as `https://duet.example.org` behind a proxy.
     """
 

@@ -21,12 +21,7 @@ _UNDECODABLE: Final = (msgspec.MsgspecError, RecursionError, ValueError, TypeErr
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a message.
-
-    Attributes:
-        type: what it is decoded as.
-        check: raises `Refused` for a value that may not stand there.
-    """
+    """One field of a message. `type`: what it is decoded as; `check`: raises `Refused` for a value that may not stand there."""
 
     type: Any
     check: Callable[[Any], None] = lambda value: None

@@ -82,11 +82,7 @@ def uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
 
 
 class GuiRegistry:
-    """The elements of a server's pages.
-
-    Args:
-        server: viser's.
-    """
+    """The elements of a server's pages."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server

@@ -92,11 +92,7 @@ def remembered(angle: float, previous: float, sine: float, trusted: float = TRUS
 
 
 def arm_rotation(angles: Array, side: ArmName) -> Array:
-    """Return R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm.
-
-    Args:
-        angles: (4,) [rad].
-    """
+    """Return R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm. `angles`: (4,) [rad]."""
     sign = SIGN[side]
     f, a, r = float(angles[0]), sign * float(angles[1]), sign * float(angles[2])
     cf, sf, ca, sa, cr, sr = math.cos(f), math.sin(f), math.cos(a), math.sin(a), math.cos(r), math.sin(r)
@@ -110,11 +106,7 @@ def arm_rotation(angles: Array, side: ArmName) -> Array:
 
 
 def arm_directions(angles: Array, side: ArmName) -> tuple[Array, Array]:
-    """Return the unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame.
-
-    Args:
-        angles: (4,) [rad].
-    """
+    """Return the unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame. `angles`: (4,) [rad]."""
     R = arm_rotation(angles, side)
     e = float(angles[3])
     return -R[:, 2], math.sin(e) * R[:, 0] - math.cos(e) * R[:, 2]
@@ -158,11 +150,7 @@ def direction_angles(
 
 
 def arm_points(angles: Array, side: ArmName, proportions: Proportions = MODEL_PROPORTIONS) -> tuple[Array, Array, Array]:
-    """Return shoulder, elbow and wrist (3,) in the torso frame [m].
-
-    Args:
-        angles: (4,) [rad].
-    """
+    """Return shoulder, elbow and wrist (3,) in the torso frame [m]. `angles`: (4,) [rad]."""
     upper, forearm = arm_directions(angles, side)
     shoulder = np.array([0.0, SIGN[side] * proportions.shoulder_width / 2.0, 0.0])
     elbow = shoulder + proportions.upper_arm * upper

@@ -47,7 +47,6 @@ class BvhFile:
 
     Attributes:
         name: of the file, for messages.
-        joints: the skeleton.
         frame_time: [s].
         frames: (k, channels), file units and degrees.
     """

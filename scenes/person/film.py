@@ -20,12 +20,7 @@ from scenes.person.source import MissingPackage
 
 
 class VideoFrame(NamedTuple):
-    """One frame of a film.
-
-    Attributes:
-        time: since the film began [s].
-        image: RGB (height, width, 3).
-    """
+    """One frame of a film. `time`: since the film began [s]; `image`: RGB (height, width, 3)."""
 
     time: float
     image: NDArray[np.uint8]

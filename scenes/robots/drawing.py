@@ -77,7 +77,6 @@ class JointFrame(NamedTuple):
     """Where a link hangs on the link before it.
 
     Attributes:
-        name: of the joint.
         position: of its origin in the frame of the joint before it (3,) [m].
         rotation: of its frame at angle 0, in the frame of the joint before it (w, x, y, z).
         axis: it turns about, in its own frame (3,).
