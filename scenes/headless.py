@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from controllers.laws.situation import Law
 from scenes.history import COLUMN
@@ -58,6 +59,17 @@ class Run:
     simulation: Simulation
     table: Array
     summary: Summary
+
+
+MOST_STEPS: Final = 1_000_000
+"""Longest run; every step of it is kept, at 312 bytes each."""
+
+
+def check_length(settings: RunSettings, seconds: float) -> None:
+    """Raise `BadSetting` if a run of so much simulated time [s] cannot be made."""
+    longest = MOST_STEPS * settings.dt
+    if not 0.0 < seconds <= longest:
+        raise BadSetting(f"seconds = {seconds:g} is out of range; give a number up to {longest:g} (or a larger dt).")
 
 
 def run(

@@ -147,11 +147,10 @@ def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand")
         # The pedestal cannot move.
         _pair_bodies(geometry, f"{ALONE_NAME} ", "ball", movable=True)
     else:
-        carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else _hand_placement(model, arm)
-        geometry.addGeometryObject(pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS)))
-        geometry.addCollisionPair(
-            pin.CollisionPair(geometry.getGeometryId(f"control point at the {point}"), geometry.getGeometryId("ball"))
-        )
+        hand = model.frames[arm.hand]
+        carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else (hand.parentJoint, hand.placement)
+        shape = pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS))
+        geometry.addCollisionPair(pin.CollisionPair(geometry.addGeometryObject(shape), geometry.getGeometryId("ball")))
     ball_start = _beside_the_path(model, arm, start, point)
     whole = np.concatenate([start, ball_start])
     return Room(ALONE, (made,), model, geometry, (arm,), whole, slice(first, first + 3), point)
@@ -159,11 +158,6 @@ def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand")
 
 def _alone_start(robot_name: RobotName) -> Array:
     return ALONE.left_start.copy() if robot_name == "lwr" else start_posture(robot_name, "table", "left")
-
-
-def _hand_placement(model: pin.Model, arm: Arm) -> tuple[int, pin.SE3]:
-    frame = model.frames[arm.hand]
-    return frame.parentJoint, frame.placement
 
 
 def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:

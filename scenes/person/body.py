@@ -164,15 +164,7 @@ def person_meshes() -> dict[str, "trimesh.Trimesh"]:
         faces = np.asarray(piece.faces)
         pieces[name].append(trimesh.Trimesh((vertices - starts[name]) @ TORSO_FROM_MODEL.T, faces, process=False))
     pieces["body"].append(_yoke())
-    return {name: _joined(parts) for name, parts in pieces.items()}
-
-
-def _joined(parts: list["trimesh.Trimesh"]) -> "trimesh.Trimesh":
-    import trimesh
-
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    faces = np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)])
-    return trimesh.Trimesh(np.concatenate([part.vertices for part in parts]), faces, process=False)
+    return {name: surfaces.join(parts) for name, parts in pieces.items()}
 
 
 def _yoke() -> "trimesh.Trimesh":
