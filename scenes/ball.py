@@ -1,7 +1,4 @@
-"""A ball in the way (Fig. 1): one arm takes its hand from A to B past an obstacle, and back.
-
-With one control point the critical point never changes, so that the paper's law is smooth in the strict sense.
-"""
+"""A ball in the way (Fig. 1): one arm takes its hand from A to B past an obstacle, and back; with one control point the law is smooth."""
 
 from typing import Final
 

@@ -69,8 +69,7 @@ Piece = tuple[str, NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], 
 def glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
     """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as float32.
 
-    Written here because trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes
-    on an index.
+    trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes on an index.
     """
     pieces: list[Piece] = [
         (name, np.asarray(part.vertices), np.asarray(part.vertex_normals), np.asarray(part.faces), material, None)
@@ -136,10 +135,9 @@ SHEEN: Final = np.array([0.040, 0.044, 0.055])
 
 
 def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
-    """Pack meshes into one that is drawn at one go, its materials' colours and the light on them painted on its vertices.
+    """Pack meshes into one that is drawn at one go, materials and the light of its own frame painted on its vertices.
 
-    Without a graphics card every mesh drawn costs as much as thousands of triangles, and lighting a pixel more than filling it. The
-    light is that of the mesh's own frame and turns with it.
+    Without a graphics card every mesh drawn costs as much as thousands of triangles, and lighting a pixel more than filling it.
     """
     whole = join(meshes.values())
     vertices, normals, faces = np.asarray(whole.vertices), np.asarray(whole.vertex_normals), np.asarray(whole.faces)
@@ -176,10 +174,7 @@ def stored_only() -> Iterator[None]:
 
 
 def cached(name: str, key: str, build: Callable[[], tuple[bytes, ...]]) -> tuple[bytes, ...]:
-    """What `build` gives, from the user's cache folder where possible.
-
-    The file is a ZIP archive with the key as its comment, so a torn, foreign or stale file is simply built again; a folder that can't be
-    read or written only costs the time to build.
+    """What `build` gives, from the user's cache where possible: a ZIP archive with the key as its comment, built again if torn or stale.
 
     Raises:
         NotStored: see `stored_only`.

@@ -1,7 +1,6 @@
-"""What the arms stand on: a slender torso for two shoulders, and a workbench for two upright arms; made by code, as GLB files.
+"""What the arms stand on: a slender torso, and a workbench; made by code, as GLB files, for the eye only and no obstacle.
 
-World frame: z up, floor at z = 0, metres. The furniture is for the eye only and is no obstacle. Greys without a hue, neither
-black nor white, so that orange arms stand out before them in light and in dark mode.
+World frame: z up, floor at z = 0, metres. Greys without a hue, so that orange arms stand out before them in light and in dark mode.
 """
 
 from __future__ import annotations

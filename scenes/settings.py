@@ -1,8 +1,4 @@
-"""The settings of a run: one frozen tree, and for every field what a person may set it to.
-
-The same declaration makes the command line, the page's controls, the deep link, the header of an export and the check of every
-value that comes from outside.
-"""
+"""The settings of a run: one frozen tree, and for every field what the command line, the page, links and exports let a person set."""
 
 import math
 from dataclasses import dataclass, field, fields, replace

@@ -14,9 +14,7 @@ T = TypeVar("T")
 
 
 class BlockingClient:
-    """A `HeadlessClient` for synchronous code: its event loop runs in a separate thread.
-
-    Needed where the calling thread already has a running loop, as it does while Playwright's synchronous interface is open.
+    """A `HeadlessClient` whose event loop runs in a thread of its own, for code in a thread that already has a running loop (Playwright).
 
     Raises, when made:
         websockets.InvalidStatus: the server refuses the connection.

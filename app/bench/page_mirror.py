@@ -1,7 +1,4 @@
-"""The page in a client without a browser, as the server's messages have built it.
-
-A frame is two 8-byte little-endian sizes, zstd-compressed msgpack, and raw arrays aligned to 8 bytes.
-"""
+"""The page as the server's frames have built it: two 8-byte little-endian sizes, zstd-compressed msgpack, raw arrays aligned to 8 bytes."""
 
 from __future__ import annotations
 

@@ -1,12 +1,8 @@
 """The hold experiment in mink (MuJoCo and a QP): `FrameTask` and `CollisionAvoidanceLimit`, on a MuJoCo model made of ours.
 
-Settings: the task's gain is the share of the error to be removed in one step, K dt; costs 1 per metre and per radian; damping 1e-3 as
-in mink's examples; pairs are looked at from 2 d_m. Joint stops are approached as ours are. The guided arm has no bounds, as its motion
-is given.
-
-Note: `CollisionAvoidanceLimit` bounds the displacement of a step by gain · (d − d_m) / dt, metres a second against metres, so
-that its documented range of gains, (0, 1], lets two bodies come closer than d_m within one step. `matched_gain` is what means
-10/s. Below d_m it forbids further approach and asks for no retreat.
+Settings: gain K dt of the task, costs 1 per metre and per radian, damping 1e-3 as in mink's examples, pairs from 2 d_m on, joint stops as
+ours. `CollisionAvoidanceLimit` bounds the displacement of a step by gain · (d − d_m) / dt, so that its documented range of gains, (0, 1],
+lets two bodies come closer than d_m within one step; `matched_gain` means 10/s. Below d_m it asks for no retreat.
 """
 
 from typing import Any, Final
@@ -32,10 +28,7 @@ def matched_gain(dt: float) -> float:
 
 
 def mujoco_model(baked: Baked) -> mujoco.MjModel:
-    """Return our model as MuJoCo's: the same joints, the same capsules under the same names, the avoiding hand as the site "hand".
-
-    Masses are of no account to kinematics; MuJoCo wants some.
-    """
+    """Return our model as MuJoCo's: the same joints, the same capsules under the same names, the avoiding hand as the site "hand"."""
     room = baked.room
     model = room.model
     spec = mujoco.MjSpec()

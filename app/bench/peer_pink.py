@@ -1,12 +1,8 @@
 """The hold experiment in pink (Pinocchio and a QP): `FrameTask` and `SelfCollisionBarrier`.
 
-Settings: the task's gain is the share of the error to be removed in one step, K dt; costs 1 per metre and per radian; the barrier's
-gain is in 1/s; its safe displacement gain and the damping are pink's defaults. Joint stops are approached as ours are: at most g dt
-of the way that is left in one step. The guided arm has no bounds, as its motion is given.
-
-Note: the barrier's row changes its sign where two bodies overlap (`SelfCollisionBarrier.compute_jacobian` takes the normal
-from the closest points), so that it would pull them together; no bodies overlap in this run. Rows are kept from the step before
-when no joint has moved by more than about 1e-5 of its angle.
+Settings: gain K dt of the task, costs 1 per metre and per radian, the barrier's gain in 1/s, its safe displacement gain and the damping
+pink's defaults, joint stops as ours. The barrier's row changes its sign where two bodies overlap, which none do in this run; rows are kept
+from the step before when no joint has moved by more than about 1e-5 of its angle.
 """
 
 from typing import Final

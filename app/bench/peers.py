@@ -1,12 +1,8 @@
 """`lwr-duet bench --peers`: the hold experiment with two QP libraries beside our laws, in one interleaved run.
 
-Every method has the same two arms, capsules and pairs, the same pose to hold with the same gain, the same joint bounds, and the same
-obstacle: the guided arm's joints are taken from a run of ours. The peers know its velocity, as an equality constraint; our own
-laws do not, except where the name ends in "+w". What is timed is one whole step from q to the next q; ours includes writing it into the
-history.
-
-The methods are not equals. The peers solve a general quadratic programme with many options, ours are one row. Their settings are
-those of their documentation where they have a meaning here; every one of them is in `app.bench.peer_pink` and `app.bench.peer_mink`.
+Every method has the same arms, capsules, pairs, joint bounds and pose to hold, and the same obstacle: the guided arm's joints from a run
+of ours. The peers know its velocity, as an equality constraint; ours do so only where the name ends in "+w". A whole step is timed, ours
+with its record in the history. The peers solve a general quadratic programme, ours are one row.
 """
 
 import platform

@@ -60,10 +60,7 @@ class _Restless:
 
 
 def measure_steps(steps: int) -> dict[str, dict[str, float]]:
-    """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a joint bound.
-
-    All scenes are interleaved in one run.
-    """
+    """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a bound, all interleaved."""
     runs: dict[str, tuple[Simulation, TargetSource]] = {}
     for name, settings in _scenes().items():
         simulation = Simulation(settings)

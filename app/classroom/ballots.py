@@ -25,10 +25,7 @@ class Tally(NamedTuple):
 
 
 class Ballots:
-    """The answers of a class to every question so far, by the id of each student's tab.
-
-    An answer outlives its student's connection: it is there again after a reload, and still counts when the student has gone.
-    """
+    """The answers of a class to every question so far, by the id of each student's tab; an answer outlives its student's connection."""
 
     def __init__(self) -> None:
         self._answers: dict[QuestionId, dict[str, int]] = {}

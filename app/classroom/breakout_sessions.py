@@ -61,10 +61,7 @@ class BreakoutSessions:
     def admit(
         self, participant: Participant, participants: Collection[Participant], stage: Settings, lessons: LessonSession
     ) -> Pieces:
-        """Give a student the session left in the store, or one with the student's last settings, or one like the stage's.
-
-        The page is built piece by piece; the participant has the session once the page is whole.
-        """
+        """Give a student the session left in the store, or one with the student's last settings, or one like the stage's."""
         for other in participants:
             if other is not participant and other.id == participant.id and other.visitor is not None:
                 # A lost connection may not have been noticed yet.

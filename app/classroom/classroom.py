@@ -37,13 +37,6 @@ class Poll:
     verdicts: tuple[AnswerVerdict | None, ...] = ()
 
 
-class Headcount(NamedTuple):
-    """How many students there are in all, and in breakout sessions."""
-
-    all: int
-    exploring: int
-
-
 class _Texts(NamedTuple):
     choices: tuple[str, ...]
     outcome: tuple[str, ...] = ()
@@ -88,9 +81,9 @@ class Classroom:
         return tuple(dict.fromkeys(self._here.values()))
 
     @property
-    def heads(self) -> Headcount:
-        """How many students there are."""
-        return Headcount(len(self.here), sum(map(self.places.holds, self.here)))
+    def heads(self) -> tuple[int, int]:
+        """How many students there are in all, and in breakout sessions."""
+        return len(self.here), sum(map(self.places.holds, self.here))
 
     # ---- follow me, or explore ---------------------------------------------------------------------------------------------
 

@@ -53,13 +53,13 @@ def _row(poll: Poll, index: int, mine: bool) -> str:
 
 def heads_html(room: Classroom) -> str:
     """Return how many students there are and what they do."""
-    heads = room.heads
-    pills = [element("span", tr("students here: {count}", count=heads.all))]
+    everybody, exploring = room.heads
+    pills = [element("span", tr("students here: {count}", count=everybody))]
     if room.free:
-        pills.append(element("span", tr("exploring: {count}", count=heads.exploring), class_="go"))
+        pills.append(element("span", tr("exploring: {count}", count=exploring), class_="go"))
         if room.waiting:
             pills.append(element("span", tr("without a place: {count}", count=room.waiting), class_="halt"))
-    elif heads.all:
+    elif everybody:
         pills.append(element("span", tr("all follow"), class_="go"))
     if room.paused:
         pills.append(element("span", tr("everybody is paused"), class_="halt"))

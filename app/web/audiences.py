@@ -1,7 +1,6 @@
 """Which browsers of a lecture are sent what: those that watch share what is drawn for their look, all others have a page of their own.
 
-viser sends every browser what is drawn on the server object. In a lecture nothing is drawn there: a browser that connects is given the
-buffer of its audience, or, for a page of its own, the server's, which holds only what every page begins with.
+Nothing is drawn on the server object, whose elements viser sends to all: a browser is given the buffer of its audience in its place.
 """
 
 import asyncio

@@ -1,7 +1,6 @@
 """A person from a BVH file, with any of the usual names of joints.
 
-Only directions between joints matter, seen from the torso that the joints themselves span: so neither the unit, nor which axis is up,
-nor where the person walks makes a difference. The file must be right-handed, as the format demands.
+Only directions between joints matter, seen from the torso that they span: unit, vertical axis and place make no difference.
 """
 
 import re
@@ -114,10 +113,7 @@ def joint_part(name: str) -> tuple[ArmName | None, str]:
 
 
 class _Skeleton:
-    """Where arms and hips are among the joints of a file.
-
-    What is called a shoulder is the collar bone to some and the upper arm to others. So the elbow is found by its name, and the upper
-    arm as what it hangs on.
+    """Where arms and hips are among the joints of a file; the elbow is found by its name, the upper arm as what it hangs on.
 
     Attributes:
         arm: indices of shoulder, elbow and wrist of a side.

@@ -1,10 +1,7 @@
-"""People without a camera: short gestures of our own making that loop for ever, each a pure function of its name, a seed and the time.
+"""People without a camera: gestures of our own making that loop for ever, each a pure function of its name, a seed and the time.
 
-A clip is a row of postures; between two of them every angle is a quintic from rest to rest, so the whole is smooth up to its
-accelerations, over the seam of the loop too. All clips start and end at `REST`. The seed makes the person: which arm leads, how often
-and how fast, and how exactly they repeat themselves.
-
-On the torso, without avoidance, clap and cross bring the robots' arms into each other. That is what they are for.
+A clip is a row of postures from `REST` to `REST` with a quintic between two of them, smooth up to its accelerations. The seed makes the
+person: which arm leads, how often and how fast. On the torso, without avoidance, clap and cross bring the robots' arms into each other.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,4 @@
-"""Frames of a camera or a video, and MediaPipe to find the person in them.
-
-OpenCV and MediaPipe are the extra `[camera]` and are imported only here, only when asked for. MediaPipe comes without a model: the
-user names a pose_landmarker file.
-"""
+"""Frames of a camera or a video by OpenCV, and MediaPipe with a model of the user's: the extra `[camera]`, imported only here."""
 
 import importlib
 import time

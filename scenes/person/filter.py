@@ -17,10 +17,9 @@ TOP_RATE: Final = 1.6
 class AngleFilter:
     """A first-order low-pass with an output that never turns faster than a top speed: every number y of it follows its input x by
 
-        ẏ = clip(ω (x − y), ± top_rate),   ω = 2π cutoff.
+        ẏ = clip(ω (x − y), ± top_rate),   ω = 2π cutoff,
 
-    Each step is the exact solution for an input that rests during it: straight while clipped, exponential after. So two steps of
-    dt/2 give what one of dt gives, and no step is too long.
+    solved exactly for an input that rests during a step, so that two steps of dt/2 give what one of dt gives.
 
     Args:
         start: the output before the first step, any shape [rad].

@@ -25,10 +25,9 @@ SHORTEST_BONE: Final = 0.03
 
 
 def landmarks_to_angles(landmarks: Array, visibility: Array, previous: Array | None = None) -> Array | None:
-    """Return the angles (2, 4) of both arms [rad], left first; None if the person is not seen well enough.
+    """Return the angles (2, 4) of both arms [rad], left first; None unless shoulders, elbows and wrists are visible.
 
-    Shoulders, elbows and wrists must be visible. A person at a desk shows no hips: then the body is taken to be upright in the
-    picture.
+    Without hips, as of a person at a desk, the body is taken to be upright in the picture.
 
     Args:
         landmarks: "world landmarks" (33, 3): x right in the picture, y down, z away from the camera [m].

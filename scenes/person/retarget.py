@@ -112,9 +112,7 @@ def natural_pose(angles: Array, rig: Rig = RIGS["torso"]) -> Array:
 
 
 class Retargeter:
-    """A person's angles → the joints they ask of both robots, going on from the sample before.
-
-    The torso frame of the person is the world's: x forward, y left, z up.
+    """A person's angles, in the world's frame (x forward, y left, z up) → joints of both robots, going on from the sample before.
 
     Args:
         rig: where the robots stand.

@@ -207,10 +207,7 @@ def _nearest_paint(name: RobotName, colour: Array) -> str:
 
 
 def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
-    """The mesh with about so many triangles, kept where the shape needs them (quadric error metric).
-
-    Every vertex is one of the original's: what was inside a capsule stays inside.
-    """
+    """The mesh with about so many triangles, kept where the shape needs them (quadric error metric), its vertices among the original's."""
     import fast_simplification
     import trimesh
     from scipy.spatial import KDTree

@@ -101,10 +101,7 @@ def _beyond(triangles: Array, radius: float) -> Array:
 
 
 def _swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
-    """Return points of a joint's link, at all angles of the joint between it and a neighbouring carrier, in the carrier's frame.
-
-    The turns stand a little farther out, so that their hull contains all that is swept between them.
-    """
+    """Return points whose hull contains all that a joint's link sweeps against a neighbouring carrier, in the carrier's frame."""
     points = points[ConvexHull(points).vertices]
     turning = max(joint, carrier)
     placement = model.jointPlacements[turning]
