@@ -50,12 +50,7 @@ def source(world: World, settings: RunSettings) -> TargetSource:
 
 
 class BallSwing:
-    """Carries the ball across the path and back, at a pace that the seed chooses.
-
-    Args:
-        middle: of its way (3,) [m].
-        seed: which person.
-    """
+    """Carries the ball across the path and back, at a pace that the seed chooses. `middle`: of its way (3,) [m]; `seed`: which person."""
 
     def __init__(self, middle: Array, seed: int) -> None:
         self._middle = middle.copy()

@@ -109,12 +109,7 @@ class MinkArm(PeerArm):
 
 
 def collision_limit(baked: Baked, model: mujoco.MjModel, gain: float, reach: float) -> mink.CollisionAvoidanceLimit:
-    """Return mink's limit for our pairs.
-
-    Args:
-        gain: see the head of this file.
-        reach: distance from which pairs are looked at [m].
-    """
+    """Return mink's limit for our pairs. `gain`: see the head of this file; `reach`: distance from which pairs are looked at [m]."""
     bodies = baked.room.geometry.geometryObjects
     pairs = [([bodies[pair.first].name], [bodies[pair.second].name]) for pair in baked.room.geometry.collisionPairs]
     return mink.CollisionAvoidanceLimit(

@@ -53,13 +53,13 @@ def _row(poll: Poll, index: int, mine: bool) -> str:
 
 def heads_html(room: Classroom) -> str:
     """Return how many students there are and what they do."""
-    everybody, exploring = room.heads
-    pills = [element("span", tr("students here: {count}", count=everybody))]
+    present, exploring = room.heads
+    pills = [element("span", tr("students here: {count}", count=present))]
     if room.free:
         pills.append(element("span", tr("exploring: {count}", count=exploring), class_="go"))
         if room.waiting:
             pills.append(element("span", tr("without a place: {count}", count=room.waiting), class_="halt"))
-    elif everybody:
+    elif present:
         pills.append(element("span", tr("all follow"), class_="go"))
     if room.paused:
         pills.append(element("span", tr("everybody is paused"), class_="halt"))

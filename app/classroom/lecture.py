@@ -12,12 +12,10 @@ from app.classroom.leader import Leader
 from app.classroom.participant import Participant
 from app.classroom.stage_audiences import StageAudiences
 from app.classroom.stage_controls import StageControls
-from app.classroom.student_answers import is_narrow
 from app.classroom.teacher_control import TeacherControl
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.connections import Connections
-from app.hosting.session_store import tab_id
 from app.hosting.teacher_key import is_teacher
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
@@ -28,7 +26,6 @@ from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
 from app.web.audiences import Audiences
-from app.web.request import request_query
 
 log = logging.getLogger("duet.lecture")
 
@@ -168,19 +165,9 @@ class LectureHost:
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""
-        client_id, query = client.client_id, request_query(client)
-        tab = tab_id(query)
-        participant = Participant(
-            client,
-            query,
-            id=tab or f"tab {client_id}",
-            lasting=tab is not None,
-            screen="screen" in query,
-            teacher=self._leader.holds(client_id),
-            narrow=is_narrow(client),
-            audience=self.audiences.audience_of(client_id),
-        )
-        if not participant.teacher and participant.audience is None and self._breakouts.expects(query):
+        client_id = client.client_id
+        participant = Participant(client, self._leader.holds(client_id), self.audiences.audience_of(client_id))
+        if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             yield from self._breakouts.admit(participant, self.participants.values(), self.session.settings, self.lessons)
             self.participants[client_id] = participant
             self.room.enter(client_id, participant.id)

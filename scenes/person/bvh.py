@@ -11,7 +11,6 @@ from typing import Final
 import numpy as np
 
 from controllers.errors import BadInputFile, LazyText
-from controllers.kinematics import Array
 from scenes.person.angles import BodyPoints, body_angles
 from scenes.person.bvh_file import BvhFile, load_bvh
 from scenes.person.source import SampledAngles
@@ -46,25 +45,8 @@ _PARTS: Final = ELBOWS | UPPER_ARMS | COLLARS | WRISTS | THIGHS
 _DECORATION: Final = frozenset({"bip", "biped", "bone", "b", "def", "j", "jnt", "joint", "mixamorig", "rig", "character", "skel"})
 
 
-class BvhMotion(SampledAngles):
-    """A person's arms through a BVH file; a `PersonSource` that starts at time 0 and stays as it is after `duration`.
-
-    Args:
-        name: of the file.
-        times: of its samples (k,), growing [s].
-        table: angles of both arms at each of them (k, 2, 4) [rad], left first.
-
-    Attributes:
-        name: of the file.
-    """
-
-    def __init__(self, name: str, times: Array, table: Array) -> None:
-        super().__init__(times, table)
-        self.name = name
-
-
-def read_bvh(source: Path | str | bytes, name: str | None = None) -> BvhMotion:
-    """Return the motion in a BVH file.
+def read_bvh(source: Path | str | bytes, name: str | None = None) -> SampledAngles:
+    """Return the motion of both arms in a BVH file, which starts at time 0.
 
     Args:
         source: a path; or the file's content, as text with more than one line or as bytes.
@@ -93,7 +75,7 @@ def read_bvh(source: Path | str | bytes, name: str | None = None) -> BvhMotion:
             "{name}: in no frame do hips, shoulders, elbows and wrists make a body; {advice}.", name=file.name, advice=ADVICE
         )
     table[:first] = table[first]
-    return BvhMotion(file.name, np.arange(len(table), dtype=np.float64) * file.frame_time, table)
+    return SampledAngles(np.arange(len(table), dtype=np.float64) * file.frame_time, table)
 
 
 def joint_part(name: str) -> tuple[ArmName | None, str]:

@@ -43,13 +43,7 @@ class BvhJoint:
 
 @dataclass(frozen=True)
 class BvhFile:
-    """What a BVH file holds.
-
-    Attributes:
-        name: of the file, for messages.
-        frame_time: [s].
-        frames: (k, channels), file units and degrees.
-    """
+    """What a BVH file holds. `name`: of the file, for messages; `frame_time`: [s]; `frames`: (k, channels), file units and degrees."""
 
     name: str
     joints: tuple[BvhJoint, ...]
