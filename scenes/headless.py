@@ -32,8 +32,7 @@ class Summary:
         ddq_max: the same over dt [rad/s²].
         pair_switches: how often another pair became the closest, near or far.
         pair_switches_felt: how often one did while the law was at work, λ ≥ `FELT` before or after it: only then does the change of
-            J_d reach q̇, in proportion to λ. While λ ≈ 0 (d well above d_m) the task has all the authority, and it does not matter which
-            pair is the closest. For other laws λ is what they show in its place; of one that shows none, nothing is counted.
+            J_d reach q̇, in proportion to λ. For other laws λ is what they show in its place; of one that shows none, nothing is counted.
         out_of_authority_s: time during which the arm could not do what the law asked for [s].
         step_us_median: median wall time of one step of both arms [µs].
     """

@@ -111,7 +111,7 @@ def build_room(rig_name: RigName, robot_name: RobotName = "lwr") -> Room:
 
 @cache
 def build_imitation_room() -> Room:
-    """Return the torso with two LWRs whose elbows are at the sides like a person's, built once; no other room or robot fits a person."""
+    """Return the torso with two LWRs, their elbows at the sides like a person's, built once; no other room or robot fits a person."""
     room = build_room("torso")
     start = room.start.copy()
     for arm, joints in zip(room.arms, natural_pose(REST), strict=True):

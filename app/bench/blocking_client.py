@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class BlockingClient:
-    """A `HeadlessClient` whose event loop runs in a thread of its own, for code in a thread that already has a running loop (Playwright).
+    """A `HeadlessClient` with its event loop in a thread of its own, for code in a thread that already has a running loop (Playwright).
 
     Raises, when made:
         websockets.InvalidStatus: the server refuses the connection.
@@ -25,14 +25,11 @@ class BlockingClient:
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True, name="visitor")
         self._thread.start()
         try:
-            self.visitor = self._run(self._make(url, origin, query, camera, options))
+            self.visitor = HeadlessClient(url, origin, query, **options)
+            self._run(self.visitor.connect(camera=camera))
         except BaseException:
             self._end()
             raise
-
-    @staticmethod
-    async def _make(url: str, origin: str | None, query: str, camera: bool, options: dict[str, Any]) -> HeadlessClient:
-        return await HeadlessClient(url, origin, query, **options).connect(camera=camera)
 
     def _run(self, work: Coroutine[Any, Any, T], timeout: float = 30.0) -> T:
         return asyncio.run_coroutine_threadsafe(work, self._loop).result(timeout)

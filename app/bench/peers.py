@@ -73,18 +73,13 @@ def disagreement(mine: Engine, other: Engine, room: Room, postures: int = POSTUR
         q = random.uniform(model.lowerPositionLimit, model.upperPositionLimit)
         a, b = mine.distances(q), other.distances(q)
         if a.keys() != b.keys():
-            raise DuetError(
-                f"Peers: {_named(a.keys() ^ b.keys())} is a pair in one engine and not in the other; they cannot be compared."
-            )
+            pair = " / ".join(min(a.keys() ^ b.keys()))
+            raise DuetError(f"Peers: {pair} is a pair in one engine and not in the other; they cannot be compared.")
         distances += [abs(a[pair] - b[pair]) for pair in a]
         nearest = min(nearest, *a.values())
         poses += [float(np.abs(x - y).max()) for x, y in zip(mine.hand_pose(q), other.hand_pose(q), strict=True)]
     # Unlike Python's, numpy's maximum does not overlook a nan.
     return {"distance": float(np.max(distances)), "hand_pose": float(np.max(poses)), "nearest": nearest}
-
-
-def _named(pairs: set[tuple[str, str]]) -> str:
-    return " / ".join(min(pairs))
 
 
 def gate(baked: Baked, engines: dict[str, Engine]) -> dict[str, dict[str, float]]:

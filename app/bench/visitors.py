@@ -130,11 +130,8 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
             for crowd in crowds:
                 receive(crowd)
             time.sleep(SETTLING)
-            (cpu, parts, _), got, begin = (
-                request(server),
-                [one for crowd in crowds for one in request(crowd)],
-                time.perf_counter(),
-            )
+            (cpu, parts, _), got = request(server), [one for crowd in crowds for one in request(crowd)]
+            begin = time.perf_counter()
             time.sleep(seconds)
             (cpu_end, parts_end, _), got_end = request(server), [one for crowd in crowds for one in request(crowd)]
             elapsed = time.perf_counter() - begin

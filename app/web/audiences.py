@@ -25,16 +25,7 @@ MOST: Final = 8
 
 
 class Audience(ServerView):
-    """What the browsers of one look see: drawn and packed once for all of them.
-
-    Args:
-        server: that the browsers are connected to.
-        look: of their tabs.
-        before: what every browser is sent first.
-
-    Attributes:
-        watchers: client ids of the browsers; set by `Audiences`.
-    """
+    """What the browsers of one look see: drawn and packed once for all of them. `watchers`: their client ids, set by `Audiences`."""
 
     def __init__(self, server: viser.ViserServer, look: Look, before: list[Message]) -> None:
         self.look = look

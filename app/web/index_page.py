@@ -80,11 +80,7 @@ def full_page(limit: int) -> str:
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
     assets = translation() + PageAssets((STATIC / "room_full.js",), (STATIC / "room_full.css",))
     page = (STATIC / "room_full.html").read_text(encoding="utf-8")
-    for name, value in (
-        ("__ICON__", _ICON),
-        ("__PLACES__", places),
-        ("__STYLES__", assets.style_html()),
-        ("__SCRIPTS__", assets.script_html()),
-    ):
+    parts = {"__ICON__": _ICON, "__PLACES__": places, "__STYLES__": assets.style_html(), "__SCRIPTS__": assets.script_html()}
+    for name, value in parts.items():
         page = page.replace(name, value)
     return page

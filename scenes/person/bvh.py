@@ -27,14 +27,13 @@ ADVICE: Final = LazyText(
     "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename yours"
 )
 
-_ELBOW: Final[dict[ArmName, LazyText]] = {"left": LazyText("left elbow"), "right": LazyText("right elbow")}
-_UPPER_ARM: Final[dict[ArmName, LazyText]] = {
-    "left": LazyText("left upper arm, from which the left elbow should hang"),
-    "right": LazyText("right upper arm, from which the right elbow should hang"),
-}
-_WRIST: Final[dict[ArmName, LazyText]] = {
-    "left": LazyText("left wrist, which should hang from the left elbow"),
-    "right": LazyText("right wrist, which should hang from the right elbow"),
+_MISSING: Final[dict[tuple[ArmName, str], LazyText]] = {
+    ("left", "elbow"): LazyText("left elbow"),
+    ("right", "elbow"): LazyText("right elbow"),
+    ("left", "upper arm"): LazyText("left upper arm, from which the left elbow should hang"),
+    ("right", "upper arm"): LazyText("right upper arm, from which the right elbow should hang"),
+    ("left", "wrist"): LazyText("left wrist, which should hang from the left elbow"),
+    ("right", "wrist"): LazyText("right wrist, which should hang from the right elbow"),
 }
 """What may be missing, each in whole words: another language turns the side with the noun."""
 
@@ -115,17 +114,17 @@ class _Skeleton:
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
         elbow = self._named(side, ELBOWS)
         if elbow is None:
-            raise self._missing(_ELBOW[side])
+            raise self._missing(_MISSING[side, "elbow"])
         shoulder = self._file.joints[elbow].parent
         while shoulder >= 0 and self._is_twist(shoulder):
             shoulder = self._file.joints[shoulder].parent
         if shoulder < 0 or self._parts[shoulder][0] != side or self._parts[shoulder][1] in COLLARS:
-            raise self._missing(_UPPER_ARM[side])
+            raise self._missing(_MISSING[side, "upper arm"])
         wrist = next((i for i in self._below(elbow) if self._parts[i][1] in WRISTS), None)
         if wrist is None:
             wrist = next((i for i in self._below(elbow) if not self._is_twist(i)), None)
         if wrist is None:
-            raise self._missing(_WRIST[side])
+            raise self._missing(_MISSING[side, "wrist"])
         return shoulder, elbow, wrist
 
     def _find_hips(self) -> tuple[int, ...]:

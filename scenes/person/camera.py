@@ -49,12 +49,6 @@ class CameraSource:
         if self._thread.ident is not None:
             self._thread.join(patience)
 
-    def __enter__(self) -> Self:
-        return self.start()
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
-
     @property
     def running(self) -> bool:
         """Whether the thread is at work."""

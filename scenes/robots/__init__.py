@@ -13,7 +13,7 @@ from scenes.robots.description import Capsule, Robot
 from scenes.robots.postures import start_posture
 from scenes.settings import RobotName
 
-__all__ = ["Capsule", "Robot", "RobotName", "lwr", "robot", "start_posture"]
+__all__ = ["Capsule", "Robot", "RobotName", "robot", "start_posture"]
 
 
 @cache
@@ -33,8 +33,3 @@ def robot(name: RobotName) -> Robot:
     from scenes.robots.stored import stored_example
 
     return stored_example(name)
-
-
-def lwr() -> Robot:
-    """Return the KUKA LWR 4+."""
-    return robot("lwr")

@@ -101,7 +101,7 @@ def _beyond(triangles: Array, radius: float) -> Array:
 
 
 def _swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
-    """Return points whose hull contains all that a joint's link sweeps against a neighbouring carrier, in the carrier's frame."""
+    """Return points, in the frame of a neighbouring carrier, with a hull around all that a joint's link sweeps against it."""
     points = points[ConvexHull(points).vertices]
     turning = max(joint, carrier)
     placement = model.jointPlacements[turning]
