@@ -18,7 +18,6 @@ that end in _b are of the second arm that keeps clear, nan if there is none."""
 
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
 _HEAD: Final = len(SCALARS)
-
 _FIRST: Final = COLUMN["e2_b"]
 
 

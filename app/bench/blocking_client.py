@@ -6,11 +6,9 @@ import asyncio
 import inspect
 import threading
 from collections.abc import Callable, Coroutine
-from typing import Any, TypeVar
+from typing import Any
 
 from app.bench.headless_client import HeadlessClient
-
-T = TypeVar("T")
 
 
 class BlockingClient:
@@ -31,7 +29,7 @@ class BlockingClient:
             self._end()
             raise
 
-    def _run(self, work: Coroutine[Any, Any, T], timeout: float = 30.0) -> T:
+    def _run(self, work: Coroutine[Any, Any, Any], timeout: float = 30.0) -> Any:
         return asyncio.run_coroutine_threadsafe(work, self._loop).result(timeout)
 
     def _end(self) -> None:

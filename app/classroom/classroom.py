@@ -1,11 +1,10 @@
 """The state of a class: the students who are present, the question on the stage, and the teacher's decisions."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from app.classroom.ballots import Ballots, QuestionId, Tally
 from app.classroom.breakout_places import BreakoutPlaces
-from app.lessons.lesson import Lesson, LessonBook, Step
+from app.lessons.lesson import Lesson, LessonBook, Question, Step
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.phases import Phase
 from app.lessons.progress import Progress, StepProgress, to_json
@@ -37,10 +36,8 @@ class Poll:
     verdicts: tuple[AnswerVerdict | None, ...] = ()
 
 
-class _Texts(NamedTuple):
-    choices: tuple[str, ...]
-    outcome: tuple[str, ...] = ()
-    verdicts: tuple[AnswerVerdict | None, ...] = ()
+_Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
+"""Choices, outcome and verdicts of a poll."""
 
 
 class Classroom:
@@ -118,16 +115,16 @@ class Classroom:
         tally = self.ballots.tally(question, len(asked.choices), self.here)
         revealed = self.ballots.revealed(question)
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
-        texts = self._texts_of(lesson, step, known)
+        choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
         if known is None:
-            return Poll(question, texts.choices, tally, done.outcome is None and not revealed, revealed)
-        return Poll(question, texts.choices, tally, False, revealed, texts.outcome, asked.right, texts.verdicts)
+            return Poll(question, choices, tally, done.outcome is None and not revealed, revealed)
+        return Poll(question, choices, tally, False, revealed, outcome, asked.right, verdicts)
 
-    def _texts_of(self, lesson: Lesson, step: Step, outcome: StepOutcome | None) -> _Texts:
+    def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
         """Return the texts of a question, which are made once in every language and not in every frame."""
         cached = self._texts.get(lesson.language)
         if cached is None or cached[0] is not step or cached[1] is not outcome:
-            cached = self._texts[lesson.language] = step, outcome, _make_texts(lesson, step, outcome)
+            cached = self._texts[lesson.language] = step, outcome, _make_texts(lesson, step, asked, outcome)
         return cached[2]
 
     def answer(self, walk: Walkthrough | None, student: str, choice: int) -> bool:
@@ -145,16 +142,13 @@ class Classroom:
         return to_json(progress)
 
 
-def _make_texts(lesson: Lesson, step: Step, outcome: StepOutcome | None) -> _Texts:
-    question = step.question
-    if question is None:
-        return _Texts(())
-    choices = tuple(fill(step, choice.text, None, lesson.language) for choice in question.choices)
+def _make_texts(lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
+    choices = tuple(fill(step, choice.text, None, lesson.language) for choice in asked.choices)
     if outcome is None:
-        return _Texts(choices)
+        return choices, (), ()
     index = lesson.steps.index(step)
     verdicts = tuple(
         verdict(StepPosition(lesson, step, index, Phase.OBSERVE, StepProgress(choice=i, outcome=outcome), False))
         for i in range(len(choices))
     )
-    return _Texts(choices, outcome.lines(step, lesson.language), verdicts)
+    return choices, outcome.lines(step, lesson.language), verdicts

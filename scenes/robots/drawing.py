@@ -99,14 +99,8 @@ def joint_frames(name: RobotName) -> tuple[JointFrame, ...]:
     frames = []
     for joint in range(1, model.njoints):
         placement, turn = model.jointPlacements[joint], pin.Quaternion(model.jointPlacements[joint].rotation)
-        frames.append(
-            JointFrame(
-                model.names[joint],
-                tuple(placement.translation.tolist()),
-                (turn.w, turn.x, turn.y, turn.z),
-                tuple(joint_axis(model, joint).tolist()),
-            )
-        )
+        position, axis = tuple(placement.translation.tolist()), tuple(joint_axis(model, joint).tolist())
+        frames.append(JointFrame(model.names[joint], position, (turn.w, turn.x, turn.y, turn.z), axis))
     return tuple(frames)
 
 
