@@ -18,7 +18,6 @@ that end in _b are of the second arm that keeps clear, nan if there is none."""
 
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
 _HEAD: Final = len(SCALARS)
-
 _FIRST: Final = COLUMN["e2_b"]
 
 
@@ -62,12 +61,7 @@ class Sample:
 
 
 class History:
-    """The last `capacity` steps.
-
-    Args:
-        capacity: rows kept.
-        joints: nv, joints of all arms.
-    """
+    """The last `capacity` steps. `joints`: nv, joints of all arms."""
 
     def __init__(self, capacity: int, joints: int) -> None:
         self._rows = np.full((capacity, _HEAD + 3 * joints), np.nan)

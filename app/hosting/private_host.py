@@ -22,14 +22,7 @@ log = logging.getLogger("duet.hosts")
 
 
 class PrivateHost:
-    """Every tab has its own session.
-
-    Args:
-        context: of the app.
-
-    Attributes:
-        visitors: by client id, once their pages are built.
-    """
+    """Every tab has its own session. `visitors`: by client id, once their pages are built."""
 
     def __init__(self, context: AppContext) -> None:
         self._context = context

@@ -288,12 +288,10 @@ def test_the_cache_knows_its_keys() -> None:
     [
         lambda data: b"",
         lambda data: data[:-1],
-        lambda data: data + b"!",
         lambda data: data[:-2] + b"XY",
         lambda data: b"[]\n",
-        lambda data: b"\xff\xfe" + data,
-        lambda data: data.replace(b'"sizes": [3, 0, 6]', b'"sizes": "none"'),
-        lambda data: data.partition(b"\n")[0],
+        lambda data: data.replace(b"three", b"THREE"),
+        lambda data: data[: len(data) // 2],
     ],
 )
 def test_a_damaged_file_is_built_again_and_mended(cache_folder: Path, damage) -> None:

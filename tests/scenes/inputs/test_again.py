@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from controllers.errors import BadInputFile
 from scenes.headless import run
 from scenes.inputs import Recorded, RecordedPerson
-from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from, write_recorded
+from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from
 from scenes.packing import PackedTargets, encoded
 from scenes.rerun import rerun
 from scenes.settings import RunSettings, SceneName, changed
@@ -54,8 +54,7 @@ def test_a_recorded_person_acts_at_other_time_steps_and_rests_at_the_end() -> No
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_file_brings_everything_back(scene: SceneName, tmp_path: Path) -> None:
     recorded, data = sample_file(scene)
-    write_recorded(recorded, tmp_path / "a.npz")
-    assert (tmp_path / "a.npz").read_bytes() == data
+    (tmp_path / "a.npz").write_bytes(data)
     back = read_recorded(tmp_path / "a.npz")
     assert back.settings == recorded.settings and back.steps == recorded.steps and len(back.stretches) == 2
     assert rerun(back).table.tobytes() == rerun(recorded).table.tobytes()

@@ -80,8 +80,6 @@ def test_sources_of_a_file(tmp_path: Path) -> None:
     )
     for source in sources:
         assert_allclose(read_bvh(source).table, wanted.table, atol=0.0)
-    assert read_bvh(path).name == str(path)
-    assert read_bvh(text, "visitor.bvh").name == "visitor.bvh"
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array
-from scenes.robots import RobotName, lwr, robot
+from scenes.robots import RobotName, robot
 from scenes.robots.enclosing import GRID, SHORTEST, enclosing_capsule
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import build_example
-from tests.scenes.robots.helpers import OTHERS, collision_points, outside, postures
+from tests.scenes.robots.helpers import OTHERS, clearance, collision_points, outside, postures
 
 
 @pytest.mark.parametrize("name", OTHERS)
@@ -37,9 +37,9 @@ def test_capsules_are_tight(name: RobotName, part: str) -> None:
 
 def test_fitting_by_example() -> None:
     # Outside of a capsule.
-    capsule = lwr().capsules[1]
+    capsule = robot("lwr").capsules[1]
     points = np.array([(0.0, 0.0, 0.2), (0.1, 0.0, 0.2), (0.0, 0.0, 0.5), (0.0, -0.3, -0.4)])
-    assert_allclose(capsule.outside(points), [-0.07, 0.03, 0.03, 0.43], atol=1e-12)
+    assert_allclose(clearance(capsule, points), [-0.07, 0.03, 0.03, 0.43], atol=1e-12)
     # A point like cloud gets a capsule with an axis.
     corners = 0.02 * np.array(list(itertools.product((-1, 1), repeat=3)))
     start, end, radius = enclosing_capsule(corners)
