@@ -24,7 +24,7 @@ from app.session.input_sources import InputSources
 from app.settings import Settings
 from app.start import App, start_app
 from tests.app.conftest import ask
-from tests.browser import launch, screenshot, settled_view, until, wait_frames
+from tests.browser import launch, listen, screenshot, settled_view, until, wait_frames
 from tests.tools.lesson_hands import Clicks, Keys
 from tests.tools.lesson_walker import Walker, enter, named, shown_step
 
@@ -38,7 +38,7 @@ def tab(browser: Browser, width: int = 1024, height: int = 768) -> Iterator[Page
     context = browser.new_context(viewport={"width": width, "height": height})
     page = context.new_page()
     errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
+    listen(page, errors)
     try:
         yield page
     finally:

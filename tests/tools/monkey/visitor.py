@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import re
 import tempfile
 import time
 from collections import Counter
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Dialog, Error, FileChooser
+from playwright.sync_api import Browser, BrowserContext, Dialog, Error, FileChooser
 
 from app.hosting.private_host import PrivateHost
 from app.session.session import Session
@@ -21,7 +20,7 @@ from app.settings import Settings
 from app.start import App, start_app
 from scenes.settings import specs
 from tests.app.conftest import ask, live_sessions
-from tests.browser import _HARMLESS, artefacts
+from tests.browser import artefacts, listen
 from tests.tools.monkey.hands import Hands, NothingThere
 from tests.tools.monkey.material import LINKS, RUBBISH, TEXTS
 from tests.tools.monkey.watch import Trouble, Watch, assert_sound, watching
@@ -86,15 +85,7 @@ class Monkey:
     # ---- what is heard -----------------------------------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        page, complaints, forgiven = self.page, self.watch.complaints, re.compile("|".join((*_HARMLESS, *_LATE)))
-
-        def hear(kind: str, text: str) -> None:
-            if not forgiven.search(text):
-                complaints.append(f"{kind}: {text}")
-
-        def on_console(message: ConsoleMessage) -> None:
-            if message.type == "error":
-                hear("console", f"{message.text} ({message.location.get('url', '')})")
+        page, complaints = self.page, self.watch.complaints
 
         def on_dialog(dialog: Dialog) -> None:
             if dialog.message == "1":
@@ -104,8 +95,7 @@ class Monkey:
         def count(_: object) -> None:
             self._frames += 1
 
-        page.on("console", on_console)
-        page.on("pageerror", lambda error: hear("uncaught", str(error)))
+        listen(page, complaints, *_LATE)
         page.on("crash", lambda _: complaints.append("the page crashed"))
         page.on("dialog", on_dialog)
         page.on("websocket", lambda socket: socket.on("framereceived", count))
