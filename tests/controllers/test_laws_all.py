@@ -1,4 +1,4 @@
-"""What every law promises: finite velocities, the same bits, no effect without an obstacle, and the speed that its line tells."""
+"""What every law promises: finite velocities, the same bits, no effect without an obstacle, and the speed that its line says."""
 
 import math
 from collections.abc import Callable
@@ -117,7 +117,7 @@ def test_positive_control_with_an_obstacle_it_does_not() -> None:
 
 
 @given(ANY_LAW, SEEDS, SIZES)
-def test_the_line_tells_the_distance_rate(name: str, seed: int, n: int) -> None:
+def test_the_line_is_the_distance_rate(name: str, seed: int, n: int) -> None:
     """J_d q̇ of one pair, with a regular row and redundancy, is what `line_rate` says: the plots may use it instead of the arm."""
     situation = regular_situation(seed, n)
     rate = LAWS[name].line_rate(situation.distance, situation.pull, situation.approach, float(situation.row @ situation.row))
