@@ -30,16 +30,6 @@ def shares(size: int = 7) -> st.SearchStrategy[Array]:
 ROWS = shares().map(lambda row: np.where(np.abs(row) < 1e-3, 0.0, row)).filter(lambda row: float(np.abs(row).max()) >= 0.05)
 
 
-def case_of(place: Array, task: Array, row: Array) -> tuple[VelocityBox, Array, Array]:
-    """A box somewhere between the stops, a task inside it, and a row."""
-    box = lwr_box(place * STOPS)
-    return box, box.clip(task * TOP_SPEED), row.copy()
-
-
-CASES = st.builds(case_of, shares(), shares(), ROWS)
-Case = tuple[VelocityBox, Array, Array]
-
-
 def nearest_by_least_squares(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Array:
     """Solve min |x − q̇_n|² s.t. J_d x = r, lower ≤ x ≤ upper by a general solver: r as one very heavy row of a bounded fit."""
     heavy = 1e7
@@ -92,25 +82,34 @@ def test_the_box_by_example() -> None:
     assert_allclose(down, 0.0, atol=1e-12)
 
 
-@given(shares(), st.floats(1.0, 40.0), shares())
-def test_the_box_is_top_speed_or_the_way_left(share: Array, gain: float, wish: Array) -> None:
-    """Upper bound: min(top speed, g · way to the stop); the lower one mirrored. Clipping goes to the nearest velocity inside."""
-    q, wish = share * STOPS, 5.0 * wish
+@given(shares(), st.floats(1.0, 40.0))
+def test_the_box_is_top_speed_or_the_way_left(share: Array, gain: float) -> None:
+    """Upper bound: min(top speed, g · way to the upper stop); the lower one mirrored. Standing still is always allowed."""
+    q = share * STOPS
     box = lwr_box(q, gain)
     assert_allclose(box.upper, np.minimum(TOP_SPEED, gain * (STOPS - q)), atol=1e-12)
     assert_allclose(box.lower, -np.minimum(TOP_SPEED, gain * (q + STOPS)), atol=1e-12)
     assert box.contains(np.zeros(7))
+
+
+@given(shares(), shares())
+def test_clip_is_the_nearest_velocity_in_the_box(share: Array, wish: Array) -> None:
+    """Clipping lands in the box, leaves what is inside alone, and does not write to its input."""
+    box = lwr_box(share * STOPS)
+    wish = 5.0 * wish
     wish.flags.writeable = False
     clipped = box.clip(wish)
-    assert box.contains(clipped) and box.contains(wish) is bool(np.array_equal(clipped, wish))
+    assert box.contains(clipped)
     assert_allclose(clipped, np.clip(wish, box.lower, box.upper))
     assert_array_equal(box.clip(clipped), clipped)
+    assert box.contains(wish) is bool(np.array_equal(clipped, wish))
 
 
-@given(CASES, st.floats(0.0, 1.0))
-def test_it_solves_the_quadratic_programme(case: Case, part: float) -> None:
+@given(shares(), shares(), ROWS, st.floats(0.0, 1.0))
+def test_it_solves_the_quadratic_programme(place: Array, task: Array, row: Array, part: float) -> None:
     """For every rate that the box can reach: in the box, at the rate, and as near to the task as a general solver gets."""
-    box, nominal, row = case
+    box = lwr_box(place * STOPS)
+    nominal = box.clip(task * TOP_SPEED)
     least, most = reach(row, box)
     assume(most - least > 1e-3)
     rate = least + (0.001 + 0.998 * part) * (most - least)
@@ -119,36 +118,54 @@ def test_it_solves_the_quadratic_programme(case: Case, part: float) -> None:
     assert float(row @ bounded.velocities) == pytest.approx(rate, abs=1e-9)
     assert (bounded.authority, bounded.shortfall, bounded.joint) == (Authority.FULL, 0.0, -1)
     assert_allclose(bounded.velocities, nearest_by_least_squares(nominal, row, rate, box), atol=1e-6)
-    # At the rate that the task has already, the nearest velocity is the task's own.
-    unchanged = bounded_row(nominal, row, float(row @ nominal), box)
-    assert_allclose(unchanged.velocities, nominal, atol=1e-12)
-    assert unchanged.authority is Authority.FULL
 
 
-@given(CASES, st.sampled_from([-1.0, 1.0]), st.floats(1e-4, 2.0))
-def test_beyond_its_reach_it_gives_all_it_has(case: Case, side: float, beyond: float) -> None:
+@given(shares(), shares(), ROWS, st.sampled_from([-1.0, 1.0]), st.floats(1e-4, 2.0))
+def test_beyond_its_reach_it_gives_all_it_has(place: Array, task: Array, row: Array, side: float, beyond: float) -> None:
     """A rate above (below) what the box can reach gets the largest (smallest) there is, and the shortfall is the rest."""
-    box, nominal, row = case
+    box = lwr_box(place * STOPS)
+    nominal = box.clip(task * TOP_SPEED)
     furthest = reach(row, box)[1 if side > 0.0 else 0]
     bounded = bounded_row(nominal, row, furthest + side * beyond, box)
     assert box.contains(bounded.velocities)
     assert float(row @ bounded.velocities) == pytest.approx(furthest, abs=1e-9)
     assert bounded.shortfall == pytest.approx(beyond, abs=1e-9)
     assert bounded.authority in (Authority.STOP, Authority.SPEED)
-    assert_array_equal(bounded.velocities[row == 0.0], nominal[row == 0.0])
+    idle = row == 0.0
+    assert_array_equal(bounded.velocities[idle], nominal[idle])
 
 
-@given(CASES, st.floats(-2.0, 2.0), st.floats(0.0, 1e-6))
-def test_continuous_in_the_rate_and_pure(case: Case, rate: float, change: float) -> None:
+@given(shares(), shares(), ROWS)
+def test_a_rate_that_the_task_has_already_changes_nothing(place: Array, task: Array, row: Array) -> None:
+    """r = J_d q̇_n: the nearest velocity is the task's own."""
+    box = lwr_box(place * STOPS)
+    nominal = box.clip(task * TOP_SPEED)
+    bounded = bounded_row(nominal, row, float(row @ nominal), box)
+    assert_allclose(bounded.velocities, nominal, atol=1e-12)
+    assert bounded.authority is Authority.FULL
+
+
+@given(shares(), shares(), ROWS, st.floats(-2.0, 2.0), st.floats(0.0, 1e-6))
+def test_continuous_in_the_rate(place: Array, task: Array, row: Array, rate: float, change: float) -> None:
     """A rate larger by δ moves q̇ by at most δ over the smallest lever that is still felt, also across the edge of reach."""
-    box, nominal, row = case
-    nominal.flags.writeable = row.flags.writeable = False
-    before, again, after = (bounded_row(nominal, row, r, box) for r in (rate, rate, rate + change))
-    assert_array_equal(before.velocities, again.velocities)
-    assert before[1:] == again[1:]
+    box = lwr_box(place * STOPS)
+    nominal = box.clip(task * TOP_SPEED)
+    before, after = bounded_row(nominal, row, rate, box), bounded_row(nominal, row, rate + change, box)
     lever = float(np.abs(row[row != 0.0]).min())
     assert np.abs(after.velocities - before.velocities).max() <= change / lever + 1e-8
     assert abs(after.shortfall - before.shortfall) <= change + 2.0 * TOLERANCE
+
+
+@given(shares(), shares(), ROWS, shares())
+def test_inputs_are_left_alone(place: Array, task: Array, row: Array, rates: Array) -> None:
+    """Read-only inputs suffice, and the same inputs give the same bits."""
+    box = lwr_box(place * STOPS)
+    nominal, row = box.clip(task * TOP_SPEED), row.copy()
+    nominal.flags.writeable = row.flags.writeable = False
+    first = bounded_row(nominal, row, float(rates[0]), box)
+    second = bounded_row(nominal, row, float(rates[0]), box)
+    assert_array_equal(first.velocities, second.velocities)
+    assert first[1:] == second[1:]
 
 
 NOISY_ROW = np.array([0.31, -0.47, 0.0, 0.23, 0.0, 0.11, 0.0])
@@ -185,11 +202,16 @@ def test_the_reason_is_the_costliest_joint() -> None:
     bounded = bounded_row(np.zeros(7), row, 0.5, lwr_box(q))
     assert (bounded.authority, bounded.joint) == (Authority.STOP, 5)
     assert bounded.shortfall == pytest.approx(0.5)
-    # The elbow at the stop that it would have to pass is named; at its other stop it is not in the way.
-    for side in (-1.0, 1.0):
-        row = np.array([0.05, 0.1, 0.0, 0.5 * side, 0.0, 0.1, 0.0])
-        q = np.zeros(7)
-        q[3] = side * STOPS[3]
-        cornered, free = (bounded_row(np.zeros(7), row, 1.0, lwr_box(place)) for place in (q, -q))
-        assert (cornered.authority, cornered.joint, cornered.velocities[3]) == (Authority.STOP, 3, 0.0)
-        assert (free.authority, free.joint) == (Authority.FULL, -1)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_reason_is_a_stop_at_a_stop(side: float) -> None:
+    """The elbow at the stop that it would have to pass is named; at its other stop it is not in the way."""
+    row = np.array([0.05, 0.1, 0.0, 0.5 * side, 0.0, 0.1, 0.0])
+    q = np.zeros(7)
+    q[3] = side * STOPS[3]
+    cornered = bounded_row(np.zeros(7), row, 1.0, lwr_box(q))
+    assert (cornered.authority, cornered.joint) == (Authority.STOP, 3)
+    assert cornered.velocities[3] == 0.0
+    free = bounded_row(np.zeros(7), row, 1.0, lwr_box(-q))
+    assert (free.authority, free.joint) == (Authority.FULL, -1)

@@ -10,12 +10,19 @@ import statistics
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
-from app.session.session import Session
+from app.hosting.private_host import PrivateHost
 from app.settings import Settings, from_query
 from app.start import start_app
-from tests.app.conftest import ask
-from tests.app.page.by_hand import visit
-from tests.browser import launch, settled_view, take_hold, wait_frames, world_to_px
+from tests.browser import (
+    close_software_note,
+    launch,
+    settled_view,
+    take_hold,
+    until,
+    wait_frames,
+    wait_ready,
+    world_to_px,
+)
 
 MOVES = 60
 GRIP = 0.22 * 0.9
@@ -42,18 +49,24 @@ _WATCH = """() => {
 }"""
 
 
-def measure(page: Page, session: Session) -> list[float]:
+def measure(page: Page, host: PrivateHost) -> list[float]:
     """Return the delays of single mouse moves [ms]."""
+    # The page may have come anew, without the fine picture that a machine without a graphics card is too slow for.
+    until(page, lambda: len(host.sessions) == 1, "one session")
+    (session,) = host.sessions.values()
+    simulation = session.simulation
+    close_software_note(page)
     settled_view(page)
-    pose = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).copy())
+    pose = simulation.kinematics.hand_pose(simulation.guided)
+    place, arrows = pose.translation.copy(), pose.rotation.T.copy()
     # The arrow that is seen best.
-    middle = np.array(world_to_px(page, pose.translation))
-    grips = pose.translation + GRIP * pose.rotation.T
-    grip = max(grips, key=lambda grip: float(np.linalg.norm(world_to_px(page, grip) - middle)))
+    middle = np.array(world_to_px(page, place))
+    arrow = max(arrows, key=lambda along: float(np.linalg.norm(world_to_px(page, place + GRIP * along) - middle)))
+    grip = place + GRIP * arrow
     take_hold(page, lambda: grip, lambda: session.held is not None)
     x, y = world_to_px(page, grip)
     page.evaluate(_WATCH)
-    ahead = np.array(world_to_px(page, grip + (grip - pose.translation) / GRIP * 0.05)) - (x, y)
+    ahead = np.array(world_to_px(page, grip + arrow * 0.05)) - (x, y)
     for i in range(MOVES):
         page.wait_for_function("() => duet.still > 3")
         shift = ahead * (1.0 if i % 2 == 0 else 0.4)
@@ -68,11 +81,14 @@ def main() -> None:
     """Measure and print."""
     settings, _ = from_query({"autopilot": "0"}, Settings())
     house = start_app("127.0.0.1", 0, settings)
+    assert isinstance(house.host, PrivateHost)
     try:
         with sync_playwright() as playwright:
             browser = launch(playwright)
             page = browser.new_page(viewport={"width": 700, "height": 500})
-            delays = measure(page, visit(page, house))
+            page.goto(house.url)
+            wait_ready(page, "/gizmo/hand")
+            delays = measure(page, house.host)
             browser.close()
     finally:
         house.close()
