@@ -123,7 +123,7 @@ class ExportQueue:
 
     @property
     def _custom_law(self) -> str | None:
-        return self._session.custom_law if self.replay is None else None
+        return self._session.student_law.file if self.replay is None else None
 
     def ask_report(self, done: Sequence[Done]) -> None:
         """Submit a lab report on steps of lessons."""

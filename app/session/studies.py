@@ -7,7 +7,7 @@ from typing import Final, Literal
 from app.runtime.job_pool import Job, JobPool
 from app.settings import Settings
 from scenes.headless import Summary, summarise
-from scenes.inputs import CHAPTER, Recorded
+from scenes.inputs import CHAPTER, InputsLog, Recorded
 from scenes.rerun import WHAT_IF_KEYS, WhatIf, warm, what_if
 from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
@@ -48,7 +48,7 @@ class Studies:
     """The studies of one session; all methods belong to the thread that advances it.
 
     Args:
-        background: where they are computed.
+        background: where they are computed; None where nothing is studied.
         wake: called, from any thread, when there is news.
 
     Attributes:
@@ -57,7 +57,7 @@ class Studies:
         message: why something could not be computed, for the visitor; "" if all is well.
     """
 
-    def __init__(self, background: JobPool, wake: Callable[[], None]) -> None:
+    def __init__(self, background: JobPool | None, wake: Callable[[], None]) -> None:
         self._background, self._wake = background, wake
         self.what_if: WhatIf | None = None
         self.smoothness: Smoothness | None = None
@@ -73,11 +73,19 @@ class Studies:
 
     def prepare(self, settings: Settings) -> None:
         """Have a process made ready for the first question."""
-        self._background.submit(self, "warm", warm, settings.run)
+        if self._background is not None:
+            self._background.submit(self, "warm", warm, settings.run)
 
-    def ask(self) -> None:
-        """Answer "what if" as soon as the settings have been at rest for a while."""
-        self._rested = 0.0
+    def follow(self, before: Settings, after: Settings, rebuilt: bool) -> None:
+        """Prepare, ask or drop "what if" after a change of the settings. `rebuilt`: whether the run is of another experiment now."""
+        if rebuilt:
+            self.forget()
+        if not after.page.what_if:
+            self.forget_what_if()
+        elif not before.page.what_if:
+            self.prepare(after)
+        elif self._background is not None and (after.run.law, after.run.gain) != (before.run.law, before.run.gain):
+            self._rested = 0.0
 
     def advance(
         self, elapsed: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
@@ -114,6 +122,7 @@ class Studies:
         self._submit_what_if(recorded, before, settings, DRAFT)
 
     def _submit_what_if(self, recorded: Recorded, before: Summary, settings: Settings, longest: float | None) -> None:
+        assert self._background is not None
         present = values(settings.run)
         asked = {key: present[key] for key in WHAT_IF_KEYS}
         job = self._background.submit(
@@ -132,16 +141,20 @@ class Studies:
             if answer.stride > 1 and self._rested is None:
                 self._submit_what_if(recorded, before, settings, None)
 
-    def measure_smoothness(self, runs: dict[Who, tuple[Recorded | None, RunSettings]]) -> None:
+    def measure_smoothness(self, runs: dict[Who, tuple[InputsLog, RunSettings]]) -> None:
         """Begin to measure.
 
         Args:
-            runs: the newest inputs (None where there are none) and the settings of the run, "law", and of its "ghost" if there is one.
+            runs: the inputs and the settings of the run, "law", and of its "ghost" if there is one.
         """
+        if self._background is None:
+            return
         self._forget_smoothness()
-        known: dict[Who, tuple[Recorded, RunSettings]] = {
-            who: (recorded, s) for who, (recorded, s) in runs.items() if recorded is not None and recorded.steps >= LEAST
-        }
+        known: dict[Who, tuple[Recorded, RunSettings]] = {}
+        for who, (inputs, run) in runs.items():
+            recorded = inputs.window(SMOOTHNESS_WINDOW)
+            if recorded is not None and recorded.steps >= LEAST:
+                known[who] = recorded, run
         if "law" not in known:
             self.message = "There is too little to measure yet; let it run for a few seconds."
             return
@@ -169,12 +182,12 @@ class Studies:
     def _forget_smoothness(self) -> None:
         self.smoothness = None
         for job in list(self._measuring):
-            self._background.cancel(self, job.kind)
+            self._cancel(job.kind)
         self._measuring.clear()
 
     def forget(self) -> None:
         """Drop all questions and answers: they were about another run."""
-        self._background.cancel(self)
+        self._cancel()
         self._measuring.clear()
         self.forget_what_if()
         self.smoothness = None
@@ -182,5 +195,9 @@ class Studies:
 
     def forget_what_if(self) -> None:
         """Drop "what if" alone."""
-        self._background.cancel(self, "what if")
+        self._cancel("what if")
         self._rested = self._what_if = self.what_if = None
+
+    def _cancel(self, kind: str | None = None) -> None:
+        if self._background is not None:
+            self._background.cancel(self, kind)

@@ -65,7 +65,7 @@ def advanced(session: Session, true: Callable[[], object]) -> None:
 
 def hangs(session: Session) -> bool:
     """Whether the session's run has begun, and waits."""
-    return session.simulation.steps > 0 and session.custom_law_waits
+    return session.simulation.steps > 0 and session.student_law.waits
 
 
 def patient(session: Session, limit: float = 60.0) -> None:
@@ -91,11 +91,11 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         assert session.simulation.steps == steps and after.velocities.tobytes() == before.velocities.tobytes()
         for one, other in zip(before.memories, after.memories, strict=True):
             assert [array.tobytes() for array in one] == [array.tobytes() for array in other]
-        assert "waiting for my_law.py" in custom_law_html(session) and not session.pace.slowed
+        assert "waiting for my_law.py" in custom_law_html(session.student_law) and not session.pace.slowed
         advanced(session, lambda: session.pace.rate < 0.01)
         gate.touch()
         advanced(session, lambda: session.simulation.steps >= 60)
-        assert "runs my_law.py" in custom_law_html(session)
+        assert "runs my_law.py" in custom_law_html(session.student_law)
         recorded, made = session.recorded(), session.simulation.steps
         assert recorded is not None and recorded.steps == made
         with CustomLaw(file, waits=True) as law:
@@ -179,21 +179,21 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
     """With the time that a call takes, and the time that it may take."""
     write(file, "import time\n" + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="))
     with sessions(file, 1, scene="ball", dt=0.005) as (session,):
-        advanced(session, lambda: session.custom_law_slow is not None)
-        assert session.custom_law_slow is not None
-        needs, allowed = session.custom_law_slow
+        advanced(session, lambda: session.student_law.slow is not None)
+        assert session.student_law.slow is not None
+        needs, allowed = session.student_law.slow
         assert needs >= 0.01 and allowed == pytest.approx(SHARE * 0.005)
-        said = custom_law_html(session)
+        said = custom_law_html(session.student_law)
         assert f"slowed: your law needs {1e3 * needs:.2g} ms a call; real time allows 2 ms" in said
         assert "machine" not in status_html(session.pace, session.simulation, session.simulation.sample())
         session.toggle_pause()
-        assert "runs my_law.py" in custom_law_html(session)
+        assert "runs my_law.py" in custom_law_html(session.student_law)
         session.toggle_pause()
         write(file, "def law(s): return None")
-        advanced(session, lambda: session.custom_law_problem)
+        advanced(session, lambda: session.student_law.problem)
         assert not session.pace.slowed
         write(file, PAPER)
-        advanced(session, lambda: session.custom_law_slow is None and not session.custom_law_problem)
+        advanced(session, lambda: session.student_law.slow is None and not session.student_law.problem)
 
 
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.session import session as session_module
-from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS
+from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS, next_speed
 from app.session.session import Session
 from app.settings import Settings
 from scenes.targets import Target
@@ -82,11 +82,11 @@ def test_speeds(session: Session, speed: float) -> None:
 def test_slower_and_faster_stop_at_the_ends(session: Session) -> None:
     seen = [session.settings.page.speed]
     for by in (1, 1, -1, -1, -1, -1):
-        session.change_speed(by)
+        session.change("speed", next_speed(session.settings.page.speed, by))
         seen.append(session.settings.page.speed)
     assert seen == [1.0, 2.0, 2.0, 1.0, 0.5, 0.25, 0.25]
     session.change("speed", 1.75)
-    session.change_speed(-1)
+    session.change("speed", next_speed(session.settings.page.speed, -1))
     assert session.settings.page.speed == 1.0
 
 
