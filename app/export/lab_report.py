@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.export.report_html import Plot, ReportEntry, lowered, report_html
+from app.export.report_html import ReportEntry, lowered, report_html
 from app.i18n.speaking import set_language, tr
 from app.lessons.lesson import Lesson, Step
 from app.lessons.phases import phases_of
@@ -78,7 +78,7 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
         last = run or last
     about = f"{tr('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
     settings = None if last is None else Settings(run=last)
-    return report_html(report_title(done), entries, settings, (), None, about=about, rich=rich_html).encode()
+    return report_html(report_title(done), entries, settings, about=about, rich=rich_html).encode()
 
 
 def rich_html(text: str) -> str:
@@ -109,7 +109,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         words=progress.words,
         chapter=tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
         settings=_settings(run) if run is not None else "",
-        plots=(Plot(_svg(recorded, step, name, stopped)),) if recorded is not None else (),
+        plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
     )
     return entry, run
 

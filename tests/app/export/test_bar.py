@@ -107,15 +107,15 @@ def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
     assert session.paused
     until(page, lambda: not is_there(page, HAND), "no handles", SLOWLY)
     assert "This is the past" in over_the_stage(page)
-    until(page, lambda: shelf.replay is not None and not shelf.replay.playing, "at rest at its end", SLOWLY)
+    until(page, lambda: shelf.player.replay is not None and not shelf.player.replay.playing, "at rest at its end", SLOWLY)
     press_key(page, "Space")
-    until(page, lambda: shelf.replay is not None and shelf.replay.playing, "from the beginning", SLOWLY)
+    until(page, lambda: shelf.player.replay is not None and shelf.player.replay.playing, "from the beginning", SLOWLY)
     # While it plays the page writes into the box too, but not while somebody is about to type there.
     moment(page).click()
-    until(page, lambda: shelf.replay is not None and not shelf.replay.playing, "at rest for whoever types", SLOWLY)
+    until(page, lambda: shelf.player.replay is not None and not shelf.player.replay.playing, "at rest for whoever types", SLOWLY)
     until(
         page,
-        lambda: shelf.replay is not None and abs(float(moment(page).input_value()) - shelf.replay.time) < 0.01,
+        lambda: shelf.player.replay is not None and abs(float(moment(page).input_value()) - shelf.player.replay.time) < 0.01,
         "where",
         SLOWLY,
     )
@@ -125,9 +125,9 @@ def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
     assert moment(page).input_value() == "9"
     moment(page).fill("0.5")
     moment(page).press("Enter")
-    until(page, lambda: shelf.replay is not None and abs(shelf.replay.time - 0.5) < 1e-6, "half a second", SLOWLY)
+    until(page, lambda: shelf.player.replay is not None and abs(shelf.player.replay.time - 0.5) < 1e-6, "half a second", SLOWLY)
     press_key(page, ".")
-    until(page, lambda: shelf.replay is not None and abs(shelf.replay.time - 0.505) < 1e-6, "one step more", SLOWLY)
+    until(page, lambda: shelf.player.replay is not None and abs(shelf.player.replay.time - 0.505) < 1e-6, "one step more", SLOWLY)
     page.get_by_text("the past: 0.5 s").wait_for()
     screenshot(page, "the-past")
 
@@ -164,7 +164,7 @@ def back_to_live(page: Page, session: Session, bar: ReplayBar) -> None:
     wait_frames(page, 4)
     then = world_position(page, WRIST)
     page.get_by_role("button", name="Back to live").click()
-    until(page, lambda: bar.shelf.replay is None and not session.paused, "live", SLOWLY)
+    until(page, lambda: bar.shelf.player.replay is None and not session.paused, "live", SLOWLY)
     until(page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run", SLOWLY)
     until(page, lambda: is_there(page, HAND), "handles", SLOWLY)
     assert over_the_stage(page) == "none"

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.export import export_queue as queue_module
-from app.export.export_queue import DRAFT, KINDS, ExportQueue, Kind
+from app.export.export_queue import KINDS, ExportQueue, Kind
 from app.export.jobs import file_name
+from app.recording import replay_player
+from app.recording.replay_player import DRAFT
 from app.recording.run_file import saved_bytes, saved_from
 from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
 from app.session.input_sources import InputSources
 from app.session.session import Session
+from app.session.student_law import LawStatus
 from app.settings import Settings
 from scenes.inputs import KEEP
 from tests.app.export.runs import piece
@@ -35,7 +37,7 @@ class Desk:
     def frame(self, elapsed: float = 0.03) -> bool:
         """One frame."""
         self.session.advance(elapsed, float("inf"))
-        return self.shelf.advance(elapsed)
+        return self.shelf.player.advance(elapsed)
 
     def work(self) -> list[str]:
         """Compute, and take in what came out."""
@@ -114,7 +116,7 @@ def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest
         assert snippet is not None and f"Path({file.name!r})" in snippet and "from t = 1.7 s to 2.2 s" in snippet
         saved = saved_from(file.content, file.name).recorded
         assert saved.begin == pytest.approx(1.7) and saved.steps == 100
-        desk.shelf.watch(KEEP)
+        desk.shelf.player.watch(KEEP)
         desk.work()
 
 
@@ -126,16 +128,16 @@ def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
             desk.session.reset()
         for kind in KINDS:
             empty.shelf.ask(kind, 10.0)
-        empty.shelf.watch(10.0)
+        empty.shelf.player.watch(10.0)
         assert not empty.background.waiting() and len(empty.shelf.take_news()) == len(KINDS) + 1
-        assert empty.shelf.replay is None
+        assert empty.shelf.player.replay is None
 
 
 def test_a_law_of_ones_own_gives_numbers_but_no_second_run(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Session, "custom_law", property(lambda _: "my_law.py"))
+    monkeypatch.setattr(Session, "student_law", property(lambda _: LawStatus("my_law.py")))
     for kind in ("run", "html", "python"):
         desk.shelf.ask(kind, 1.0)
-    desk.shelf.watch(1.0)
+    desk.shelf.player.watch(1.0)
     news = desk.shelf.take_news()
     assert len(news) == 4 and all("my_law.py runs in its own process" in entry.text for entry in news)
     assert not desk.background.waiting() and not desk.session.paused
@@ -151,66 +153,66 @@ def test_a_law_of_ones_own_gives_numbers_but_no_second_run(desk: Desk, monkeypat
 def test_watching_stops_the_live_run_and_goes_back_to_it(desk: Desk) -> None:
     simulation, table = desk.session.simulation, desk.session.simulation.history.table()
     before = simulation.steps
-    desk.shelf.watch(1.0)
-    assert desk.session.paused and desk.shelf.past is None and desk.shelf.busy == "the replay"
+    desk.shelf.player.watch(1.0)
+    assert desk.session.paused and desk.shelf.player.past is None and desk.shelf.busy == "the replay"
     desk.work()
-    replay, past = desk.shelf.replay, desk.shelf.past
+    replay, past = desk.shelf.player.replay, desk.shelf.player.past
     assert replay is not None and past is not None and replay.playing
     desk.frame(0.1)
     row = past.simulation.history.table(1)[0]
     assert row.tobytes() == table[np.searchsorted(table[:, 0], row[0])].tobytes()
     assert simulation.steps == before and past.simulation is not simulation
-    desk.shelf.leave()
-    assert desk.shelf.past is None and not desk.session.paused
+    desk.shelf.player.leave()
+    assert desk.shelf.player.past is None and not desk.session.paused
     desk.run(0.1)
     assert simulation.steps == before + 20
 
 
 def test_a_run_that_was_paused_stays_paused(desk: Desk) -> None:
     desk.session.toggle_pause()
-    desk.shelf.watch(1.0)
+    desk.shelf.player.watch(1.0)
     desk.work()
-    desk.shelf.leave()
+    desk.shelf.player.leave()
     assert desk.session.paused
 
 
 def test_any_moment_is_a_move_of_the_slider_away(desk: Desk) -> None:
-    desk.shelf.watch(KEEP)
+    desk.shelf.player.watch(KEEP)
     desk.work()
-    assert desk.shelf.replay is not None
-    desk.shelf.seek(0.7)
-    desk.shelf.seek(1.3)
+    assert desk.shelf.player.replay is not None
+    desk.shelf.player.seek(0.7)
+    desk.shelf.player.seek(1.3)
     assert desk.frame()
-    assert desk.shelf.replay.time == pytest.approx(1.3) and not desk.shelf.replay.playing
+    assert desk.shelf.player.replay.time == pytest.approx(1.3) and not desk.shelf.player.replay.playing
     assert not desk.frame()
 
 
 def test_keys_are_about_the_replay_while_there_is_one(desk: Desk) -> None:
-    assert not desk.shelf.take(Pause())
-    desk.shelf.watch(KEEP)
+    assert not desk.shelf.player.take(Pause())
+    desk.shelf.player.watch(KEEP)
     desk.work()
-    replay = desk.shelf.replay
-    assert replay is not None and desk.shelf.take(Pause()) and not replay.playing
+    replay = desk.shelf.player.replay
+    assert replay is not None and desk.shelf.player.take(Pause()) and not replay.playing
     step = replay.step
-    assert desk.shelf.take(SingleStep()) and replay.step == step + 1
-    assert not desk.shelf.take(Toggle("avoidance")) and not desk.shelf.take(ChangeSpeed(-1))
-    assert desk.shelf.take(Pause()) and replay.playing
-    assert desk.shelf.take(Reset()) and desk.shelf.replay is None and desk.session.simulation.steps == 400
+    assert desk.shelf.player.take(SingleStep()) and replay.step == step + 1
+    assert not desk.shelf.player.take(Toggle("avoidance")) and not desk.shelf.player.take(ChangeSpeed(-1))
+    assert desk.shelf.player.take(Pause()) and replay.playing
+    assert desk.shelf.player.take(Reset()) and desk.shelf.player.replay is None and desk.session.simulation.steps == 400
 
 
 def test_the_page_s_speed_is_that_of_the_replay(desk: Desk) -> None:
-    desk.shelf.watch(KEEP)
+    desk.shelf.player.watch(KEEP)
     desk.work()
-    assert desk.shelf.replay is not None
+    assert desk.shelf.player.replay is not None
     desk.session.change("speed", 0.5)
-    step = desk.shelf.replay.step
+    step = desk.shelf.player.replay.step
     desk.frame(0.1)
-    assert desk.shelf.replay.step == step + 10
+    assert desk.shelf.player.replay.step == step + 10
 
 
 @pytest.mark.parametrize("act", ["pause", "change", "scene"])
 def test_whoever_goes_on_or_changes_the_experiment_is_back_at_once(desk: Desk, act: str) -> None:
-    desk.shelf.watch(1.0)
+    desk.shelf.player.watch(1.0)
     desk.work()
     {
         "pause": desk.session.toggle_pause,
@@ -218,38 +220,42 @@ def test_whoever_goes_on_or_changes_the_experiment_is_back_at_once(desk: Desk, a
         "scene": lambda: desk.session.change("scene", "ball"),
     }[act]()
     desk.frame(0.0)
-    assert desk.shelf.replay is None and not desk.session.paused
+    assert desk.shelf.player.replay is None and not desk.session.paused
 
 
 def test_colours_may_be_changed_while_looking_back(desk: Desk) -> None:
-    desk.shelf.watch(1.0)
+    desk.shelf.player.watch(1.0)
     desk.work()
     desk.session.change("theme", "dark")
     desk.frame(0.0)
-    past = desk.shelf.past
+    past = desk.shelf.player.past
     assert past is not None and past.settings.page.theme == "dark"
 
 
 def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(queue_module, "DRAFT", 0.5)
-    desk.shelf.watch(KEEP)
+    monkeypatch.setattr(replay_player, "DRAFT", 0.5)
+    desk.shelf.player.watch(KEEP)
     (job,) = desk.background.waiting()
     assert job.urgent and job.arguments[0].steps < 400
     desk.work()
-    assert desk.shelf.replay is not None and desk.shelf.replay.steps < 400
-    desk.shelf.seek(1.75)
+    assert desk.shelf.player.replay is not None and desk.shelf.player.replay.steps < 400
+    desk.shelf.player.seek(1.75)
     desk.frame(0.0)
     (job,) = desk.background.waiting()
     assert job.arguments[0].steps == 400
     desk.work()
     # It grows at its beginning; the moment stays.
-    assert desk.shelf.replay.steps == 400 and desk.shelf.replay.time == pytest.approx(1.75) and not desk.shelf.replay.playing
+    assert (
+        desk.shelf.player.replay.steps == 400
+        and desk.shelf.player.replay.time == pytest.approx(1.75)
+        and not desk.shelf.player.replay.playing
+    )
     assert DRAFT > 0.5
 
 
 def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
-    desk.shelf.watch(1.0)
-    desk.shelf.leave()
+    desk.shelf.player.watch(1.0)
+    desk.shelf.player.leave()
     assert not desk.background.waiting() and not desk.shelf.busy and not desk.session.paused
     desk.shelf.ask("csv", 1.0)
     desk.shelf.close()
@@ -267,16 +273,16 @@ def test_a_file_is_compared_and_replayed(desk: Desk) -> None:
     (news,) = desk.shelf.take_news()
     assert news.title == "Loaded: the same run" and news.text.startswith("theirs.duet.npz: Made again: all 200 steps")
     assert desk.work() == ["film"]
-    past = desk.shelf.past
-    assert past is not None and past.settings.run.scene == "ball" and desk.shelf.loaded == "theirs.duet.npz"
+    past = desk.shelf.player.past
+    assert past is not None and past.settings.run.scene == "ball" and desk.shelf.player.loaded == "theirs.duet.npz"
     assert past.simulation.history.table(1)[0].tobytes() == table[0].tobytes()
     # What is kept now is kept of the file's run.
     desk.shelf.ask("csv", 9.0)
     desk.work()
     assert desk.shelf.take_files()[0].name == "duet-ball-0-1s.csv"
-    desk.shelf.watch(1.0)
-    assert desk.shelf.loaded == "" and desk.session.paused
-    desk.shelf.leave()
+    desk.shelf.player.watch(1.0)
+    assert desk.shelf.player.loaded == "" and desk.session.paused
+    desk.shelf.player.leave()
     assert not desk.session.paused
 
 
@@ -285,4 +291,4 @@ def test_a_bad_file_changes_nothing(desk: Desk) -> None:
     desk.work()
     (news,) = desk.shelf.take_news()
     assert news.title == "This file was not loaded" and news.text.startswith("mine.npz: ")
-    assert desk.shelf.replay is None and not desk.session.paused
+    assert desk.shelf.player.replay is None and not desk.session.paused

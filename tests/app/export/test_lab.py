@@ -115,7 +115,7 @@ def test_the_shelf_makes_it_as_a_file(run: LessonSession) -> None:
     run.walk.write("later")
     background.work()
     run.walk.write(before)
-    shelf.advance(0.0)
+    shelf.player.advance(0.0)
     ((name, content),) = shelf.take_files()
     assert name == "duet-lab-report-lesson-1.html" and b"I did not expect" in content and b"later" not in content
 

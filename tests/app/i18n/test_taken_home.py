@@ -107,7 +107,7 @@ def test_the_report() -> None:
         words="6",
         settings=_settings(run),
     )
-    page = report_html("7", [entry], Settings(run=run), (), "", about=tr("Name"))
+    page = report_html("7", [entry], Settings(run=run), about=tr("Name"))
     body = re.sub(r"<style>.*?</style>", "", page[page.index("<body>") :], flags=re.DOTALL)
     assert untranslated(html.unescape(body)) == []
 
