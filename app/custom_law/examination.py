@@ -30,7 +30,6 @@ class ExaminationProgress(NamedTuple):
 
     @property
     def finished(self) -> bool:
-        """Whether all of them have been made."""
         return len(self.verdicts) == len(TRIALS)
 
 
@@ -84,7 +83,6 @@ class Examination:
         return news
 
     def drop(self) -> None:
-        """Give up what is under way."""
         self._background.cancel(self)
         if self.progress.running:
             self.progress = ExaminationProgress(readable(self._path.name))

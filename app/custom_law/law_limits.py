@@ -36,7 +36,6 @@ class LawProblem(NamedTuple):
 
 
 def problem_of(name: str, what: str, line: int | None = None) -> LawProblem:
-    """Return the problem of a file."""
     if line is None:
         return LawProblem(LazyText("{name}: {what}", name=name, what=what))
     return LawProblem(LazyText("{name}, line {line}: {what}", name=name, line=line, what=what), line)

@@ -156,20 +156,16 @@ class ExportQueue:
         return next((WORDS[kind] for kind in self._jobs.kinds), "")
 
     def take_files(self) -> list[File]:
-        """Return the finished files, each once."""
         files, self._files = self._files, []
         return files
 
     def take_news(self) -> list[News]:
-        """Return the messages to the visitor, each once."""
         news, self._news = self._news, []
         return news
 
     def take_snippet(self) -> str | None:
-        """Return the finished Python snippet, once."""
         snippet, self._snippet = self._snippet, None
         return snippet
 
     def close(self) -> None:
-        """Cancel all jobs."""
         self._jobs.close()

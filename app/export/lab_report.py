@@ -42,7 +42,6 @@ class Done:
 
     @property
     def step(self) -> Step:
-        """The step."""
         return self.lesson.steps[self.index]
 
 
@@ -65,7 +64,6 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
 
     Raises:
         BadSetting: a run cannot be made again here.
-        Stopped: see there.
     """
     set_language(language)
     entries: list[ReportEntry] = []
@@ -115,7 +113,6 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
 
 
 def _settings(run: RunSettings) -> str:
-    """Return the settings that differ from the defaults."""
     first = values(RunSettings())
     return settings_text(tuple((key, value) for key, value in values(run).items() if value != first[key]))
 

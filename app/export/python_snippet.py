@@ -44,9 +44,6 @@ def as_python(
         seconds: what is wanted of it.
         name: of the files that belong to the program, without an ending.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
-
-    Raises:
-        Stopped: see there.
     """
     steps = newest_steps(recorded, seconds)
     if is_fresh(whole, stopped):
@@ -134,9 +131,6 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
 
     Args:
         stopped: see `as_python`.
-
-    Raises:
-        Stopped: see there.
     """
     stretch, *others = recorded.stretches
     if recorded.snapshot.steps or others:

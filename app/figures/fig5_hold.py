@@ -36,7 +36,6 @@ def resting(run: Run) -> Array:
 
 
 def draw(plan: Plan) -> Drawn:
-    """Fig. 5."""
     single = plan.settings({"pairs": "single"})
     length = seconds(plan)
     paper = plan.shared(single, length)

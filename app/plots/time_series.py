@@ -86,7 +86,6 @@ class RollingSeries:
         self._last_pair = -1.0
 
     def clear(self) -> None:
-        """Remove all bins."""
         self._bins[:] = np.nan
         self._seen, self._last_row, self._last_bin, self._last_pair = 0, None, -1, -1.0
 

@@ -29,7 +29,6 @@ class Past:
 
     @property
     def simulation(self) -> Simulation:
-        """As it was."""
         return self._replay.simulation
 
     @property

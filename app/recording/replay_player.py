@@ -63,7 +63,6 @@ class ReplayPlayer:
         self._watch(draft, whole if whole.steps > draft.steps else None, "")
 
     def watch_file(self, recorded: Recorded, name: str) -> None:
-        """Replay the run of a file."""
         self._watch(recorded, None, name)
 
     def _watch(self, recorded: Recorded, whole: Recorded | None, name: str) -> None:

@@ -228,7 +228,6 @@ class Session:
         self._steps_asked = 0
 
     def single_step(self) -> None:
-        """Pause, and make one step."""
         if not self.halt:
             self.halt.set("visitor")
         self._steps_asked += 1

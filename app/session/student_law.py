@@ -80,7 +80,6 @@ class StudentLaw:
         return law is not None and law.waiting
 
     def assign(self, simulation: Simulation, ghost: Simulation | None) -> None:
-        """Assign laws to the run and its ghost."""
         simulation.use(self.of_run)
         if ghost is not None:
             ghost.use(self.of_ghost)

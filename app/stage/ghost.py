@@ -49,7 +49,6 @@ class TranslucentArms:
                 view.show(q)
 
     def remove(self) -> None:
-        """Take them out of the scene."""
         for view in self._arms.values():
             view.remove()
         self._arms.clear()
@@ -67,7 +66,6 @@ class _Translucent:
         """Leave the arms as they are."""
 
     def remove(self) -> None:
-        """Take the arms out of the scene."""
         self._arms.remove()
 
 

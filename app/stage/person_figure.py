@@ -57,7 +57,6 @@ class FigureView:
         self._label = scene.add_label("/person/lost", "nobody is seen", anchor="bottom-center", position=above, visible=False)
 
     def dress(self, page: PageSettings) -> None:
-        """Take on a profile."""
         if self._label is not None:
             self._label.font_screen_scale = 1.15 * scale(page.profile)
 
@@ -74,7 +73,6 @@ class FigureView:
             self._parts[name].wxyz = turn
 
     def remove(self) -> None:
-        """Take it out of the scene."""
         if self._label is not None:
             self._label.remove()
             self._parts["body"].remove()

@@ -14,7 +14,6 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
-from app.custom_law.student_situation import Situation as StudentSituation
 from app.custom_law.wire import VelocityQuestion, decode_question, encode
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
@@ -52,7 +51,7 @@ def situation(n: int = 7, pairs: int = 5) -> Situation:
     )
 
 
-def received(sent: Situation) -> StudentSituation:
+def received(sent: Situation) -> Situation:
     """What arrives in the law's process."""
     question = decode_question(encode(VelocityQuestion.of(sent)))
     assert isinstance(question, VelocityQuestion)

@@ -70,7 +70,7 @@ def hangs(session: Session) -> bool:
 
 def patient(session: Session, limit: float = 60.0) -> None:
     """Let one call of a session's law take longer than usual."""
-    law = session._custom_law
+    law = session.law._law
     assert law is not None
     object.__setattr__(law.limits, "call", limit)
 
@@ -160,7 +160,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
             assert sum(in_vain) <= MOST
         in_vain.clear()
         session.advance(FRAME)
-        law = session._custom_law
+        law = session.law._law
         assert law is not None
         assert np.isnan(law.line_rates(np.linspace(0.0, 0.6, 50), 0.1, 0.0, 1.0)).all()
         assert in_vain and sum(in_vain) == 0.0
@@ -200,7 +200,7 @@ def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
     """Without waiting: blank until the answer is there, and blank where the function fails."""
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
     with sessions(file) as (session,):
-        law = session._custom_law
+        law = session.law._law
         assert law is not None
         distances = np.array([0.0, 0.1, 0.3])
         assert np.isnan(law.activations(distances)).all()
