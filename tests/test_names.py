@@ -21,11 +21,6 @@ TEXTS = [
     ROOT / "README.md",
 ]
 
-SAME_ON_PURPOSE = {
-    "Situation": "a student's law sees the controller's situation without the libraries that come with it",
-}
-"""Class names that stand twice in the product, and why."""
-
 SAME_FILE_NAMES = {
     "settings.py": "the run's settings, and the page's around them",
     "sweep.py": "the sweep, and the command that starts it",
@@ -45,8 +40,7 @@ def test_one_class_name_one_meaning() -> None:
             if isinstance(node, ast.ClassDef):
                 where[node.name].append(path.relative_to(ROOT).as_posix())
     assert len(where) > 200
-    assert {name: files for name, files in where.items() if len(files) > 1 and name not in SAME_ON_PURPOSE} == {}
-    assert all(len(where[name]) > 1 for name in SAME_ON_PURPOSE), "an exception that is none any more"
+    assert {name: files for name, files in where.items() if len(files) > 1} == {}
 
 
 @pytest.mark.parametrize("word", RARE)

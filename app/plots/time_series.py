@@ -153,11 +153,6 @@ class RollingSeries:
             b[c["other_q1"] : c["other_q1"] + DRIVEN] = q[other][:DRIVEN]
             b[c["other_qd1"] : c["other_qd1"] + DRIVEN] = desired[other][:DRIVEN]
 
-    @property
-    def last_bin(self) -> int:
-        """Number of the newest bin, −1 if there is none."""
-        return self._last_bin
-
     def series(self, columns: tuple[int, ...], scale: float = 1.0) -> tuple[Array, ...]:
         """Return time and the columns asked for, oldest first, in equal lengths; columns times `scale`."""
         rows = self._rows()

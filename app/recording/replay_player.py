@@ -115,11 +115,6 @@ class ReplayPlayer:
         return True
 
     @property
-    def watching(self) -> bool:
-        """Whether a replay is shown or being prepared, so that the live run pauses."""
-        return self._run is not None
-
-    @property
     def past(self) -> Past | None:
         """What the page draws in place of the session; None while live."""
         return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off, self.loaded)
