@@ -49,7 +49,7 @@ def test_a_clip_moves_the_figure_and_the_robots(one: Guest) -> None:
         _, _, wrist = arm_points(wish.angles[i], side)
         one.visitor.wait_for(lambda _, side=side, wrist=wrist: np.allclose(drawn_wrist(one, side), on_stage(wrist), atol=2e-3))
     assert not visible(one, "/person/lost")
-    # The autopilot is that person: without it nobody is seen.
+    # The autopilot is that person: without it there is none.
     press(one, "autopilot")
     one.visitor.wait_for(lambda _: visible(one, "/person/lost"))
 
