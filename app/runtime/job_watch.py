@@ -39,9 +39,9 @@ class JobWatch:
     def collect(self) -> None:
         """Hand over what is finished."""
         for job, done in list(self._jobs.items()):
-            if job.state in ("waiting", "running"):
+            # Handing over one result may drop another job.
+            if job.state in ("waiting", "running") or self._jobs.pop(job, None) is None:
                 continue
-            self._jobs.pop(job, None)
             if job.state == "done":
                 done(job.result)
             elif job.state == "failed":
