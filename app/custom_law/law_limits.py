@@ -28,7 +28,7 @@ class LawProblem(NamedTuple):
 
     Attributes:
         text: one line for its author: file, line if it is known, what is wrong, what was expected.
-        line: of the file, counted from 1; None if it cannot be told.
+        line: of the file, counted from 1; None if unknown.
     """
 
     text: str
