@@ -94,7 +94,7 @@ class LectureHost:
         if self.controls.operator is not None and self.controls.language_changed:
             self._build(self.controls.operator, self.controls.build_operator_page)
         set_language(self.controls.language)
-        frame = make_frame(self.session, self.lessons, now, elapsed)
+        frame = make_frame(self.session, self.lessons.decide, now, elapsed)
         if self.room.paused and not self.room.free and not self.session.paused:
             # The teacher has pressed Run on the stage.
             self.room.paused = False

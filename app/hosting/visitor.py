@@ -95,7 +95,7 @@ class Visitor:
         set_language(self.language)
         if language_of(self.session.settings, self._browser) != self.language:
             self._translate()
-        frame = make_frame(self.session, self.lessons, now, elapsed, budget_of(sessions))
+        frame = make_frame(self.session, self.lessons.decide, now, elapsed, budget_of(sessions))
         with self.client.atomic():
             self.view.show(frame)
             self.operation.show(frame)

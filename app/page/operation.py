@@ -19,7 +19,10 @@ from app.page.view import View
 from app.session.actions import (
     Action,
     ChangeSpeed,
+    ChooseScene,
+    Drag,
     FirstView,
+    MoveJoint,
     Nudge,
     Pause,
     Reset,
@@ -29,8 +32,11 @@ from app.session.actions import (
     Toggle,
     control_of,
 )
+from app.session.clock import next_speed
 from app.session.frame import Frame
+from app.session.input_source import with_joint
 from app.session.session import Session
+from controllers.errors import BadSetting
 
 
 class Operation:
@@ -44,7 +50,7 @@ class Operation:
 
     def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
         self._client, self._session, self._view, self._lessons = client, session, view, view.lessons
-        self._controls = Controls(client.gui, session, self.act, self._notify)
+        self._controls = Controls(client.gui, session, self.post, self._notify)
         self._keep: ReplayBar | None = None
         with client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
             if session.background is not None:
@@ -53,8 +59,8 @@ class Operation:
             self._lab: LabReportBox | None = None
             if self._keep is not None:
                 self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
-        self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
-        self._gizmos = Gizmos(client.scene, session)
+        self._chooser = DetailsChooser(client.gui, session, view.plots_tab, self.post)
+        self._gizmos = Gizmos(client.scene, session, self.post)
         self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._notify)
         self._commands = [self._command(hotkey) for hotkey in HOTKEYS]
 
@@ -70,9 +76,13 @@ class Operation:
         @command.on_trigger
         async def _(event: viser.CommandEvent) -> None:
             del event
-            self._session.post(lambda: self.act(hotkey.action), control_of(hotkey.action))
+            self.post(hotkey.action)
 
         return command
+
+    def post(self, action: Action) -> None:
+        """Have an action done at the beginning of one of the next frames; may be called from any thread."""
+        self._session.post(lambda: self.act(action), control_of(action))
 
     def act(self, action: Action) -> None:
         """Do what a hotkey or a button asks for: the replay's and the lesson's meaning of it go first; on the session's thread."""
@@ -91,9 +101,17 @@ class Operation:
             case Reset():
                 session.reset()
             case ChangeSpeed(by):
-                session.change_speed(by)
+                session.change("speed", next_speed(session.settings.page.speed, by))
             case SetSetting(key, value):
-                session.change(key, value)
+                self._set(key, value)
+            case ChooseScene(scene):
+                self._set("scene", scene)
+            case MoveJoint(joint, angle):
+                held = with_joint(session.simulation, session.held, joint, angle)
+                if held is not None:
+                    session.hold(held)
+            case Drag():
+                self._gizmos.drag(action)
             case Toggle(what):
                 self._toggle(what)
             case Nudge():
@@ -102,6 +120,13 @@ class Operation:
                 self._gizmos.swing(sign * SWING)
             case FirstView():
                 self._view.look(self._client)
+
+    def _set(self, key: str, value: object) -> None:
+        try:
+            self._session.change(key, value)
+        except BadSetting as error:
+            self._notify("This value is not possible", str(error))
+            self._controls.forget(key)
 
     def _toggle(self, what: Literal["autopilot", "avoidance", "ghost"]) -> None:
         session, settings = self._session, self._session.settings

@@ -1,8 +1,8 @@
 """One frame of a session, from what the visitor asked for to what the page draws."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 from app.session.clock import BUDGET, Pace
 from app.session.contact import Contact, contact
@@ -12,14 +12,6 @@ from app.settings import Settings
 from scenes.history import Sample
 from scenes.simulation import Simulation
 from scenes.targets import Target
-
-
-class Decider(Protocol):
-    """A lesson, which may change the run between the actions and the steps."""
-
-    def decide(self) -> None:
-        """Begin, stop or measure the run where the lesson asks for it."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,18 +53,18 @@ class Frame:
         return self.shown.target()
 
 
-def make_frame(session: Session, lesson: Decider, now: float, elapsed: float, budget: float = BUDGET) -> Frame:
+def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed: float, budget: float = BUDGET) -> Frame:
     """Advance a session by one frame, and return what the page draws.
 
     Args:
         session: what is advanced.
-        lesson: decides on its run.
+        decide: begins, stops or measures the run where a lesson asks for it.
         now: wall time [s].
         elapsed: wall time since the last frame [s].
         budget: wall time after which no further step is made [s].
     """
     session.take_actions(elapsed)
-    lesson.decide()
+    decide()
     moved = session.step(elapsed, budget) > 0
     shown: Shown = session
     if session.player is not None:

@@ -15,7 +15,7 @@ from app.page.panels.controls import PICKER, TABS
 from app.session.frame import freeze
 from app.session.relevant_settings import WHEN, both_avoid, matters
 from app.session.session import Session
-from app.session.studies import Smoothness
+from app.session.studies import Smoothness, Studies
 from app.settings import Settings
 from scenes.headless import summarise
 from scenes.rerun import WhatIf
@@ -200,9 +200,9 @@ def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
     session = Session(Settings())
     gui = _Gui()
     panel = ComparePanel(cast(viser.GuiApi, gui), session)
-    answers: dict[str, Any] = {"what_if": None, "smoothness": None, "computing": False, "study_message": ""}
+    answers: dict[str, Any] = {"what_if": None, "smoothness": None, "busy": False, "message": ""}
     for name in answers:
-        monkeypatch.setattr(Session, name, property(lambda _, name=name: answers[name]))
+        monkeypatch.setattr(Studies, name, property(lambda _, name=name: answers[name], lambda *_: None), raising=False)
 
     def seen() -> str:
         panel.show(freeze(session, 0.0))
@@ -214,13 +214,13 @@ def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
     assert seen().strip() == ""
     session.change("whatif", True)
     assert "Now move" in seen()
-    answers["computing"] = True
+    answers["busy"] = True
     assert "Computing" in seen()
-    answers["computing"] = False
+    answers["busy"] = False
     for length in (40, 30):
         answers["what_if"] = answer_of("hold", length)
         assert "as it was" in seen()
-    answers["study_message"], answers["what_if"] = "Too many computations are waiting; ask again in a moment.", None
+    answers["message"], answers["what_if"] = "Too many computations are waiting; ask again in a moment.", None
     assert "Too many computations" in seen()
     run = RunSettings()
     for largest in ((None, None, None, None), (0.2, None, None, 0.1), (0.2, 0.1, 0.05, 0.025)):

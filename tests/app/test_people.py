@@ -99,13 +99,13 @@ def test_a_law_file_runs_for_every_visitor_and_is_loaded_again(house: OpenHouse,
         find_input_sources(None, None, None, None, tmp_path / "none.py")
     guest = arrive(house(Settings(), sources=find_input_sources(None, None, None, None, path)))
     session = guest.session
-    guest.visitor.wait_for(lambda _: session.custom_law_problem == "" and session.simulation.time > 0.5)
+    guest.visitor.wait_for(lambda _: session.student_law.problem == "" and session.simulation.time > 0.5)
     path.write_text(
         text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0  # a mistake\n"), encoding="utf-8"
     )
-    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.custom_law_problem)
+    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.student_law.problem)
     path.write_text(text, encoding="utf-8")
-    guest.visitor.wait_for(lambda _: session.custom_law_problem == "")
+    guest.visitor.wait_for(lambda _: session.student_law.problem == "")
     session.post(lambda: session.change("law", "unprotected"))
     guest.visitor.wait_for(lambda _: session.settings.run.law.law == "unprotected")
-    assert session.custom_law == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0
+    assert session.student_law.file == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0

@@ -64,14 +64,14 @@ def test_the_answer_comes_when_the_slider_rests(desk: Inline) -> None:
     for d_m in (0.14, 0.13, 0.12):
         session.change("dm", d_m)
         session.advance(REST * 0.6)
-        assert session.computing and not desk.waiting("what if")
+        assert session.studies.busy and not desk.waiting("what if")
     session.advance(REST * 0.6)
     (job,) = desk.waiting("what if")
-    assert job.urgent and session.computing and session.what_if is None
+    assert job.urgent and session.studies.busy and session.what_if is None
     assert len(desk.work("what if")) == 1
     session.advance(0.0)
     answer = session.what_if
-    assert answer is not None and not session.computing and answer.stride == 1
+    assert answer is not None and not session.studies.busy and answer.stride == 1
     assert answer.settings == session.settings.run and answer.settings.law.critical_distance == 0.12
     # The curves are of the run's own clock, and what they are compared with is the run itself.
     table = session.simulation.history.table()
@@ -98,13 +98,13 @@ def test_a_slow_answer_is_a_draft_first(desk: Inline, monkeypatch: pytest.Monkey
     desk.work("what if")
     session.advance(0.0)
     draft = session.what_if
-    assert draft is not None and draft.stride == 4 and session.computing
+    assert draft is not None and draft.stride == 4 and session.studies.busy
     (job,) = desk.waiting("what if")
     assert not job.urgent
     desk.work("what if")
     session.advance(0.0)
     exact = session.what_if
-    assert exact is not None and exact.stride == 1 and not session.computing
+    assert exact is not None and exact.stride == 1 and not session.studies.busy
     assert exact.before == draft.before and len(exact.times) > 3 * len(draft.times)
     assert exact.times[0] == draft.times[0]
 
@@ -145,7 +145,7 @@ def test_only_the_law_and_k_are_asked_about(desk: Inline, key: str, value: Any) 
     session.change(key, value)
     for _ in range(5):
         session.advance(REST)
-    assert not session.computing and not desk.waiting("what if")
+    assert not session.studies.busy and not desk.waiting("what if")
 
 
 def test_nobody_is_asked_while_it_is_off(desk: Inline) -> None:
@@ -153,7 +153,7 @@ def test_nobody_is_asked_while_it_is_off(desk: Inline) -> None:
     session.advance(0.1)
     session.change("dm", 0.1)
     session.advance(1.0)
-    assert not desk.jobs and not session.computing
+    assert not desk.jobs and not session.studies.busy
     # Switching it on makes a process ready, and asks nothing yet.
     session.change("whatif", True)
     session.advance(1.0)
@@ -187,7 +187,7 @@ def test_an_answer_about_another_run_is_dropped(desk: Inline, end: str) -> None:
             session.advance(0.0)
             assert session.what_if is not None
         finish(session)
-        assert session.what_if is None and not session.computing and not desk.waiting("what if")
+        assert session.what_if is None and not session.studies.busy and not desk.waiting("what if")
         session.advance(1.0)
         assert session.what_if is None and not desk.waiting("what if")
 
@@ -198,11 +198,11 @@ def test_what_fails_is_told_and_can_be_asked_again(desk: Inline) -> None:
     (job,) = desk.waiting("what if")
     job.state, job.message = "failed", "The computation was ended from outside; ask for it again."
     session.advance(0.0)
-    assert session.study_message == job.message and session.what_if is None and not session.computing
+    assert session.studies.message == job.message and session.what_if is None and not session.studies.busy
     rest_at(session, "dm", 0.13)
     desk.work("what if")
     session.advance(0.0)
-    assert session.study_message == "" and session.what_if is not None
+    assert session.studies.message == "" and session.what_if is not None
 
 
 def test_the_run_does_not_notice(desk: Inline) -> None:
@@ -224,31 +224,31 @@ def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
     for _ in range(10):
         session.advance(0.1)
     session.measure_smoothness()
-    assert session.computing and session.smoothness is not None and not session.smoothness.finished
+    assert session.studies.busy and session.studies.smoothness is not None and not session.studies.smoothness.finished
     assert len(desk.waiting("smoothness")) == 2 * len(SUBSTEPS)
     # The answers come one by one, in any order.
     for job in reversed(desk.waiting("smoothness")[:-2]):
         job.arguments = (job.arguments[0], job.arguments[1], 1)  # the coarsest is soon done
         job.result, job.state = 0.5, "done"
     session.advance(0.0)
-    law, ghost = session.smoothness.law, session.smoothness.ghost
+    law, ghost = session.studies.smoothness.law, session.studies.smoothness.ghost
     assert ghost is not None and law.largest == (0.5, 0.5, 0.5, None) == ghost.largest
     assert law.verdict == "measuring" and law.settings == session.settings.run
     assert ghost.settings.law.law == "strict_switched"
     assert law.seconds <= SMOOTHNESS_WINDOW + CHAPTER and law.dts == (0.005, 0.0025, 0.00125, 0.000625)
     desk.work("smoothness")
     session.advance(0.0)
-    assert session.smoothness.finished and not session.computing
-    ghost = session.smoothness.ghost
+    assert session.studies.smoothness.finished and not session.studies.busy
+    ghost = session.studies.smoothness.ghost
     # The smooth law's true step at dt/8 is far below 0.5; the hard switch of the ghost jumps.
-    assert session.smoothness.law.largest[3] is not None and session.smoothness.law.largest[3] < 0.01
+    assert session.studies.smoothness.law.largest[3] is not None and session.studies.smoothness.law.largest[3] < 0.01
     assert ghost is not None and ghost.largest[3] is not None and ghost.largest[3] > 0.1 and ghost.verdict == "jump"
 
 
 def test_smoothness_needs_something_to_measure(desk: Inline) -> None:
     session = running(desk, 0.1)
     session.measure_smoothness()
-    assert session.smoothness is None and "few seconds" in session.study_message and not desk.waiting("smoothness")
+    assert session.studies.smoothness is None and "few seconds" in session.studies.message and not desk.waiting("smoothness")
 
 
 def test_measuring_again_begins_anew_and_reset_forgets(desk: Inline) -> None:
@@ -260,11 +260,15 @@ def test_measuring_again_begins_anew_and_reset_forgets(desk: Inline) -> None:
     (job, *_) = desk.waiting("smoothness")
     job.state, job.message = "failed", "The computation failed."
     session.advance(0.0)
-    assert session.smoothness is None and session.study_message == "The computation failed." and not desk.waiting("smoothness")
+    assert (
+        session.studies.smoothness is None
+        and session.studies.message == "The computation failed."
+        and not desk.waiting("smoothness")
+    )
     session.measure_smoothness()
-    assert session.study_message == ""
+    assert session.studies.message == ""
     session.reset()
-    assert session.smoothness is None and not session.computing and not desk.waiting("smoothness")
+    assert session.studies.smoothness is None and not session.studies.busy and not desk.waiting("smoothness")
 
 
 def test_without_a_background_nothing_is_computed() -> None:
@@ -274,7 +278,12 @@ def test_without_a_background_nothing_is_computed() -> None:
     session.measure_smoothness()
     session.advance(1.0)
     session.close()
-    assert session.what_if is None and session.smoothness is None and not session.computing and session.study_message == ""
+    assert (
+        session.what_if is None
+        and session.studies.smoothness is None
+        and not session.studies.busy
+        and session.studies.message == ""
+    )
 
 
 # --- with real processes -------------------------------------------------------------------------------------------------------
@@ -300,7 +309,7 @@ def test_many_visitors_are_all_answered_by_one_process(background: JobPool) -> N
     def answered() -> bool:
         for session in sessions:
             session.advance(0.0)
-        return all(session.what_if is not None and not session.computing for session in sessions)
+        return all(session.what_if is not None and not session.studies.busy for session in sessions)
 
     until(answered)
     for session in sessions:

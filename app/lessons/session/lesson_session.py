@@ -363,13 +363,14 @@ class LessonSession:
         """Return how far the tests of the visitor's own law are; None where the step does not ask for one."""
         if not self.open or not asks_for_custom_law(self.walk):
             return None
-        examination = self._session.examination
+        examination = self._session.law.examination
         return NO_FILE if examination is None else examination.progress
 
     @property
     def custom_law_state(self) -> tuple[str, bool]:
         """Return why the visitor's own law is not in force ("" if all is well), and whether its file is gone."""
-        return self._session.custom_law_problem, self._session.custom_law_away
+        law = self._session.student_law
+        return law.problem, law.away
 
     def live(self, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are now. `book`: see `view`."""

@@ -55,7 +55,7 @@ class StepRunner:
     def observe(self, walk: Walkthrough) -> None:
         """Measure the run, and keep it where it is the one that answers the step's question."""
         showing, step = walk.view().showing, (walk.lesson.id, walk.step.id)
-        if walk.observe(self._session.simulation).complete and not showing and self._session.custom_law is None:
+        if walk.observe(self._session.simulation).complete and not showing and self._session.student_law.file is None:
             recorded = self._session.recorded(LONGEST)
             if recorded is not None:
                 self.seen[step] = recorded
@@ -66,8 +66,8 @@ class StepRunner:
         if challenge is None:
             return
         if challenge.custom_law:
-            if session.examination is not None:
-                session.examination.begin()
+            if session.law.examination is not None:
+                session.law.examination.begin()
             return
         count = len(challenge.forecasts)
         person: TargetSource | None = None
@@ -79,7 +79,7 @@ class StepRunner:
 
     def advance_own_tests(self, walk: Walkthrough) -> bool:
         """Look after the tests of the visitor's own law; return whether there is anything new."""
-        examination = self._session.examination
+        examination = self._session.law.examination
         if examination is None or not examination.advance():
             return False
         if examination.progress.finished:

@@ -1,12 +1,14 @@
 """The handles on an arm: its hand to move and turn, its elbow to swivel about the line from shoulder to wrist."""
 
 import math
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 import pinocchio as pin
 import viser
 
+from app.session.actions import Action, Drag
 from app.session.session import Session
 from app.stage.poses import checked_pose, fresh, put
 from controllers.kinematics import Array
@@ -23,9 +25,10 @@ class HandHandle:
     Args:
         scene: of the client that has the controls.
         session: with an arm that is yours.
+        post: has an action done on the session's thread.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+    def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
         self._session = session
         self._turns = True
         self.dragged = False
@@ -35,18 +38,19 @@ class HandHandle:
 
         @self._handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            place, turn = checked_pose(event.target.position, event.target.wxyz)
-            phase = event.phase
-            session.post(lambda: self._moved(place, turn, phase), ("hand", phase))
+            post(Drag("hand", event.phase, *checked_pose(event.target.position, event.target.wxyz)))
 
-    def _moved(self, place: Array | None, turn: Array | None, phase: str) -> None:
-        if phase == "end":
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at it."""
+        if action.handle != "hand":
+            return
+        if action.phase == "end":
             if self.dragged:
                 self.dragged = False
                 self._session.hold(None)
-        elif place is not None and turn is not None:
+        elif action.place is not None and action.turn is not None:
             self.dragged = True
-            self._session.hold(HandTarget(place, turn if self._turns else None))
+            self._session.hold(HandTarget(action.place, action.turn if self._turns else None))
 
     def show(self) -> None:
         """Put it where it belongs, unless it is being dragged."""
@@ -74,9 +78,10 @@ class ElbowHandle:
     Args:
         scene: of the client that has the controls.
         session: with an arm that is yours.
+        post: has an action done on the session's thread.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+    def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
         self._session = session
         self._start: tuple[Array, Array, Array, HandTarget] | None = None
         handle = scene.add_transform_controls(
@@ -93,18 +98,19 @@ class ElbowHandle:
 
         @self._handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            _, turn = checked_pose((0.0, 0.0, 0.0), event.target.wxyz)
-            phase = event.phase
-            session.post(lambda: self._turned(turn, phase), ("elbow", phase))
+            post(Drag("elbow", event.phase, *checked_pose((0.0, 0.0, 0.0), event.target.wxyz)))
 
     @property
     def dragged(self) -> bool:
         """Whether the visitor is dragging it."""
         return self._start is not None
 
-    def _turned(self, turn: Array | None, phase: str) -> None:
-        session, simulation = self._session, self._session.simulation
-        if phase == "end":
+    def drag(self, action: Drag) -> None:
+        """Follow a pull along the arc."""
+        session, simulation, turn = self._session, self._session.simulation, action.turn
+        if action.handle != "elbow":
+            return
+        if action.phase == "end":
             if self._start is not None:
                 self._start = None
                 session.hold(None)

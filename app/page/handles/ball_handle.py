@@ -1,8 +1,11 @@
 """The handle on the ball: arrows to push it along the axes of the room, or the ball itself to pull across the view."""
 
+from collections.abc import Callable
+
 import viser
 
 from app.page.handles.pull_ball import Grip
+from app.session.actions import Action, Drag
 from app.session.session import Session
 from app.stage.poses import checked_point, fresh, put
 from app.theme import BRAND
@@ -17,9 +20,10 @@ class BallHandle:
     Args:
         scene: of the client that has the controls.
         session: with a ball.
+        post: has an action done on the session's thread.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+    def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
         self._session = session
         self._pushed = False
         arrows = scene.add_transform_controls(
@@ -27,12 +31,11 @@ class BallHandle:
         )
         self._arrows = fresh(arrows)
         # Just around the ball, so that it is what the mouse meets.
-        self._grip = Grip(scene, "/gizmo/grip", BALL_RADIUS + 0.002, BRAND, 0.0, session.post, self._pulled)
+        self._grip = Grip(scene, "/gizmo/grip", BALL_RADIUS + 0.002, BRAND, 0.0, post, self._pulled)
 
         @self._arrows.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            place, phase = checked_point(event.target.position), event.phase
-            session.post(lambda: self._moved(place, phase), ("ball", phase))
+            post(Drag("ball", event.phase, checked_point(event.target.position)))
 
     @property
     def dragged(self) -> bool:
@@ -42,14 +45,18 @@ class BallHandle:
     def _pulled(self, place: Array | None) -> None:
         self._session.hold(None if place is None else BallTarget(place))
 
-    def _moved(self, place: Array | None, phase: str) -> None:
-        if phase == "end":
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at the arrows or at the ball."""
+        self._grip.drag(action)
+        if action.handle != "ball":
+            return
+        if action.phase == "end":
             if self._pushed:
                 self._pushed = False
                 self._session.hold(None)
-        elif place is not None:
+        elif action.place is not None:
             self._pushed = True
-            self._session.hold(BallTarget(place))
+            self._session.hold(BallTarget(action.place))
 
     def show(self) -> None:
         """Put both where the ball is."""

@@ -6,6 +6,7 @@ from typing import Final, get_args
 import viser
 
 from app.page.handles.pull_ball import Grip
+from app.session.actions import Action, Drag
 from app.session.session import Session
 from app.stage.person_figure import on_person, on_stage
 from app.theme import BRAND
@@ -39,9 +40,10 @@ class FigureHandles:
     Args:
         scene: of the client that has the controls.
         session: of an imitation.
+        post: has an action done on the session's thread.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+    def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
         self._session = session
         present = session.target()
         # It begins as the person stood who was imitated before.
@@ -52,7 +54,7 @@ class FigureHandles:
         drags = {"elbow": figure.drag_elbow, "wrist": figure.drag_wrist}
         self._grips: dict[tuple[ArmName, str], Grip] = {
             (side, joint): Grip(
-                scene, f"/gizmo/{side}_{joint}", RADIUS[joint], BRAND, 0.8, session.post, self._pulling(side, drags[joint])
+                scene, f"/gizmo/{side}_{joint}", RADIUS[joint], BRAND, 0.8, post, self._pulling(side, drags[joint])
             )
             for side in get_args(ArmName)
             for joint in drags
@@ -62,6 +64,11 @@ class FigureHandles:
     def dragged(self) -> bool:
         """Whether the visitor is dragging it."""
         return any(grip.held for grip in self._grips.values())
+
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at a wrist or an elbow."""
+        for grip in self._grips.values():
+            grip.drag(action)
 
     def _pulling(self, side: ArmName, drag: Callable[[ArmName, Array], None]) -> Callable[[Array | None], None]:
         def pulled(place: Array | None) -> None:

@@ -1,5 +1,6 @@
 """What can be taken hold of on the stage: for each experiment its own handles."""
 
+from collections.abc import Callable
 from typing import Final, Protocol
 
 import viser
@@ -7,6 +8,7 @@ import viser
 from app.page.handles.arm_handles import ElbowHandle, HandHandle, swivel_frame
 from app.page.handles.ball_handle import BallHandle
 from app.page.handles.figure_handles import FigureHandles
+from app.session.actions import Action, Drag
 from app.session.session import Session
 from controllers.kinematics import Array
 
@@ -28,6 +30,10 @@ class Handle(Protocol):
     @property
     def dragged(self) -> bool: ...
 
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at it; nothing happens at a pull at another handle."""
+        ...
+
     def show(self) -> None:
         """Put it where what it moves is."""
         ...
@@ -47,10 +53,11 @@ class Gizmos:
     Args:
         scene: where to draw.
         session: what is operated.
+        post: has an action done on the session's thread.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
-        self._scene, self._session = scene, session
+    def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
+        self._scene, self._session, self._post = scene, session, post
         self._handles: tuple[Handle, ...] = ()
         self._made: tuple[object, ...] | None = None
         self._offered = True
@@ -74,18 +81,18 @@ class Gizmos:
             # A handle that is no longer there cannot be dragged.
             self._session.hold(None)
         self.remove()
-        scene, session = self._scene, self._session
+        scene, session, post = self._scene, self._session, self._post
         match settings.run.scene:
             case _ if not self._offered:
                 self._handles = ()
             case "ball":
-                self._handles = (BallHandle(scene, session),)
+                self._handles = (BallHandle(scene, session, post),)
             case "solo" if settings.run.path == "circle":
                 self._handles = ()
             case "imitation":
-                self._handles = (FigureHandles(scene, session),) if figure else ()
+                self._handles = (FigureHandles(scene, session, post),) if figure else ()
             case _:
-                self._handles = (HandHandle(scene, session), ElbowHandle(scene, session))
+                self._handles = (HandHandle(scene, session, post), ElbowHandle(scene, session, post))
 
     def offer(self, offered: bool) -> None:
         """Show the handles, or none while the visitor cannot move anything."""
@@ -96,6 +103,11 @@ class Gizmos:
         self._make()
         for handle in self._handles:
             handle.show()
+
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at a handle."""
+        for handle in self._handles:
+            handle.drag(action)
 
     def nudge(self, way: Array) -> None:
         """Move what is yours, a hand or the ball, by (3,) [m]; nothing happens where nothing is."""

@@ -28,7 +28,7 @@ from app.page.lessons.lesson_html import NEXT, choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import LESSON_KEYS, Hotkey
-from app.session.actions import Action, Nudge, Pause, Reset, SetSetting, SingleStep, Toggle
+from app.session.actions import Action, ChooseScene, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
 from app.session.session import Session
 from app.text.lesson_text import plain
@@ -87,8 +87,8 @@ class LessonControls:
         if not run.open:
             return False
         match action:
-            case SetSetting("scene", scene):
-                run.act(Choose(_ANSWERS.index(str(scene))))
+            case ChooseScene(scene):
+                run.act(Choose(_ANSWERS.index(scene)))
             case Pause():
                 run.act(StartOrPause())
             case Reset():

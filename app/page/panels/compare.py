@@ -43,8 +43,8 @@ class ComparePanel:
         del frame
         session = self._session
         visible = matters("ghost", session.settings)
-        answers = session.what_if, session.smoothness
-        state = visible, session.computing, session.study_message, session.settings.page.what_if
+        answers = session.what_if, session.studies.smoothness
+        state = visible, session.studies.busy, session.studies.message, session.settings.page.what_if
         # Answers are compared by identity: they hold arrays, and are never changed.
         if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
@@ -60,20 +60,20 @@ def _what_if_block(session: Session) -> str:
         return ""
     answer = session.what_if
     if answer is None:
-        measuring = session.smoothness is not None and not session.smoothness.finished
+        measuring = session.studies.smoothness is not None and not session.studies.smoothness.finished
         waiting = (
             tr("Computing …")
-            if session.computing and not measuring
+            if session.studies.busy and not measuring
             else tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
         )
-        return f'<p class="duet-tip">{waiting} {tr(session.study_message)}</p>'
+        return f'<p class="duet-tip">{waiting} {tr(session.studies.message)}</p>'
     return what_if_html(answer)
 
 
 def _smoothness_block(session: Session) -> str:
-    if session.smoothness is None:
-        return f'<p class="duet-tip">{tr(session.study_message)}</p>' if session.study_message else ""
-    return smoothness_html(session.smoothness)
+    if session.studies.smoothness is None:
+        return f'<p class="duet-tip">{tr(session.studies.message)}</p>' if session.studies.message else ""
+    return smoothness_html(session.studies.smoothness)
 
 
 def what_if_html(answer: WhatIf) -> str:

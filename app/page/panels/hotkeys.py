@@ -10,11 +10,11 @@ from app.lessons.session.lesson_actions import Check, GoBack, GoOn, Leave, Lesso
 from app.session.actions import (
     Action,
     ChangeSpeed,
+    ChooseScene,
     FirstView,
     Nudge,
     Pause,
     Reset,
-    SetSetting,
     SingleStep,
     SwingElbow,
     Toggle,
@@ -81,11 +81,11 @@ HOTKEYS: Final[tuple[Hotkey[Action], ...]] = (
     Hotkey("view", FirstView(), "V", "the first view again", "V", icon=viser.Icon.CAMERA),
     Hotkey("law", Toggle("avoidance"), "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
     Hotkey("ghost", Toggle("ghost"), "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),
-    Hotkey("solo", SetSetting("scene", "solo"), "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),
-    Hotkey("ball", SetSetting("scene", "ball"), "2", "a ball in the way", "2", icon=viser.Icon.NUMBER_2),
-    Hotkey("hold", SetSetting("scene", "hold"), "3", "hold", "3", icon=viser.Icon.NUMBER_3),
-    Hotkey("master_slave", SetSetting("scene", "master_slave"), "4", "master and slave", "4", icon=viser.Icon.NUMBER_4),
-    Hotkey("imitation", SetSetting("scene", "imitation"), "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
+    Hotkey("solo", ChooseScene("solo"), "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),
+    Hotkey("ball", ChooseScene("ball"), "2", "a ball in the way", "2", icon=viser.Icon.NUMBER_2),
+    Hotkey("hold", ChooseScene("hold"), "3", "hold", "3", icon=viser.Icon.NUMBER_3),
+    Hotkey("master_slave", ChooseScene("master_slave"), "4", "master and slave", "4", icon=viser.Icon.NUMBER_4),
+    Hotkey("imitation", ChooseScene("imitation"), "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
 )
 
 

@@ -1,12 +1,14 @@
 """The master's joints as sliders: another way to lead it than by its hand."""
 
 import math
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
 import viser
 
 from app.i18n.speaking import tr
+from app.session.actions import Action, MoveJoint
 from app.session.frame import Frame
 from app.session.session import Session
 from scenes.targets import JointTarget
@@ -23,10 +25,11 @@ class JointSliders:
     Args:
         gui: of the visitor who operates it; the caller has opened the container.
         session: what is operated.
+        post: has an action done on the session's thread.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
-        self._gui, self._session = gui, session
+    def __init__(self, gui: viser.GuiApi, session: Session, post: Callable[[Action], None]) -> None:
+        self._gui, self._session, self._post = gui, session, post
         self._sliders: list[viser.GuiSliderHandle[float]] = []
         self._of: object = None
         self._next = 0.0
@@ -63,18 +66,7 @@ class JointSliders:
                 return
             value = float(event.target.value)
             if math.isfinite(value):
-                self._session.post(lambda: self._pull(joint, math.radians(value)), ("joint", joint))
-
-    def _pull(self, joint: int, angle: float) -> None:
-        simulation = self._session.simulation
-        columns = simulation.guided.joints
-        if simulation.settings.scene != "master_slave" or joint >= columns.stop - columns.start:
-            return
-        held = self._session.held
-        wanted = held.positions.copy() if isinstance(held, JointTarget) else simulation.positions[columns].copy()
-        limits = simulation.room.model.lowerPositionLimit[columns], simulation.room.model.upperPositionLimit[columns]
-        wanted[joint] = min(max(angle, float(limits[0][joint])), float(limits[1][joint]))
-        self._session.hold(JointTarget(wanted))
+                self._post(MoveJoint(joint, math.radians(value)))
 
     def show(self, frame: Frame) -> None:
         """Follow the experiment and the arm."""

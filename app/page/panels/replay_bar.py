@@ -73,7 +73,7 @@ class ReplayBar:
     ) -> None:
         self._gui, self._session, self._send, self._notify = gui, session, send, notify
         self.shelf = shelf = ExportQueue(session, background)
-        session.player = shelf
+        session.player = self._player = player = shelf.player
         self._length = LENGTHS["30 s"]
         self._clock = self._next = 0.0
         self._written, self._crossed = -CROSSING, False
@@ -82,7 +82,7 @@ class ReplayBar:
             "replay",
             ("Watch", "Play", "Back to live"),
             "The run waits while you look at what was; Space plays and rests, . goes one step.",
-            lambda i: session.post((self._watch, self._toggle, shelf.leave)[i], ("replay", i)),
+            lambda i: session.post((self._watch, self._toggle, player.leave)[i], ("replay", i)),
         )
         self._replay.offer((0,))
         self._slider = gui.add_slider(
@@ -126,12 +126,12 @@ class ReplayBar:
 
     def take(self, action: Action) -> bool:
         """Do an action if it is about the replay; return whether it was."""
-        return self.shelf.take(action)
+        return self._player.take(action)
 
     def close(self) -> None:
         """Back to live; drop everything that is being computed."""
         self._offer_rest(False)
-        self.shelf.leave()
+        self._player.leave()
         self.shelf.close()
         self._session.player = None
 
@@ -143,10 +143,10 @@ class ReplayBar:
         self._session.post(choose, "length")
 
     def _watch(self) -> None:
-        self.shelf.watch(self._length)
+        self._player.watch(self._length)
 
     def _toggle(self) -> None:
-        self.shelf.take(Pause())
+        self._player.take(Pause())
 
     def _offer_rest(self, offered: bool) -> None:
         """Listen to the key of `app.page.replay_box`, or not."""
@@ -163,20 +163,20 @@ class ReplayBar:
                 self._session.post(self._rest, "rest")
 
     def _rest(self) -> None:
-        if self.shelf.replay is not None:
-            self.shelf.replay.playing = False
+        if self._player.replay is not None:
+            self._player.replay.playing = False
             # Where it rests is written at once, and then nothing more.
             self._next = self._clock
 
     def _drag(self, time: float) -> None:
         self._next = self._clock + HANDS_OFF
         self._crossed = self._clock - self._written < CROSSING
-        self.shelf.seek(time)
+        self._player.seek(time)
 
     def show(self, frame: Frame) -> None:
         """Hand over what is ready, and bring the controls up to date."""
         self._clock = frame.now
-        shelf, replay = self.shelf, self.shelf.replay
+        shelf, replay = self.shelf, self._player.replay
         for file in shelf.take_files():
             self._send(*file)
         for news in shelf.take_news():
@@ -208,10 +208,10 @@ class ReplayBar:
         shelf = self.shelf
         if shelf.busy:
             return tr("Making {what} …", what=tr(shelf.busy))
-        if shelf.replay is None:
+        if self._player.replay is None:
             return ""
-        if shelf.loaded:
-            return tr("This is {file}, not the live run.", file=shelf.loaded)
+        if self._player.loaded:
+            return tr("This is {file}, not the live run.", file=self._player.loaded)
         return tr("This is the past; the live run waits.")
 
     def _say(self, text: str) -> None:

@@ -16,7 +16,6 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
-from app.custom_law.student_situation import Situation as StudentSituation
 from app.custom_law.wire import VelocityQuestion, decode_question, encode
 from app.runtime.job_pool import JobPool
 from app.session.input_sources import InputSources
@@ -59,7 +58,7 @@ def situation(n: int = 7, pairs: int = 5) -> Situation:
     )
 
 
-def received(sent: Situation) -> StudentSituation:
+def received(sent: Situation) -> Situation:
     """What arrives in the law's process."""
     question = decode_question(encode(VelocityQuestion.of(sent)))
     assert isinstance(question, VelocityQuestion)

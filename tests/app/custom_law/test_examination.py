@@ -84,27 +84,27 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
             return bool(np.any(session.simulation.velocities[joints])), bool(np.any(session.ghost.velocities[joints]))
 
         session.change("ghost", "smooth_priority")
-        assert (session.custom_law, session.own_ghost) == ("my_law.py", None)
+        assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
         until(lambda: moves() == (False, True))
         session.change("ghost", "own")
-        assert (session.custom_law, session.own_ghost) == (None, "my_law.py")
+        assert (session.student_law.file, session.student_law.ghost_file) == (None, "my_law.py")
         assert session.simulation.steps == 0
         until(lambda: moves() == (True, False))
-        assert session.custom_law_problem == ""
+        assert session.student_law.problem == ""
         write(path, "def law(s):\n    return s.nominal / 0 + nothing")
-        until(lambda: moves() and session.custom_law_problem)
-        assert "line 2: NameError" in session.custom_law_problem and moves() == (True, False)
+        until(lambda: moves() and session.student_law.problem)
+        assert "line 2: NameError" in session.student_law.problem and moves() == (True, False)
         write(path, PAPER)
         until(lambda: moves() == (True, True))
-        assert session.custom_law_problem == ""
+        assert session.student_law.problem == ""
         session.change("ghost", "off")
-        assert (session.custom_law, session.own_ghost) == ("my_law.py", None)
+        assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
 
 
 def test_without_a_file() -> None:
     # Without a file the ghost of ones own is a twin.
     session = Session(changed(Settings(), "ghost", "own"))
-    assert session.own_ghost is None and session.ghost is not None and session.examination is None
+    assert session.student_law.ghost_file is None and session.ghost is not None and session.law.examination is None
     for _ in range(20):
         session.advance(0.02)
     assert np.array_equal(session.ghost.positions, session.simulation.positions)
@@ -134,19 +134,19 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
     """What a lesson measures is about the settings' law; only the step that asks for one's own runs it; outside it runs again."""
     with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
         run = LessonSession(session, load_lessons())
-        assert session.custom_law == "my_law.py" and run.own_tests is None
+        assert session.student_law.file == "my_law.py" and run.own_tests is None
         run.enter("limits", 3)
-        assert session.custom_law is None and run.own_tests is None
+        assert session.student_law.file is None and run.own_tests is None
         to_challenge(session, run)
-        assert session.custom_law == "my_law.py"
+        assert session.student_law.file == "my_law.py"
         # To look back leaves the run alone.
         while run.walk.phase is not Phase.DO:
-            assert session.custom_law == "my_law.py"
+            assert session.student_law.file == "my_law.py"
             run.act(GoBack())
-        assert session.custom_law is None
+        assert session.student_law.file is None
         to_challenge(session, run)
         run.leave()
-        assert session.custom_law == "my_law.py" and run.own_tests is None
+        assert session.student_law.file == "my_law.py" and run.own_tests is None
 
 
 def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

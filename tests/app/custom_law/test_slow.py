@@ -45,12 +45,12 @@ def advanced(session: Session, true: Callable[[], object]) -> None:
 
 def hangs(session: Session) -> bool:
     """Whether the session's run has begun, and waits."""
-    return session.simulation.steps > 0 and session.custom_law_waits
+    return session.simulation.steps > 0 and session.student_law.waits
 
 
 def patient(session: Session, limit: float = 60.0) -> None:
     """Let one call of a session's law take longer than usual."""
-    law = session._custom_law
+    law = session.law._law
     assert law is not None
     object.__setattr__(law.limits, "call", limit)
 
@@ -71,11 +71,11 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         assert session.simulation.steps == steps and after.velocities.tobytes() == before.velocities.tobytes()
         for one, other in zip(before.memories, after.memories, strict=True):
             assert [array.tobytes() for array in one] == [array.tobytes() for array in other]
-        assert "waiting for my_law.py" in custom_law_html(session) and not session.pace.slowed
+        assert "waiting for my_law.py" in custom_law_html(session.student_law) and not session.pace.slowed
         advanced(session, lambda: session.pace.rate < 0.01)
         gate.touch()
         advanced(session, lambda: session.simulation.steps >= 60)
-        assert "runs my_law.py" in custom_law_html(session)
+        assert "runs my_law.py" in custom_law_html(session.student_law)
         recorded, made = session.recorded(), session.simulation.steps
         assert recorded is not None and recorded.steps == made
         with CustomLaw(file, waits=True) as law:
@@ -138,7 +138,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
             assert sum(in_vain) <= MOST
         in_vain.clear()
         session.advance(FRAME)
-        law = session._custom_law
+        law = session.law._law
         assert law is not None
         assert np.isnan(law.line_rates(np.linspace(0.0, 0.6, 50), 0.1, 0.0, 1.0)).all()
         assert in_vain and sum(in_vain) == 0.0
@@ -157,28 +157,28 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
     """With the time that a call takes, and the time that it may take."""
     write(file, "import time\n" + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="))
     with session_of(file, scene="ball", dt=0.005) as session:
-        advanced(session, lambda: session.custom_law_slow is not None)
-        assert session.custom_law_slow is not None
-        needs, allowed = session.custom_law_slow
+        advanced(session, lambda: session.student_law.slow is not None)
+        assert session.student_law.slow is not None
+        needs, allowed = session.student_law.slow
         assert needs >= 0.01 and allowed == pytest.approx(SHARE * 0.005)
-        said = custom_law_html(session)
+        said = custom_law_html(session.student_law)
         assert f"slowed: your law needs {1e3 * needs:.2g} ms a call; real time allows 2 ms" in said
         assert "machine" not in status_html(session.pace, session.simulation, session.simulation.sample())
         session.toggle_pause()
-        assert "runs my_law.py" in custom_law_html(session)
+        assert "runs my_law.py" in custom_law_html(session.student_law)
         session.toggle_pause()
         write(file, "def law(s): return None")
-        advanced(session, lambda: session.custom_law_problem)
+        advanced(session, lambda: session.student_law.problem)
         assert not session.pace.slowed
         write(file, PAPER)
-        advanced(session, lambda: session.custom_law_slow is None and not session.custom_law_problem)
+        advanced(session, lambda: session.student_law.slow is None and not session.student_law.problem)
 
 
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
     """Without waiting: blank until the answer is there, and blank where the function fails."""
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
     with session_of(file) as session:
-        law = session._custom_law
+        law = session.law._law
         assert law is not None
         distances = np.array([0.0, 0.1, 0.3])
         assert np.isnan(law.activations(distances)).all()

@@ -105,22 +105,26 @@ def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
     assert session.paused
     until(page, lambda: not is_there(page, HAND), "no handles")
     assert "This is the past" in over_the_stage(page)
-    until(page, lambda: queue.replay is not None and not queue.replay.playing, "at rest at its end")
+    until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest at its end")
     press_key(page, "Space")
-    until(page, lambda: queue.replay is not None and queue.replay.playing, "from the beginning")
+    until(page, lambda: queue.player.replay is not None and queue.player.replay.playing, "from the beginning")
     # While it plays the page writes into the box too, but not while a visitor is about to type there.
     moment(page).click()
-    until(page, lambda: queue.replay is not None and not queue.replay.playing, "at rest for typing")
-    until(page, lambda: queue.replay is not None and abs(float(moment(page).input_value()) - queue.replay.time) < 0.01, "where")
+    until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest for typing")
+    until(
+        page,
+        lambda: queue.player.replay is not None and abs(float(moment(page).input_value()) - queue.player.replay.time) < 0.01,
+        "where",
+    )
     moment(page).fill("9")
     wait_frames(page, 6)
     # A run of a few seconds has no such moment, and the typing has not come to its end.
     assert moment(page).input_value() == "9"
     moment(page).fill("0.5")
     moment(page).press("Enter")
-    until(page, lambda: queue.replay is not None and abs(queue.replay.time - 0.5) < 1e-6, "half a second")
+    until(page, lambda: queue.player.replay is not None and abs(queue.player.replay.time - 0.5) < 1e-6, "half a second")
     press_key(page, ".")
-    until(page, lambda: queue.replay is not None and abs(queue.replay.time - 0.505) < 1e-6, "one step more")
+    until(page, lambda: queue.player.replay is not None and abs(queue.player.replay.time - 0.505) < 1e-6, "one step more")
     page.get_by_text("the past: 0.5 s").wait_for()
     screenshot(page, "the-past")
 
@@ -157,7 +161,7 @@ def back_to_live(page: Page, session: Session, bar: ReplayBar) -> None:
     wait_frames(page, 4)
     then = world_position(page, WRIST)
     page.get_by_role("button", name="Back to live").click()
-    until(page, lambda: bar.shelf.replay is None and not session.paused, "live")
+    until(page, lambda: bar.shelf.player.replay is None and not session.paused, "live")
     until(page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run")
     until(page, lambda: is_there(page, HAND), "handles")
     assert over_the_stage(page) == "none"

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.export import export_queue as queue_module
 from app.export.csv_table import csv_bytes
-from app.export.export_queue import DRAFT, KINDS, ExportQueue, Kind
+from app.export.export_queue import KINDS, ExportQueue, Kind
 from app.export.jobs import file_name
 from app.export.lab_report import Done, lab_bytes
 from app.export.player import player_html
@@ -19,11 +18,14 @@ from app.export.python_snippet import is_fresh
 from app.export.scene_film import film_scene
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
+from app.recording import replay_player
 from app.recording.replay import Replay, film
+from app.recording.replay_player import DRAFT
 from app.recording.run_file import saved_bytes, saved_from, verify
 from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
 from app.session.input_sources import InputSources
 from app.session.session import Session
+from app.session.student_law import LawStatus
 from app.session.trade_off import row
 from app.settings import PageSettings, Settings
 from scenes.inputs import KEEP, Recorded
@@ -50,14 +52,14 @@ class Desk:
     def frame(self, elapsed: float = 0.03) -> bool:
         """One frame."""
         self.session.advance(elapsed, float("inf"))
-        return self.queue.advance(elapsed)
+        return self.queue.player.advance(elapsed)
 
     def watch(self, seconds: float) -> Replay:
         """Look back at the last seconds."""
-        self.queue.watch(seconds)
+        self.queue.player.watch(seconds)
         self.work()
-        assert self.queue.replay is not None
-        return self.queue.replay
+        assert self.queue.player.replay is not None
+        return self.queue.player.replay
 
     def work(self) -> list[str]:
         """Compute, and take in what came out."""
@@ -141,16 +143,16 @@ def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
             desk.session.reset()
         for kind in KINDS:
             empty.queue.ask(kind, 10.0)
-        empty.queue.watch(10.0)
+        empty.queue.player.watch(10.0)
         assert not empty.background.waiting() and len(empty.queue.take_news()) == len(KINDS) + 1
-        assert empty.queue.replay is None
+        assert empty.queue.player.replay is None
 
 
 def test_a_law_of_ones_own_gives_numbers_but_no_second_run(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Session, "custom_law", property(lambda _: "my_law.py"))
+    monkeypatch.setattr(Session, "student_law", property(lambda _: LawStatus("my_law.py")))
     for kind in ("run", "html", "python"):
         desk.queue.ask(kind, 1.0)
-    desk.queue.watch(1.0)
+    desk.queue.player.watch(1.0)
     news = desk.queue.take_news()
     assert len(news) == 4 and all("my_law.py runs in its own process" in entry.text for entry in news)
     assert not desk.background.waiting() and not desk.session.paused
@@ -166,39 +168,39 @@ def test_watching_stops_the_live_run_and_goes_back_to_it(desk: Desk, paused: boo
     before = simulation.steps
     if paused:
         desk.session.toggle_pause()
-    desk.queue.watch(1.0)
-    assert desk.session.paused and desk.queue.past is None and desk.queue.busy == "the replay"
+    desk.queue.player.watch(1.0)
+    assert desk.session.paused and desk.queue.player.past is None and desk.queue.busy == "the replay"
     desk.work()
-    replay, past = desk.queue.replay, desk.queue.past
+    replay, past = desk.queue.player.replay, desk.queue.player.past
     assert replay is not None and past is not None and replay.playing
     desk.frame(0.1)
     row = past.simulation.history.table(1)[0]
     assert row.tobytes() == table[np.searchsorted(table[:, 0], row[0])].tobytes()
     assert simulation.steps == before and past.simulation is not simulation
-    desk.queue.leave()
-    assert desk.queue.past is None and desk.session.paused == paused
+    desk.queue.player.leave()
+    assert desk.queue.player.past is None and desk.session.paused == paused
     desk.run(0.1)
     assert simulation.steps == before + (0 if paused else 20)
 
 
 def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Desk) -> None:
-    assert not desk.queue.take(Pause())
+    assert not desk.queue.player.take(Pause())
     replay = desk.watch(KEEP)
     desk.session.change("speed", 0.5)
     step = replay.step
     desk.frame(0.1)
     assert replay.step == step + 10
     # Of two moves of the slider the last one counts.
-    desk.queue.seek(0.7)
-    desk.queue.seek(1.3)
+    desk.queue.player.seek(0.7)
+    desk.queue.player.seek(1.3)
     assert desk.frame() and not desk.frame()
     assert replay.time == pytest.approx(1.3) and not replay.playing
     step = replay.step
-    assert desk.queue.take(SingleStep()) and replay.step == step + 1
-    assert not desk.queue.take(Toggle("avoidance")) and not desk.queue.take(ChangeSpeed(-1))
-    assert desk.queue.take(Pause()) and replay.playing
-    assert desk.queue.take(Pause()) and not replay.playing
-    assert desk.queue.take(Reset()) and desk.queue.replay is None and desk.session.simulation.steps == 400
+    assert desk.queue.player.take(SingleStep()) and replay.step == step + 1
+    assert not desk.queue.player.take(Toggle("avoidance")) and not desk.queue.player.take(ChangeSpeed(-1))
+    assert desk.queue.player.take(Pause()) and replay.playing
+    assert desk.queue.player.take(Pause()) and not replay.playing
+    assert desk.queue.player.take(Reset()) and desk.queue.player.replay is None and desk.session.simulation.steps == 400
 
 
 @pytest.mark.parametrize("change", [(), ("dm", 0.2), ("scene", "ball"), ("theme", "dark")], ids=str)
@@ -211,33 +213,37 @@ def test_going_on_or_another_experiment_ends_the_replay_at_once_and_other_colour
     else:
         desk.session.toggle_pause()
     desk.frame(0.0)
-    past = desk.queue.past
+    past = desk.queue.player.past
     if "theme" in change:
         assert past is not None and past.settings.page.theme == "dark"
     else:
-        assert past is None and desk.queue.replay is None and not desk.session.paused
+        assert past is None and desk.queue.player.replay is None and not desk.session.paused
 
 
 def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(queue_module, "DRAFT", 0.5)
-    desk.queue.watch(KEEP)
+    monkeypatch.setattr(replay_player, "DRAFT", 0.5)
+    desk.queue.player.watch(KEEP)
     (job,) = desk.background.waiting()
     assert job.urgent and job.arguments[0].steps < 400
     desk.work()
-    assert desk.queue.replay is not None and desk.queue.replay.steps < 400
-    desk.queue.seek(1.75)
+    assert desk.queue.player.replay is not None and desk.queue.player.replay.steps < 400
+    desk.queue.player.seek(1.75)
     desk.frame(0.0)
     (job,) = desk.background.waiting()
     assert job.arguments[0].steps == 400
     desk.work()
     # It grows at its beginning; the moment stays.
-    assert desk.queue.replay.steps == 400 and desk.queue.replay.time == pytest.approx(1.75) and not desk.queue.replay.playing
+    assert (
+        desk.queue.player.replay.steps == 400
+        and desk.queue.player.replay.time == pytest.approx(1.75)
+        and not desk.queue.player.replay.playing
+    )
     assert DRAFT > 0.5
 
 
 def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
-    desk.queue.watch(1.0)
-    desk.queue.leave()
+    desk.queue.player.watch(1.0)
+    desk.queue.player.leave()
     assert not desk.background.waiting() and not desk.queue.busy and not desk.session.paused
     desk.queue.ask("csv", 1.0)
     desk.queue.close()
@@ -252,16 +258,16 @@ def test_a_file_is_compared_and_replayed(desk: Desk) -> None:
     (news,) = desk.queue.take_news()
     assert news.title == "Loaded: the same run" and news.text.startswith("theirs.duet.npz: Made again: all 200 steps")
     assert desk.work() == ["film"]
-    past = desk.queue.past
-    assert past is not None and past.settings.run.scene == "ball" and desk.queue.loaded == "theirs.duet.npz"
+    past = desk.queue.player.past
+    assert past is not None and past.settings.run.scene == "ball" and desk.queue.player.loaded == "theirs.duet.npz"
     assert past.simulation.history.table(1)[0].tobytes() == table[0].tobytes()
     # What is kept now is kept of the file's run.
     desk.queue.ask("csv", 9.0)
     desk.work()
     assert desk.queue.take_files()[0].name == "duet-ball-0-1s.csv"
-    desk.queue.watch(1.0)
-    assert desk.queue.loaded == "" and desk.session.paused
-    desk.queue.leave()
+    desk.queue.player.watch(1.0)
+    assert desk.queue.player.loaded == "" and desk.session.paused
+    desk.queue.player.leave()
     assert not desk.session.paused
 
 
@@ -270,7 +276,7 @@ def test_a_bad_file_changes_nothing(desk: Desk) -> None:
     desk.work()
     (news,) = desk.queue.take_news()
     assert news.title == "This file was not loaded" and news.text.startswith("mine.npz: ")
-    assert desk.queue.replay is None and not desk.session.paused
+    assert desk.queue.player.replay is None and not desk.session.paused
 
 
 Flag = Callable[[], bool]

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from app.export.export_queue import ExportQueue
 from app.export.lab_report import Done, done_in, lab_bytes, recorded_of, report_title, rich_html
 from app.export.plot_pictures import inline_svg
-from app.export.report_html import LOCKED, Plot, ReportEntry, report_html
+from app.export.report_html import LOCKED, ReportEntry, report_html
 from app.hosting.resume import open_link
 from app.hosting.session_store import SessionStore, VisitorRecord
 from app.lessons.loading import load_lessons
@@ -56,8 +56,8 @@ class Reader(HTMLParser):
 
 def full(text: str) -> str:
     """A report in which a text stands everywhere."""
-    entry = ReportEntry(text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text)
-    return report_html(text, [entry, ReportEntry(text)], Settings(), [Plot(SVG, text)], text, about=text)
+    entry = ReportEntry(text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text, text, text, SVG)
+    return report_html(text, [entry, ReportEntry(text)], Settings(), about=text)
 
 
 @given(st.text(min_size=1, max_size=60).filter(str.strip))
@@ -79,7 +79,7 @@ def test_everything_that_was_done_is_in_it() -> None:
     entry = ReportEntry(
         "1.2 Rest", "How near?", "Nearer than d_m", True, "Right.", ("d = 167.2 mm",), judgements, 3, True, "I thought so."
     )
-    page = report_html("My report", [entry], Settings(run=given_settings(dm=0.2)), [Plot(SVG, "at the end")], "All in all.")
+    page = report_html("My report", [entry], Settings(run=given_settings(dm=0.2)))
     text = Reader(page).text
     parts = (
         entry.title,
@@ -88,17 +88,14 @@ def test_everything_that_was_done_is_in_it() -> None:
         entry.verdict,
         *entry.outcome,
         entry.words,
-        "at the end",
-        "All in all.",
     )
     more = ("✓ right", "✓ d ≥ 150 mm", "attempts: 3", "✓ passed", "200 mm", "Hold (Fig. 5)", "Made by Duet")
     assert [part for part in (*parts, *more) if part not in text] == []
 
 
 def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
-    empty, entry = report_html("r", [], None, own_words="  \n"), report_html("r", [ReportEntry("only a title")], None)
+    entry = report_html("r", [ReportEntry("only a title")], None)
     assert "<dt>" not in entry and "<table" not in entry and "<figure" not in entry
-    assert "Nothing was answered yet." in empty and 'class="lines"' in empty
     text = report_html("r", [], Settings(run=given_settings(law="potential_field")))
     assert "<td>η</td>" in text and "<td>d<sub>m</sub></td>" not in text
     assert "<td>d<sub>m</sub></td><td>150 mm</td>" in report_html("r", [], Settings())
@@ -106,8 +103,8 @@ def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
 
 def test_formulas_of_the_lesson_may_be_drawn_but_never_those_of_a_student() -> None:
     entry = ReportEntry("t $x$", question="why $x$", words="me $x$")
-    page = report_html("r $x$", [entry], None, own_words="us $x$", rich=lambda text: text.replace("$x$", SVG))
-    assert page.count(SVG) == 1 and "us $x$" in page and "me $x$" in page
+    page = report_html("r $x$", [entry], None, rich=lambda text: text.replace("$x$", SVG))
+    assert page.count(SVG) == 1 and "me $x$" in page
 
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg"'
@@ -122,18 +119,18 @@ HEAD = '<svg xmlns="http://www.w3.org/2000/svg"'
 )
 def test_only_plain_pictures_are_put_in(svg: str) -> None:
     with pytest.raises(ValueError, match="a plot is no"):
-        report_html("r", [], None, [Plot(svg)])
+        report_html("r", [ReportEntry("1", plot=svg)], None)
 
 
 def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
     recorded, _ = piece("hold", 3.0)
-    plots = [Plot(inline_svg(recorded, 3.0, "lambda", "p1"), "The last 3 s"), Plot(inline_svg(recorded, 3.0, "speeds", "p2"))]
+    plots = [inline_svg(recorded, 3.0, "lambda", "p1"), inline_svg(recorded, 3.0, "speeds", "p2"), *[""] * 4]
     entries = [
-        ReportEntry(f"Step {i}", "How near?", "Nearer", i % 2 == 0, "So.", ("d = 167.2 mm",), words="word " * 40)
+        ReportEntry(f"Step {i}", "How near?", "Nearer", i % 2 == 0, "So.", ("d = 167.2 mm",), words="word " * 40, plot=plots[i])
         for i in range(6)
     ]
     path = tmp_path / "report.html"
-    path.write_text(report_html("Lab report", entries, Settings(), plots, "Own words. " * 60, about=NASTY), encoding="utf-8")
+    path.write_text(report_html("Lab report", entries, Settings(), about=NASTY), encoding="utf-8")
     page = page_at(820, 1000)
     page.goto(path.as_uri())
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
@@ -233,7 +230,7 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     run.walk.write("later")
     background.work()
     run.walk.write(before)
-    queue.advance(0.0)
+    queue.player.advance(0.0)
     ((name, content),) = queue.take_files()
     assert name == "duet-lab-report-lesson-1.html" and b"I did not expect" in content and b"later" not in content
 

@@ -41,7 +41,7 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
     operation = opened.host.controls.operation
     assert operation is not None and operation._keep is not None
     bar = operation._keep
-    first.wait_for(lambda _: bar.shelf.replay is not None and not bar.shelf.replay.playing)
+    first.wait_for(lambda _: bar.shelf.player.replay is not None and not bar.shelf.player.replay.playing)
     steps = ask(session, lambda s: s.simulation.steps)
     first.set_value("moment [s]", 0.25)
     for visitor in (first, second):
@@ -70,7 +70,12 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     guest.ask(lambda _: stand.lessons.act(GoTo(0, 1)))
     guest.visitor.wait_for(lambda v: not says_so(v))
     # The next step waits for an answer.
-    assert guest.ask(lambda s: (bar.shelf.watching, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
+    assert guest.ask(lambda s: ("replay" in s.halt, s.paused, s.simulation.steps, stand.lessons.locked)) == (
+        False,
+        True,
+        0,
+        True,
+    )
 
 
 def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None:

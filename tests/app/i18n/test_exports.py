@@ -80,12 +80,12 @@ def test_the_report() -> None:
     set_language("pseudo")
     run = changed(changed(RunSettings(), "law", "barrier_qp"), "scene", "ball")
     entry = ReportEntry("1", "1", "2", False, "4", ("3",), (("5", True),), 2, True, "6", settings=_settings(run))
-    page = report_html("7", [entry], Settings(run=run), (), "", about=tr("Name"))
+    page = report_html("7", [entry], Settings(run=run), about=tr("Name"))
     body = re.sub(r"<style>.*?</style>", "", page[page.index("<body>") :], flags=re.DOTALL)
     assert untranslated(html.unescape(body)) == []
     set_language("de")
-    page = report_html("Bericht", [], None)
-    assert '<html lang="de">' in page and "<h2>Vorhersagen und Ergebnisse</h2>" in page
+    page = report_html("Bericht", [], Settings())
+    assert '<html lang="de">' in page and "<h2>Einstellungen des letzten Laufs</h2>" in page
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)

@@ -19,7 +19,6 @@ from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.law_limits import problem_of
 from app.custom_law.trials import examine_law
 from app.custom_law.wire import Failure, TextParts, decode_reply, encode
-from app.export.jobs import not_again
 from app.hosting.resume import open_link, step_of
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
@@ -29,6 +28,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.recording.outcome import Comparison, Difference
 from app.recording.provenance import unlike
+from app.recording.replay_player import not_again
 from app.recording.run_file import Verdict, _words, load_run, saved_bytes
 from app.session.session import Session
 from app.settings import Settings, from_query

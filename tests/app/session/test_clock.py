@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.session import session as session_module
-from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of
+from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of, next_speed
 from app.session.session import Session
 from app.settings import Settings
 from scenes.targets import Target
@@ -92,7 +92,7 @@ def test_time_goes_at_the_chosen_speed(session: Session, speed: float) -> None:
 )
 def test_slower_and_faster_stop_at_the_ends(session: Session, speed: float, by: int, then: float) -> None:
     session.change("speed", speed)
-    session.change_speed(by)
+    session.change("speed", next_speed(session.settings.page.speed, by))
     assert session.settings.page.speed == then
 
 
