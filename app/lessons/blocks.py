@@ -4,7 +4,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeGuard, TypeVar
 
 from app.lessons.markdown import DataBlock, Fault
 from controllers.errors import BadSetting
@@ -193,7 +193,7 @@ class Table:
         return Table(data, lines, lines[0][0], path)
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[int | float]:
     """Return whether a value of TOML is a number that is not nan."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isnan(value)
 

@@ -77,7 +77,7 @@ class View:
         page = self._page
         gui = host.gui
         self._style = gui.add_html(style_sheet(page.profile))
-        self._readout = Readout(gui, page)
+        self._readout = Readout(gui)
         gui.set_panel_label(scene_label(session.settings.run))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
@@ -92,7 +92,6 @@ class View:
         if isinstance(host, viser.ClientHandle) and canvas_size(host)[1] < LOW_CANVAS:
             self._plots_panel.minimize()
         self._look = page.theme, page.profile
-        self._sheet: tuple[object, ...] = page.profile, False, ""
         self._experiment = experiment_of(session.simulation)
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._configure_theme()
@@ -153,11 +152,8 @@ class View:
         """Draw a frame."""
         page = self._page
         self._simulation = frame.simulation
-        sheet = page.profile, frame.replayed, frame.shown.replayed_file
-        if self._sheet != sheet:
-            self._sheet = sheet
-            replay = replay_style(frame.shown.replayed_file) if frame.replayed else ""
-            self._style.content = self._style_too.content = style_sheet(page.profile) + replay
+        replay = replay_style(frame.shown.replayed_file) if frame.replayed else ""
+        self._style.content = self._style_too.content = style_sheet(page.profile) + replay
         if self._look != (page.theme, page.profile):
             self._change_look()
         experiment = experiment_of(frame.simulation)
@@ -189,7 +185,6 @@ class View:
         self._look = page.theme, page.profile
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots.dress(page)
-        self._readout.dress(page)
         self._configure_theme()
 
 

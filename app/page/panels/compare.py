@@ -17,12 +17,7 @@ from scenes.smoothness import Measured
 
 
 class ComparePanel:
-    """The lower part of the tab on comparisons.
-
-    Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: of the run.
-    """
+    """The lower part of the tab on comparisons."""
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
         self._session = session
@@ -50,7 +45,7 @@ class ComparePanel:
             return
         self._state, self._answers = state, answers
         self._what_if.visible = self._smoothness.visible = visible
-        self._button.show(visible)
+        self._button.show(visible=visible)
         self._what_if.content = f'<div class="duet">{_what_if_block(session)}</div>'
         self._smoothness.content = f'<div class="duet">{_smoothness_block(session)}</div>'
 

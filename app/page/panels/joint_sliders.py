@@ -19,10 +19,6 @@ class JointSliders:
     """One slider a joint of the guided arm, in degrees; in view where a slave follows its joints.
 
     They follow the arm while none is moved; moving one holds the arm at the angles of all of them.
-
-    Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: what is operated.
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:

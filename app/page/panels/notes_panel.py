@@ -21,7 +21,6 @@ class NotesView:
     """The notes to the open lesson, those to the present step first.
 
     Args:
-        gui: the teacher's; the caller has opened the container.
         notes: Markdown by lesson id.
     """
 
@@ -49,7 +48,6 @@ class NotesPanel(NotesView):
     """The notes in a tab of their own, for a teacher with a private session.
 
     Args:
-        gui: the teacher's.
         notes: Markdown by lesson id.
     """
 

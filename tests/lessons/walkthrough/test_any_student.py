@@ -15,9 +15,7 @@ from tests.lessons.walkthrough.conftest import two_lessons
 
 ACTIONS = st.lists(
     st.one_of(
-        st.sampled_from(
-            ["next", "back", "reset", "why", "hint", "observe", "attempt", "run", "reload", "again", "write", "reset_all"]
-        ),
+        st.sampled_from(["next", "back", "reset", "why", "hint", "observe", "attempt", "run", "reload", "again", "write"]),
         st.tuples(st.just("choose"), st.integers(-1, 3)),
         st.tuples(st.just("go"), st.integers(-1, 2), st.integers(-1, 2)),
         st.tuples(st.just("set"), st.sampled_from([("n", 6.0), ("point", "elbow"), ("scene", "solo"), ("law", "unprotected")])),
@@ -51,8 +49,6 @@ class Student:
                 assert walk.view().can_back == walk.back()
             case "reset":
                 walk.reset()
-            case "reset_all":
-                walk.reset_all()
             case "why":
                 walk.show_why()
             case "hint":
