@@ -41,6 +41,7 @@ class Walkthrough:
     Attributes:
         run_id: goes up whenever a fresh run has to begin.
         phase: where in the step.
+        showing: whether the run that shows why the answer is wrong is on.
 
     Raises:
         BadSetting: the book holds no lesson.
@@ -56,7 +57,7 @@ class Walkthrough:
         self._progress = progress or Progress()
         self._at = Bookmark(book)
         self.phase = Phase.DO
-        self._showing = False
+        self.showing = False
         self._kept: dict[str, TargetSource] = dict(kept or {})
         self._watch = RunWatch()
         self._running: tuple[Bookmark, Setup] | None = None
@@ -123,7 +124,7 @@ class Walkthrough:
 
     def next(self) -> bool:
         """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered first."""
-        if self._showing:
+        if self.showing:
             self._end_why()
             return True
         phases, place = self.phases, self.phases.index(self.phase)
@@ -144,7 +145,7 @@ class Walkthrough:
 
     def back(self) -> bool:
         """Go back: to the phase before, or the end of the step before. Returns whether there was something. Nothing is forgotten."""
-        if self._showing:
+        if self.showing:
             self._end_why()
             return True
         before = self._before()
@@ -173,9 +174,9 @@ class Walkthrough:
 
     def show_why(self) -> bool:
         """Begin the run that shows why the answer is wrong. Returns whether there is one."""
-        if self._showing or not has_why(self._place()):
+        if self.showing or not has_why(self._place()):
             return False
-        self._showing = True
+        self.showing = True
         self.run_again()
         return True
 
@@ -197,7 +198,7 @@ class Walkthrough:
     def setup(self) -> Setup:
         """Return the present run."""
         question, choice = self.step.question, self.done.choice
-        if self._showing and question is not None and choice is not None:
+        if self.showing and question is not None and choice is not None:
             return question.choices[choice].why or self.step.setup
         if self.phase is Phase.CHALLENGE and self.step.challenge is not None:
             return self.step.challenge.setup
@@ -246,7 +247,7 @@ class Walkthrough:
         setup = self.setup if self.phase is not Phase.CHALLENGE else self.step.setup
         until = inf if self.yours else setup.seconds
         outcome = observed(self.step, setup, Evidence(simulation, until), simulation.time)
-        if outcome.complete and self._showing:
+        if outcome.complete and self.showing:
             self.done.why = outcome
         elif outcome.complete and self.phase is Phase.DO:
             self.done.outcome = outcome
@@ -310,8 +311,8 @@ class Walkthrough:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
         last = self._at.after() is None
         waits = self.locked and self.done.choice is None
-        can_next = not waits and (self._showing or self.phase is not self.phases[-1] or not last)
-        can_back = self._showing or self._before() is not None or self._at.before() is not None
+        can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
+        can_back = self.showing or self._before() is not None or self._at.before() is not None
         return make_view(self._place(book), self.yours, can_next, can_back)
 
     @property
@@ -342,18 +343,18 @@ class Walkthrough:
 
     def _enter(self, phase: Phase) -> None:
         """Be in a phase of the present step; a run begins where it is another than before."""
-        self.phase, self._showing = phase, False
+        self.phase, self.showing = phase, False
         # Looking back from EXPLAIN to OBSERVE leaves the run alone; the other phases restart it.
         if phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (self._at, self.setup):
             self.run_again()
 
     def _end_why(self) -> None:
-        self._showing = False
+        self.showing = False
         self.run_again()
 
     def _place(self, book: LessonBook | None = None) -> StepPosition:
         at = self.in_book(book)
-        return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self._showing)
+        return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.showing)
 
     def _before(self) -> Phase | None:
         """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""

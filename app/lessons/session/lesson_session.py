@@ -110,7 +110,7 @@ class LessonSession:
             self._own if open_now else settings,
             open_now,
             self.seen,
-            settings if open_now and not self._showing else None,
+            settings if open_now and not self.walk.showing else None,
             dict(self._walk.kept),
             said,
         )
@@ -139,11 +139,6 @@ class LessonSession:
     def said(self) -> list[float | None]:
         """Return the forecasts that the visitor has typed in the present step, as a list to be changed."""
         return self._said.setdefault((self.walk.lesson.id, self.walk.step.id), [])
-
-    @property
-    def _showing(self) -> bool:
-        """Return whether the run that shows why is on."""
-        return self.walk.view().showing
 
     @property
     def seen(self) -> Mapping[tuple[str, str], Recorded]:
@@ -214,7 +209,7 @@ class LessonSession:
     def _fast_forwards(self) -> bool:
         """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
         walk, session = self.walk, self._session
-        to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not self._showing
+        to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not walk.showing
         if (
             not to_measure
             or walk.yours
@@ -288,7 +283,7 @@ class LessonSession:
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation):
             return
-        runs_out = self._showing or walk.phase in (Phase.DO, Phase.CHALLENGE)
+        runs_out = walk.showing or walk.phase in (Phase.DO, Phase.CHALLENGE)
         if not runs_out:
             return
         if not walk.yours:
@@ -296,7 +291,7 @@ class LessonSession:
         if not self._runs.ready:
             return
         self._measured = walk.run_id
-        if walk.phase is not Phase.CHALLENGE or self._showing:
+        if walk.phase is not Phase.CHALLENGE or walk.showing:
             if walk.step.measurements:
                 self._runner.observe(walk)
             elif not walk.yours:

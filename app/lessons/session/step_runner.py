@@ -31,7 +31,7 @@ class StepRunner:
 
     def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
         """Begin the present run. `own_settings`: with the visitor's, not with those of the step."""
-        self._further.prepare(walk.lesson.id, walk.step, walk.setup if walk.view().showing else None)
+        self._further.prepare(walk.lesson.id, walk.step, walk.setup if walk.showing else None)
         if not own_settings:
             self.apply(walk.settings(with_look(Settings(), self._session)))
         begin(self._session, walk)
@@ -44,7 +44,7 @@ class StepRunner:
 
     def observe(self, walk: Walkthrough) -> None:
         """Measure the run, and keep it where it is the one that answers the step's question."""
-        showing, step = walk.view().showing, (walk.lesson.id, walk.step.id)
+        showing, step = walk.showing, (walk.lesson.id, walk.step.id)
         if walk.observe(self._session.simulation).complete and not showing and self._session.custom_law is None:
             recorded = self._session.recorded(LONGEST)
             if recorded is not None:

@@ -53,16 +53,13 @@ class ComparePanel:
 def _what_if_block(session: Session) -> str:
     if not session.settings.page.what_if:
         return ""
-    answer = session.what_if
-    if answer is None:
-        measuring = session.smoothness is not None and not session.smoothness.finished
-        waiting = (
-            tr("Computing …")
-            if session.computing and not measuring
-            else tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
-        )
-        return f'<p class="duet-tip">{waiting} {tr(session.study_message)}</p>'
-    return what_if_html(answer)
+    if session.what_if is not None:
+        return what_if_html(session.what_if)
+    measuring = session.smoothness is not None and not session.smoothness.finished
+    waiting = tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
+    if session.computing and not measuring:
+        waiting = tr("Computing …")
+    return f'<p class="duet-tip">{waiting} {tr(session.study_message)}</p>'
 
 
 def _smoothness_block(session: Session) -> str:
