@@ -105,7 +105,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         outcome=view.outcome,
         judgements=tuple((j.text, j.passed) for j in attempt.judgements) if attempt is not None else (),
         attempts=view.attempts,
-        passed=view.passed if view.step.challenge else None,
+        passed=view.passed if view.challenge else None,
         words=progress.words,
         chapter=tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
         settings=_settings(run) if run is not None else "",

@@ -18,11 +18,61 @@ _AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALL
 
 
 @dataclass(frozen=True)
+class StepView:
+    """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in.
+
+    Attributes:
+        lesson, step: which.
+        index, count: of the step, from 0, and how many the lesson has.
+        phase, phases: where, and which the step has.
+        texts: (phase or "goal", text), those that may be seen by now, in order.
+        choices: the answers; empty where nothing is asked.
+        chosen: index of the answer given.
+        locked: whether Run is locked, because no answer is chosen yet.
+        verdict: what is said to the answer, once the outcome is known.
+        outcome: lines with what was measured.
+        why_outcome: lines with what was measured in the run that shows why the answer is wrong.
+        why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
+        challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
+        forecasts: what the student has to say beforehand, one line each.
+        hints: those that are open; `more_hints` if there are others.
+        yours: whether the student moves.
+        can_next, can_back: whether there is something in that direction.
+    """
+
+    lesson: Lesson
+    step: Step
+    index: int
+    count: int
+    phase: Phase
+    phases: tuple[Phase, ...]
+    texts: tuple[tuple[str, str], ...]
+    choices: tuple[str, ...]
+    chosen: int | None
+    locked: bool
+    verdict: AnswerVerdict | None
+    outcome: tuple[str, ...]
+    why_outcome: tuple[str, ...]
+    why: bool
+    showing: bool
+    challenge: bool
+    attempts: int
+    passed: bool
+    attempt: Attempt | None
+    forecasts: tuple[str, ...]
+    hints: tuple[str, ...]
+    more_hints: bool
+    yours: bool
+    can_next: bool
+    can_back: bool
+
+
+@dataclass(frozen=True)
 class StepPosition:
     """Where a student is.
 
     Attributes:
-        lesson, step, index: which, and the step's place in the lesson, from 0.
+        lesson, step, index: which, and the step's place in the lesson.
         phase: where in the step.
         done: what was done there.
         showing: whether the run that shows why is on.
@@ -34,49 +84,6 @@ class StepPosition:
     phase: Phase
     done: StepProgress
     showing: bool
-
-
-@dataclass(frozen=True)
-class StepView(StepPosition):
-    """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in.
-
-    Attributes:
-        count: how many steps the lesson has.
-        phases: which the step has.
-        texts: (phase or "goal", text), those that may be seen by now, in order.
-        choices: the answers; empty where nothing is asked.
-        chosen: index of the answer given.
-        locked: whether Run is locked, because no answer is chosen yet.
-        verdict: what is said to the answer, once the outcome is known.
-        outcome: lines with what was measured.
-        why_outcome: lines with what was measured in the run that shows why the answer is wrong.
-        why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
-        attempts, passed, attempt: at the challenge: how many, whether one passed, and the newest.
-        forecasts: what the student has to say beforehand, one line each.
-        hints: those that are open; `more_hints` if there are others.
-        yours: whether the student moves.
-        can_next, can_back: whether there is something in that direction.
-    """
-
-    count: int
-    phases: tuple[Phase, ...]
-    texts: tuple[tuple[str, str], ...]
-    choices: tuple[str, ...]
-    chosen: int | None
-    locked: bool
-    verdict: AnswerVerdict | None
-    outcome: tuple[str, ...]
-    why_outcome: tuple[str, ...]
-    why: bool
-    attempts: int
-    passed: bool
-    attempt: Attempt | None
-    forecasts: tuple[str, ...]
-    hints: tuple[str, ...]
-    more_hints: bool
-    yours: bool
-    can_next: bool
-    can_back: bool
 
 
 def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> StepView:
@@ -94,8 +101,11 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
     outcome = done.outcome if knows_outcome(at.phase) else None
     texts = [("goal", step.goal), *((phase.value, by_phase[phase]) for phase in reached if by_phase[phase])]
     return StepView(
-        **vars(at),
+        lesson=at.lesson,
+        step=step,
+        index=at.index,
         count=len(at.lesson.steps),
+        phase=at.phase,
         phases=phases,
         texts=tuple((name, fill(step, text, outcome if name in _AFTER else None, language)) for name, text in texts),
         choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
@@ -105,6 +115,8 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         outcome=outcome.lines(step, language) if outcome else (),
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
         why=has_why(at),
+        showing=at.showing,
+        challenge=challenge is not None,
         attempts=done.attempts,
         passed=done.passed,
         attempt=done.last,
