@@ -106,7 +106,7 @@ class TeacherPanel:
             return
         self._shown, self._free = shown, room.free
         self._heads.content = heads_html(room)
-        self._mode.mark(1 if room.free else 0)
+        self._mode.show(1 if room.free else 0)
         # Before the reveal only the teacher sees the tally; afterwards it is on the stage, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._reveal.visible = poll is not None and not poll.revealed

@@ -34,7 +34,7 @@ def fresh(scene: str, **changes: object) -> Simulation:
 
 def wishes(simulation: Simulation, name: str, times: list[float], **given: Any) -> list[Array]:
     """Where a script wants hand or ball at some times."""
-    person = script(name, checked_script(name, given, simulation.settings.scene)).person(simulation)
+    person = script(name, checked_script(name, given, simulation.settings.scene), simulation)
     targets = [person.target(time) for time in times]
     return [target.position for target in targets if isinstance(target, (HandTarget, BallTarget))]
 
@@ -48,7 +48,7 @@ def test_every_script_is_smooth_enough_the_same_every_time_and_moves_something(n
         paths = []
         for _ in range(2):
             simulation = fresh(scene)
-            person = script(name, checked_script(name, given, scene)).person(simulation)
+            person = script(name, checked_script(name, given, scene), simulation)
             row = []
             for time in times:
                 target = person.target(time)

@@ -19,29 +19,8 @@ RADIUS: Final = {"elbow": 0.044, "wrist": 0.034}
 """Of the handles [m]."""
 
 
-class FigurePerson:
-    """Stands in for the built-in person: the figure, as it was pulled.
-
-    Args:
-        figure: the figure of the handles.
-    """
-
-    def __init__(self, figure: Figure) -> None:
-        self.figure = figure
-
-    def target(self, time: float) -> AnglesTarget:
-        """Return how the figure's arms are, at any time."""
-        return AnglesTarget(self.figure.angles(time))
-
-
 class FigureHandles:
-    """The figure stays as it was pulled.
-
-    Args:
-        scene: of the client that has the controls.
-        session: of an imitation.
-        post: has an action done on the session's thread.
-    """
+    """Stands in for the built-in person: the figure stays as it was pulled."""
 
     def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
         self._session = session
@@ -49,8 +28,7 @@ class FigureHandles:
         # It begins as the person stood who was imitated before.
         seen = present.angles if isinstance(present, AnglesTarget) else None
         self._figure = figure = Figure() if seen is None else Figure(start=seen)
-        self._person = FigurePerson(figure)
-        session.set_source(self._person)
+        session.set_source(self)
         drags = {"elbow": figure.drag_elbow, "wrist": figure.drag_wrist}
         self._grips: dict[tuple[ArmName, str], Grip] = {
             (side, joint): Grip(
@@ -77,9 +55,13 @@ class FigureHandles:
             drag(side, on_person(place))
             if not self._session.settings.page.autopilot:
                 # Dragging the figure makes it the source again.
-                self._session.set_source(self._person)
+                self._session.set_source(self)
 
         return pulled
+
+    def target(self, time: float) -> AnglesTarget:
+        """Return how the figure's arms are, at any time."""
+        return AnglesTarget(self._figure.angles(time))
 
     def show(self) -> None:
         """Put the handles where wrists and elbows are."""

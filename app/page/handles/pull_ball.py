@@ -14,7 +14,6 @@ class Grip:
     """Stays where it is put; the page draws an arrow from where it was taken to the mouse.
 
     Args:
-        scene: of the client that has the controls.
         name: of the node.
         radius: [m].
         color, opacity: how it looks.
@@ -73,10 +72,6 @@ class Grip:
     def put(self, place: Array) -> None:
         """Move it to a place (3,) [m]."""
         put(self._ball, place)
-
-    def paint(self, color: tuple[int, int, int]) -> None:
-        """Give it another colour."""
-        self._ball.color = color
 
     def remove(self) -> None:
         """Take it out of the scene."""

@@ -17,12 +17,7 @@ from scenes.smoothness import Measured
 
 
 class ComparePanel:
-    """The lower part of the tab on comparisons.
-
-    Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: of the run.
-    """
+    """The lower part of the tab on comparisons."""
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
         self._session = session
@@ -50,7 +45,7 @@ class ComparePanel:
             return
         self._state, self._answers = state, answers
         self._what_if.visible = self._smoothness.visible = visible
-        self._button.show(visible)
+        self._button.show(visible=visible)
         self._what_if.content = f'<div class="duet">{_what_if_block(session)}</div>'
         self._smoothness.content = f'<div class="duet">{_smoothness_block(session)}</div>'
 
@@ -58,16 +53,13 @@ class ComparePanel:
 def _what_if_block(session: Session) -> str:
     if not session.settings.page.what_if:
         return ""
-    answer = session.what_if
-    if answer is None:
-        measuring = session.studies.smoothness is not None and not session.studies.smoothness.finished
-        waiting = (
-            tr("Computing …")
-            if session.studies.busy and not measuring
-            else tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
-        )
-        return f'<p class="duet-tip">{waiting} {tr(session.studies.message)}</p>'
-    return what_if_html(answer)
+    if session.what_if is not None:
+        return what_if_html(session.what_if)
+    measuring = session.studies.smoothness is not None and not session.studies.smoothness.finished
+    waiting = tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
+    if session.studies.busy and not measuring:
+        waiting = tr("Computing …")
+    return f'<p class="duet-tip">{waiting} {tr(session.studies.message)}</p>'
 
 
 def _smoothness_block(session: Session) -> str:

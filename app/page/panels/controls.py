@@ -58,8 +58,6 @@ class Controls:
     """All controls of one session.
 
     Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: what is operated.
         post: has an action done on the session's thread.
         notify: shows a message to the visitor.
     """
@@ -104,7 +102,7 @@ class Controls:
             gui,
             "clock",
             ("Pause", "Step", "Reset"),
-            "Space pauses and goes on, . makes one step, R starts anew.",
+            "Space pauses and goes on, . makes one step, R restarts the run.",
             lambda i: self._post(actions[i]),
         )
         labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
@@ -155,7 +153,7 @@ class Controls:
 
     def show(self, frame: Frame) -> None:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
-        self._clock.mark(0 if frame.pace.paused else -1)
+        self._clock.show(0 if frame.pace.paused else -1)
         settings = self._session.settings
         self._sources.show(frame)
         self._joints.show(frame)
@@ -164,7 +162,7 @@ class Controls:
             return
         self._settings = settings
         present = values(settings)
-        self._speed.mark(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
+        self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
         for key, handle in self._handles.items():
             handle.visible = matters(key, settings)
             if key in self._shown and self._shown[key] == present[key]:

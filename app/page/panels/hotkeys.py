@@ -1,5 +1,6 @@
 """The hotkeys: one table of key bindings, help, and entries of the command palette."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Generic, TypeVar
 
@@ -59,13 +60,29 @@ class Hotkey(Generic[AnyAction]):
         text = tr(self.text)
         return text[:1].upper() + text[1:]
 
+    def add_to(self, gui: viser.GuiApi, act: Callable[[AnyAction], None]) -> viser.CommandHandle:
+        """Add its command to a page. `act`: called with the action when the key is pressed, on the network's thread."""
+        command = gui.add_command(
+            self.title,
+            description=tr("Key: {key}", key=self.shown) if self.relayed else None,
+            hotkey=self.key,
+            modifier=self.modifier,
+            icon=self.icon,
+        )
+
+        @command.on_trigger
+        async def _(_: viser.CommandEvent) -> None:
+            act(self.action)
+
+        return command
+
 
 HOTKEYS: Final[tuple[Hotkey[Action], ...]] = (
     Hotkey("pause", Pause(), "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
     Hotkey("step", SingleStep(), ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD),
     Hotkey("slower", ChangeSpeed(-1), "[", "slower", "2", relayed="[", icon=viser.Icon.PLAYER_TRACK_PREV),
     Hotkey("faster", ChangeSpeed(1), "]", "faster", "3", relayed="]", icon=viser.Icon.PLAYER_TRACK_NEXT),
-    Hotkey("reset", Reset(), "R", "start anew", "R", icon=viser.Icon.REFRESH),
+    Hotkey("reset", Reset(), "R", "restart the run", "R", icon=viser.Icon.REFRESH),
     # viser moves its camera by W, A, S and D.
     Hotkey("autopilot", Toggle("autopilot"), "A", "autopilot on or off", "8", relayed="a", icon=viser.Icon.ROBOT),
     Hotkey("left", Nudge(right=-1), "←", "hand or ball 2 cm to the left", "4", relayed="ArrowLeft", icon=viser.Icon.ARROW_LEFT),

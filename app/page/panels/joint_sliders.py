@@ -21,11 +21,6 @@ class JointSliders:
     """One slider a joint of the guided arm, in degrees; in view where a slave follows its joints.
 
     They follow the arm while none is moved; moving one holds the arm at the angles of all of them.
-
-    Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: what is operated.
-        post: has an action done on the session's thread.
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session, post: Callable[[Action], None]) -> None:
@@ -43,19 +38,12 @@ class JointSliders:
         arm, model = simulation.guided, simulation.room.model
         low, high = np.degrees(model.lowerPositionLimit[arm.joints]), np.degrees(model.upperPositionLimit[arm.joints])
         present = np.degrees(simulation.positions[arm.joints])
-        with self._container:
-            self._sliders = [
-                self._gui.add_slider(
-                    tr(label),
-                    math.floor(a),
-                    math.ceil(b),
-                    0.5,
-                    float(round(2.0 * q) / 2.0),
-                    hint=tr("joint {number}", number=i + 1),
-                )
-                for i, (label, a, b, q) in enumerate(zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True))
-            ]
-        for i, slider in enumerate(self._sliders):
+        self._sliders = []
+        for i, (label, a, b, q) in enumerate(zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True)):
+            with self._container:
+                hint = tr("joint {number}", number=i + 1)
+                slider = self._gui.add_slider(tr(label), math.floor(a), math.ceil(b), 0.5, round(2.0 * q) / 2.0, hint=hint)
+            self._sliders.append(slider)
             self._listen(i, slider)
 
     def _listen(self, joint: int, slider: viser.GuiSliderHandle[float]) -> None:

@@ -15,7 +15,6 @@ from app.session.frame import Frame
 from app.session.relevant_settings import both_avoid
 from app.session.shown import Shown
 from app.session.student_law import LawStatus
-from app.settings import PageSettings, Theme
 from app.text.equations import equation_html
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
@@ -62,27 +61,18 @@ class Tile(NamedTuple):
 
 
 class Readout:
-    """Tip, status, tiles, equation and budget, one block each.
+    """Tip, status, tiles, equation and budget, one block each."""
 
-    Args:
-        gui: of the reader; the caller has opened the container.
-        page: how it looks.
-    """
-
-    def __init__(self, gui: viser.GuiApi, page: PageSettings) -> None:
+    def __init__(self, gui: viser.GuiApi) -> None:
         self._tip, self._status, self._tiles, self._equation, self._live = (gui.add_html("") for _ in range(5))
-        self._theme: Theme = page.theme
         self._next = 0.0
-
-    def dress(self, page: PageSettings) -> None:
-        """Take on a theme at the next refresh."""
-        self._theme = page.theme
+        self._shown: tuple[object, ...] = ()
 
     def show(self, frame: Frame) -> None:
-        """Refresh every `PERIOD` while the run goes on, and at once while it rests."""
-        if frame.now < self._next and frame.moved:
+        """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests."""
+        if frame.state == self._shown or (frame.now < self._next and not frame.pace.paused):
             return
-        self._next = frame.now + PERIOD
+        self._shown, self._next = frame.state, frame.now + PERIOD
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
         self._tip.content = f'<div class="duet duet-tip">{tip_html(shown)}</div>'
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample) + custom_law_html(shown.student_law)
@@ -92,7 +82,7 @@ class Readout:
             law = f'<div class="duet-eq">q̇ = law(situation)</div>{escape(shown.student_law.file)}'
             self._equation.content = f'<div class="duet">{law}</div>'
             return
-        self._equation.content = f'<div class="duet">{equation_html(frame.settings.run, self._theme)}</div>'
+        self._equation.content = f'<div class="duet">{equation_html(frame.settings.run)}</div>'
         self._live.content = f'<div class="duet">{live_html(simulation, sample, frame.contact)}</div>'
 
 

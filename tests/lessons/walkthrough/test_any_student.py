@@ -13,7 +13,7 @@ from scenes.settings import changed
 from scenes.simulation import Simulation
 from tests.lessons.walkthrough.conftest import two_lessons
 
-SIMPLE = ("next", "back", "reset", "reset_all", "show_why", "hint", "run_again", "observe", "attempt", "run", "reload", "write")
+SIMPLE = ("next", "back", "reset", "show_why", "hint", "run_again", "observe", "attempt", "run", "reload", "write")
 ACTIONS = st.lists(
     st.one_of(
         st.sampled_from(SIMPLE),
@@ -48,7 +48,7 @@ class Student:
                 assert walk.view().can_next == walk.next()
             case "back":
                 assert walk.view().can_back == walk.back()
-            case "reset" | "reset_all" | "show_why" | "hint" | "run_again":
+            case "reset" | "show_why" | "hint" | "run_again":
                 getattr(walk, action)()
             case "observe":
                 walk.observe(simulation)
