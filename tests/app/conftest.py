@@ -1,7 +1,5 @@
 """Apps and visitors that are closed at the end, and a way to ask a session something between two frames."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """A job pool that computes in this process, when `work` is called."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from typing import Any

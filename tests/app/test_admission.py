@@ -1,7 +1,5 @@
 """New pages are built one at a time and piece by piece, and what a tab asked for goes with it. Every frame is made by hand here."""
 
-from __future__ import annotations
-
 import itertools
 import threading
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The command line: what it prints, what it writes, and how it says no."""
 
-from __future__ import annotations
-
 import json
 import os
 import socket
@@ -67,9 +65,6 @@ def read(path: Path) -> tuple[dict[str, str], list[str], list[dict[str, str]]]:
     header = lines[len(top)].split(",")
     rows = [dict(zip(header, line.split(","), strict=True)) for line in lines[len(top) + 1 :]]
     return dict(cast(tuple[str, str], tuple(line[2:].split(" = ", 1))) for line in top), header, rows
-
-
-# --- run -----------------------------------------------------------------------------------------------------------------------
 
 
 def test_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -197,9 +192,6 @@ def test_a_folder_is_neither_input_nor_output(capsys: pytest.CaptureFixture[str]
     assert "cannot be written" in refused(capsys, "run", *SHORT, "--csv", str(tmp_path))
 
 
-# --- serve ---------------------------------------------------------------------------------------------------------------------
-
-
 def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as holder:
         port = holder.getsockname()[1]
@@ -245,8 +237,6 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     assert main(["serve", "--port", "0", "--no-open"]) == INTERRUPTED
     assert len(opened) == 3
 
-
-# --- help, and one tree for all --------------------------------------------------------------------------------------------------
 
 SERVE = ["--host", "--port", "--no-open", "--sessions", "--watchers", "--lecture", "--key", "--allow-origin", "--theme", "--dm"]
 RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]

@@ -1,7 +1,5 @@
 """Controls: what matters is in view, what is hidden has no effect, and the picker changes the experiment."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from types import SimpleNamespace
@@ -45,9 +43,6 @@ def another(key: str, present: Any) -> Any:
     if isinstance(present, bool):
         return not present
     return spec.low if present != spec.low else spec.high
-
-
-# --- what matters ------------------------------------------------------------------------------------------------------------------
 
 
 def test_every_setting_has_one_place() -> None:
@@ -129,9 +124,6 @@ def test_what_the_issue_names() -> None:
     assert "clip" not in shown("imitation", "smooth_priority", source="figure")
 
 
-# --- on the page -------------------------------------------------------------------------------------------------------------------
-
-
 def visible(guest: Guest) -> set[str]:
     """The settings whose controls can be seen, by key."""
     found = set[str]()
@@ -174,9 +166,6 @@ def test_the_picker_stands_above_the_numbers(house: OpenHouse, arrive: Arrive) -
     orders = [one.visitor.mirror.labelled(SPECS[key].label)["order"] for key in PICKER]
     assert orders == sorted(orders)
     assert all(element["order"] > orders[-1] for element in elements if 'class="duet duet-t' in str(element.get("content", "")))
-
-
-# --- what was computed beside the run ------------------------------------------------------------------------------------------------
 
 
 def text(html: str) -> str:

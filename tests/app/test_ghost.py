@@ -1,7 +1,5 @@
 """The ghost: a second run under the very same hand, which the first one does not notice."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args
@@ -50,9 +48,6 @@ def the_ghost(session: Session) -> Simulation:
     """The ghost, which is there."""
     assert session.ghost is not None
     return session.ghost
-
-
-# --- the run itself does not notice --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -129,9 +124,6 @@ def test_whatever_is_done_the_run_does_not_notice(actions: list[tuple[Any, Any]]
             assert ghost.room is haunted.simulation.room and np.isfinite(ghost.positions).all()
     assert table(alone.simulation).tobytes() == table(haunted.simulation).tobytes()
     assert replace(haunted.settings, page=alone.settings.page) == alone.settings
-
-
-# --- what it does --------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scene", SCENES)

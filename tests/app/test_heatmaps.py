@@ -1,7 +1,5 @@
 """The maps of a sweep: what they show, where its lines are, and that they are the same each time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The lessons on the page, on the server's side: links, choices, runs, verdicts, challenges, and that nothing is stuck or lost."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -103,9 +101,6 @@ def to_challenge(session: Session, run: LessonSession) -> None:
         run.act(GoOn())
         session.advance(0.0)
         run.decide()
-
-
-# ---- a session without a page ---------------------------------------------------------------------------------------------------
 
 
 def test_a_run_is_locked_until_an_answer_is_chosen() -> None:
@@ -284,9 +279,6 @@ def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
     assert again.said == []
 
 
-# ---- texts ----------------------------------------------------------------------------------------------------------------------
-
-
 def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:
     made = lesson_html("a <script>alert(1)</script> *b <i>c</i>* `<d>` $x<y$\n\n- <e>\n\n![<f>](g.svg)", Path("/nowhere"))
     for bad in ("<script", "<i>", "<d>", "<e>", "<f>"):
@@ -373,9 +365,6 @@ def test_a_number_is_read_as_a_person_types_it(text: str, number: float | None) 
 def test_keys_are_told_once() -> None:
     keys = [(h.key, h.modifier) for h in (*HOTKEYS, *LESSON_KEYS)]
     assert len(set(keys)) == len(keys) and len({h.text for h in (*HOTKEYS, *LESSON_KEYS)}) == len(keys)
-
-
-# ---- the page -------------------------------------------------------------------------------------------------------------------
 
 
 def test_without_a_link_the_page_is_as_ever(house: OpenHouse, arrive: Arrive) -> None:

@@ -1,7 +1,5 @@
 """Nothing that a student does leaves a lesson stuck: odd actions in any order, and then the way out and the way on."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import random

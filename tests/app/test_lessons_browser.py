@@ -1,7 +1,5 @@
 """Lessons in a real browser: steps of every kind, by clicks or by keys; `python -m tests.tools.walk_lessons` walks all of them."""
 
-from __future__ import annotations
-
 import pytest
 
 from app.hosting.private_host import PrivateHost

@@ -1,7 +1,5 @@
 """A few seconds with a visitor who does anything at all; `python -m tests.tools.monkey --seeds 1 2 3 4 5 --seconds 60` takes its time."""
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np

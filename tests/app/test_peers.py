@@ -1,7 +1,5 @@
 """`lwr-duet bench --peers`: all methods have the same experiment, and engines that disagree are refused."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 from dataclasses import replace

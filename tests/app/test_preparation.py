@@ -1,7 +1,5 @@
 """What is slow the first time is ready before anybody asks; what has to be built is built in another process."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import get_args, get_type_hints

@@ -1,7 +1,5 @@
 """Numbers and words: what they say is what the simulation does, in every experiment and under every law."""
 
-from __future__ import annotations
-
 import math
 import re
 import xml.etree.ElementTree as ET
@@ -133,9 +131,6 @@ def test_the_arm_alone_says_what_k_dt_does(query: str, words: str) -> None:
     assert ("class=bad" in tiles_html(simulation, sample)) == unstable
 
 
-# --- tiles -----------------------------------------------------------------------------------------------------------------------
-
-
 def tile_values(html: str) -> list[str]:
     """The large numbers."""
     return [text(part).replace("−", "-") for part in re.findall(r"<b class=\"\w+\">(.*?)</b>", html)]
@@ -193,9 +188,6 @@ def test_below_the_critical_distance_a_tile_turns_red() -> None:
     sample = simulation.sample()
     assert sample.distance < 0.29
     assert tiles_html(simulation, sample).count("class=bad") == 1 and "&lt; d<sub>m</sub>" in tiles_html(simulation, sample)
-
-
-# --- words -----------------------------------------------------------------------------------------------------------------------
 
 
 def test_every_reason_for_missing_authority_of_either_arm_is_named() -> None:
@@ -267,9 +259,6 @@ def test_an_equation_and_a_source_of_every_law(law: LawName) -> None:
     assert equation_of(settings(f"law={law}&scene=solo").run).source == "(4)–(8)"
 
 
-# --- section III -----------------------------------------------------------------------------------------------------------------
-
-
 def test_section_three_speaks_of_its_custom_law_only() -> None:
     for law in LAWS:
         simulation = played(f"scene=hold&law={law}")
@@ -315,8 +304,6 @@ def test_the_numbers_leave_the_run_alone() -> None:
             tiles_html(watched, sample)
     assert watched.history.table().tobytes() == alone.history.table().tobytes()
 
-
-# --- the elbow's angle -------------------------------------------------------------------------------------------------------------
 
 ANGLES = st.lists(st.floats(-1.2, 1.2), min_size=7, max_size=7)
 

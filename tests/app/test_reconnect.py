@@ -1,7 +1,5 @@
 """Connections that break: whoever comes back finds everything as it was, and nobody else notices."""
 
-from __future__ import annotations
-
 import gc
 import logging
 import os

@@ -1,7 +1,5 @@
 """Every scene in a real browser: seen at first sight, taken hold of with a real mouse, and the simulation follows."""
 
-from __future__ import annotations
-
 from typing import get_args
 
 import numpy as np

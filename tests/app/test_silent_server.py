@@ -1,7 +1,5 @@
 """A server that hangs is noticed on the page, in the visitor's language; one that is merely quiet is not taken for one that hangs."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

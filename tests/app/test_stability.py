@@ -1,7 +1,5 @@
 """The section on stability: what it says in every case."""
 
-from __future__ import annotations
-
 import math
 import re
 from html.parser import HTMLParser
@@ -51,9 +49,6 @@ class Reader(HTMLParser):
     def handle_data(self, data: str) -> None:
         """Gather the text."""
         self.text += data
-
-
-# --- words ---------------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -113,9 +108,6 @@ def test_the_ranks(analysis: Analysis, says: str) -> None:
     assert Reader(ranks_text(analysis)).text == says
 
 
-# --- numbers -------------------------------------------------------------------------------------------------------------------
-
-
 def test_the_numbers_are_there() -> None:
     """Every number of section III stands in the panel, as the analysis has it; W only where there is one."""
     a = at(BETWEEN, lam=0.5)
@@ -136,8 +128,7 @@ def test_v_that_rises_says_so() -> None:
 
 
 @pytest.mark.parametrize(
-    ("distance", "row", "says"),
-    [(0.2, ALONG, "W0."), (0.15, ALONG, "W∞: d ≤ dm"), (0.2, 0.1 * ALONG, "Wnot defined: no lever")],
+    ("distance", "row", "says"), [(0.2, ALONG, "W0."), (0.15, ALONG, "W∞: d ≤ dm"), (0.2, 0.1 * ALONG, "Wnot defined: no lever")]
 )
 def test_the_barrier_function(distance: float, row: Array, says: str) -> None:
     W = barrier(np.full(4, 0.1), 2.0, row, distance, 0.15, 2.0, 0.3)
@@ -169,6 +160,3 @@ def test_a_rounded_zero_has_no_sign() -> None:
     one, other = (stability_html(at(ALONG), 0.1, 0.0, 0.01, rate, x) for rate, x in ((1e-9, 1e-9), (-1e-9, -1e-9)))
     assert one == other
     assert "−0.00000" not in one and "+0.00000" not in one
-
-
-# --- the panel -----------------------------------------------------------------------------------------------------------------

@@ -1,7 +1,5 @@
 """What a session has computed beside its run: asked when a slider rests, answered once, dropped when it is about another run."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -53,9 +51,6 @@ def rest_at(session: Session, key: str, value: Any) -> None:
     session.change(key, value)
     session.advance(REST)
     session.advance(0.0)
-
-
-# --- what if -------------------------------------------------------------------------------------------------------------------
 
 
 def test_the_answer_comes_when_the_slider_rests(desk: Inline) -> None:
@@ -216,9 +211,6 @@ def test_the_run_does_not_notice(desk: Inline) -> None:
     assert asking.simulation.history.table().tobytes() == alone.simulation.history.table().tobytes()
 
 
-# --- smoothness ----------------------------------------------------------------------------------------------------------------
-
-
 def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
     session = running(desk, 4.5, ghost="strict_switched")
     for _ in range(10):
@@ -275,9 +267,6 @@ def test_without_a_background_nothing_is_computed() -> None:
     session.advance(1.0)
     session.close()
     assert session.what_if is None and session.smoothness is None and not session.computing and session.study_message == ""
-
-
-# --- with real processes -------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,5 @@
 """`lwr-duet sweep`: what it writes, how it goes on after an interruption, and how it says no."""
 
-from __future__ import annotations
-
 import os
 import select
 import signal

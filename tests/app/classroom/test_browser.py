@@ -1,7 +1,5 @@
 """A teacher and two students in a real browser: answers by key and by click, the reveal, and out to explore and back, twice."""
 
-from __future__ import annotations
-
 import numpy as np
 from playwright.sync_api import Page
 

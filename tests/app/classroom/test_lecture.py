@@ -1,7 +1,5 @@
 """The class on the wire: a teacher and students who speak viser's protocol, together in one lecture."""
 
-from __future__ import annotations
-
 import html
 import urllib.error
 import urllib.request
@@ -148,9 +146,6 @@ def explores(host: LectureHost, visitor: BlockingClient) -> int:
     return number
 
 
-# ---- the notes ------------------------------------------------------------------------------------------------------------------
-
-
 def secrets_of(lesson: str) -> list[str]:
     """Words that stand in the notes to a lesson and in nothing that students read."""
     lines = [line.strip() for line in NOTES[lesson].splitlines() if len(line.split()) > 5]
@@ -190,9 +185,6 @@ def test_alone_the_key_opens_the_notes_and_another_one_says_so(house: OpenHouse,
     for visitor in (student, mistaken):
         assert "Usually believed" not in everything(visitor)
     assert "not the teacher" not in everything(student) and "not the teacher" not in everything(teacher)
-
-
-# ---- the question ---------------------------------------------------------------------------------------------------------------
 
 
 def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> None:
@@ -264,9 +256,6 @@ def test_a_student_operates_nothing_but_their_own_answer(house: OpenHouse, come:
     sees(teacher, "1 answered · 1 not yet")
     after = ask(host.session, lambda s: (s.settings, host.room.free, host.room.paused, host.lessons.walk.to_json()))
     assert after == before and host.room.ballots.answers_of(f"{b'ann'.hex():0<32}") == {}
-
-
-# ---- follow me, or explore --------------------------------------------------------------------------------------------------------
 
 
 def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, come: Come) -> None:
@@ -366,9 +355,6 @@ def test_places_are_few_and_a_student_without_one_reads_so(house: OpenHouse, com
     sees(ann, "this is your own session")
 
 
-# ---- the way in -----------------------------------------------------------------------------------------------------------------
-
-
 def test_every_button_of_the_teacher_has_a_key_and_the_address_is_on_every_screen_until_it_is_hidden(
     house: OpenHouse, come: Come
 ) -> None:
@@ -390,10 +376,7 @@ def test_every_button_of_the_teacher_has_a_key_and_the_address_is_on_every_scree
     ann.wait_for(lambda _: "Join the class" not in shown(ann), WAIT)
     # There is nothing to reveal yet; what comes after it is done after it.
     press("reveal")
-    for action, text in (
-        ("pause", "The teacher has paused everybody."),
-        ("pause", "You follow the teacher"),
-    ):
+    for action, text in (("pause", "The teacher has paused everybody."), ("pause", "You follow the teacher")):
         press(action)
         sees(ann, text)
     command(ann, "Answer 1")

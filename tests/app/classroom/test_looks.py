@@ -1,7 +1,5 @@
 """Every tab of a lecture has its own theme, profile, picture and language, and sees the same run."""
 
-from __future__ import annotations
-
 import html
 
 from app.bench.blocking_client import BlockingClient

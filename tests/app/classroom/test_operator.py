@@ -1,7 +1,5 @@
 """A lecture: all see the same, and one tab has the controls."""
 
-from __future__ import annotations
-
 from urllib.parse import quote
 
 import numpy as np

@@ -3,8 +3,6 @@
 Nothing waits for a time: `until` looks again after every drawn frame, and gives up after a while.
 """
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -4,8 +4,6 @@ Every "nothing happens" of the tests is followed, on the same connection, by som
 so by then the others have been dealt with; `roundtrip` is that.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

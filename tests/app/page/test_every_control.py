@@ -1,7 +1,5 @@
 """Every control changes one setting of one visitor, and no value from outside gets in."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

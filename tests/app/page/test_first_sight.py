@@ -1,7 +1,5 @@
 """The first sight of a page, in windows of several sizes: nothing is cut off and nothing covers the arms."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.app.conftest import OpenHouse, ask

@@ -1,7 +1,5 @@
 """The handles of hand and elbow: dragged, turned, put into odd poses, and left alone in mid-drag."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

@@ -1,7 +1,5 @@
 """Every hotkey does what the table of keys says."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

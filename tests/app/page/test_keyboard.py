@@ -1,7 +1,5 @@
 """Every key in a real browser: on the canvas it does what the table says, in an input it is a letter."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a link says is the start; what it says badly is named, and never more than text."""
 
-from __future__ import annotations
-
 import html
 from urllib.parse import quote
 

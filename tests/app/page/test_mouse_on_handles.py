@@ -1,7 +1,5 @@
 """The handles of hand and elbow under a real mouse."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from app.page.handles.gizmos import swivel_frame

@@ -1,7 +1,5 @@
 """The page's scripts: what they are given reaches them safely, and a linter reads them."""
 
-from __future__ import annotations
-
 import platform
 import shutil
 import subprocess

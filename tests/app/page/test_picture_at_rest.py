@@ -1,7 +1,5 @@
 """Tabs and plots in a real browser, and a picture that is drawn for a change alone."""
 
-from __future__ import annotations
-
 from app.page.panels.choice_buttons import MARK
 from app.page.panels.hotkeys import HOTKEYS
 from tests.app.conftest import OpenHouse, ask

@@ -1,7 +1,5 @@
 """Two tabs of a real browser have private sessions."""
 
-from __future__ import annotations
-
 import numpy as np
 from playwright.sync_api import Dialog
 

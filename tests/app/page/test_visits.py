@@ -1,7 +1,5 @@
 """Visitors who come and go: the ninth is turned away kindly, fifty leave nothing behind, and a closed tab is no news."""
 
-from __future__ import annotations
-
 import gc
 import os
 import threading
