@@ -11,6 +11,7 @@ import pytest
 from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
+from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
@@ -29,6 +30,12 @@ def live_sessions(house: App) -> dict[int, Session]:
         # The frame thread may add a session meanwhile.
         with suppress(RuntimeError):
             return host.sessions
+
+
+def lecture_of(house: App) -> LectureHost:
+    """The host of a lecture."""
+    assert isinstance(house.host, LectureHost)
+    return house.host
 
 
 def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.0) -> T:
@@ -52,6 +59,7 @@ class Guest:
     visitor: BlockingClient
     session: Session
     number: int
+    lessons: LessonSession
 
     def ask(self, question: Callable[[Session], T]) -> T:
         """See the function `ask`."""
@@ -93,7 +101,7 @@ def join() -> Iterator[Join]:
 
     def make(house: App, query: str = "", **options: Any) -> BlockingClient:
         visitors.append(BlockingClient(house.url, query=query, **options))
-        visitors[-1].wait_for(lambda v: v.mirror.replayed and "/arms/left/base" in v.mirror.nodes)
+        visitors[-1].wait_for(lambda v: v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)), 60.0)
         return visitors[-1]
 
     yield make
@@ -110,6 +118,7 @@ def arrive(join: Join) -> Arrive:
         visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and HAND in v.mirror.nodes)
         number = int(visitor.mirror.nodes[HAND]["owner"])
         visitor.wait_for(lambda _: number in live_sessions(house))
-        return Guest(visitor, live_sessions(house)[number], number)
+        assert isinstance(house.host, PrivateHost)
+        return Guest(visitor, live_sessions(house)[number], number, house.host.visitors[number].lessons)
 
     return make

@@ -3,11 +3,10 @@
 import numpy as np
 from playwright.sync_api import Page
 
-from app.classroom.lecture import LectureHost
 from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed
-from tests.app.conftest import HAND, OpenHouse, ask
+from tests.app.conftest import HAND, OpenHouse, ask, lecture_of
 from tests.app.page.by_hand import WRIST, control
 from tests.browser import PageAt, close_software_note, until, wait_frames, wait_ready, world_position
 
@@ -30,8 +29,7 @@ def on_stage(page: Page, key: str) -> None:
 
 def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
-    host = opened.host
-    assert isinstance(host, LectureHost)
+    host = lecture_of(opened)
     teacher, ann, bo = page_at(1000, 560), page_at(640, 420), page_at(640, 420)
     come(teacher, f"{opened.url}/?key=chalk&lesson=1")
     # The key leaves the address, and is still known after a reload.

@@ -4,11 +4,14 @@ Every "nothing happens" of the tests is followed, on the same connection, by som
 so by then the others have been dealt with; `roundtrip` is that.
 """
 
+import html
 from typing import Any
 
 import numpy as np
 
 from app.bench.blocking_client import BlockingClient
+from app.bench.headless_client import HeadlessClient
+from app.page.panels.choice_buttons import MARK
 from app.page.panels.hotkeys import HOTKEYS
 from app.session.relevant_settings import matters
 from app.session.session import Session
@@ -16,6 +19,7 @@ from app.settings import Settings
 from scenes.settings import changed, specs, values
 from tests.app.conftest import Guest, ask
 
+Client = BlockingClient | HeadlessClient
 SPECS = specs(Settings)
 USUAL_STAGE = {"scene": "hold", "law": "smooth_priority"}
 STAGES: dict[str, dict[str, str]] = {
@@ -85,10 +89,28 @@ def roundtrip(guest: Guest) -> None:
     guest.wait(lambda s: abs(s.settings.run.limit_gain - value) < 1e-9)
 
 
-def bodies(visitor: BlockingClient, kind: str) -> list[dict[str, Any]]:
+def bodies(visitor: Client, kind: str) -> list[dict[str, Any]]:
     """The GUI elements of a kind that are not hidden, in the order they came."""
     elements = list(visitor.mirror.gui.values())
     return [element for element in elements if element["type"] == kind and element.get("visible", True)]
+
+
+def shown(visitor: Client) -> str:
+    """All texts in view on a page."""
+    elements = list(visitor.mirror.gui.values())
+    return html.unescape(" ".join(str(e.get("content") or "") for e in elements if e.get("visible", True)))
+
+
+def buttons(visitor: Client) -> list[str]:
+    """What stands on the buttons in view, without the mark of what is chosen."""
+    return [str(button["label"]).removeprefix(MARK) for button in bodies(visitor, "GuiButtonMessage")]
+
+
+def click(visitor: BlockingClient, start: str) -> None:
+    """Press the button in view whose label begins like this."""
+    visitor.wait_for(lambda _: any(label.startswith(start) for label in buttons(visitor)), 60.0)
+    elements = bodies(visitor, "GuiButtonMessage")
+    visitor.click(next(e["label"] for e in elements if str(e["label"]).removeprefix(MARK).startswith(start)))
 
 
 def notes(visitor: BlockingClient) -> list[str]:
