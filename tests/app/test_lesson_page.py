@@ -20,7 +20,7 @@ from app.text.formula import formula, plain_formula
 from app.text.lesson_text import lesson_html, plain
 from app.text.picture import PICTURE, read_picture
 from scenes.settings import changed
-from tests.app.conftest import Arrive, Guest, Join, OpenHouse, lecture_of
+from tests.app.conftest import Arrive, Guest, OpenHouse
 from tests.app.page.helpers import buttons, click
 
 BOOK = load_lessons()
@@ -175,14 +175,3 @@ def test_broken_files_are_named_and_the_others_load(house: OpenHouse, arrive: Ar
     run = guest.lessons
     guest.ask(lambda _: run.enter(0))
     assert run.open and len(run.book.lessons) == 1 and "02-bad.md" in str(run.book.problems[0])
-
-
-def test_a_lecture_shows_the_lesson_to_all_and_gives_the_buttons_to_one(house: OpenHouse, join: Join) -> None:
-    opened = house(lecture=True)
-    first = join(opened)
-    click(first, "Lessons")
-    first.wait_for(lambda _: "Run (predict first)" in buttons(first))
-    second = join(opened)
-    second.wait_for(lambda v: any("What is left over" in str(e.get("content")) for e in list(v.mirror.gui.values())))
-    assert not any(label.startswith("Run") for label in buttons(second))
-    assert lecture_of(opened).lessons.open

@@ -85,17 +85,6 @@ def test_a_step_begun_anew_is_a_question_asked_anew() -> None:
     assert room.answer(walk, "ann", 2) and room.ballots.answer_of((walk.lesson.id, walk.step.id), "ann") == 2
 
 
-def test_answers_go_along_when_a_student_explores() -> None:
-    room, walk = Classroom(8), Walkthrough(BOOK)
-    assert room.answer(walk, "ann", 2)
-    walk.go(1, 1)
-    own = Walkthrough.from_json(BOOK, room.progress_of("ann", walk))
-    assert (own.lesson.id, own.step.id) == (walk.lesson.id, walk.step.id)
-    first = BOOK.lessons[0]
-    assert own.done_in(first.id, first.steps[0].id).choice == 2
-    assert Walkthrough.from_json(BOOK, room.progress_of("bo", walk)).done_in(first.id, first.steps[0].id).untouched
-
-
 def test_places_go_to_the_first_students_and_are_held_for_a_while() -> None:
     places = BreakoutPlaces(2)
     places.give(("ann", "bo", "cy", "ann"), 0.0)

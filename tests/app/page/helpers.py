@@ -12,6 +12,7 @@ import numpy as np
 from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import HeadlessClient
 from app.page.panels.choice_buttons import MARK
+from app.page.panels.controls import PICKER, TABS
 from app.page.panels.hotkeys import HOTKEYS
 from app.session.relevant_settings import matters
 from app.session.session import Session
@@ -21,6 +22,7 @@ from tests.app.conftest import Guest, ask
 
 Client = BlockingClient | HeadlessClient
 SPECS = specs(Settings)
+ON_PAGE = (*PICKER, *(key for _, _, keys in TABS for key in keys))
 USUAL_STAGE = {"scene": "hold", "law": "smooth_priority"}
 STAGES: dict[str, dict[str, str]] = {
     **{key: {"scene": "solo"} for key in ("path", "kx")},
