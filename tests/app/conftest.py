@@ -12,9 +12,12 @@ from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.lessons.session.lesson_session import LessonSession
+from app.runtime.job_pool import JobPool
+from app.session import session as session_module
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
+from scenes import rerun as rerun_module
 
 T = TypeVar("T")
 HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"
@@ -33,7 +36,6 @@ def live_sessions(house: App) -> dict[int, Session]:
 
 
 def lecture_of(house: App) -> LectureHost:
-    """The host of a lecture."""
     assert isinstance(house.host, LectureHost)
     return house.host
 
@@ -62,7 +64,6 @@ class Guest:
     lessons: LessonSession
 
     def ask(self, question: Callable[[Session], T]) -> T:
-        """See the function `ask`."""
         return ask(self.session, question)
 
     def wait(self, predicate: Callable[[Session], object], timeout: float = 60.0) -> None:
@@ -73,6 +74,21 @@ class Guest:
         """Return when so much more time has been simulated."""
         until = self.session.simulation.time + seconds
         self.wait(lambda s: s.simulation.time >= until, timeout)
+
+
+@pytest.fixture
+def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However busy this machine is, no step takes any time."""
+    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+    monkeypatch.setattr(rerun_module, "perf_counter", lambda: 0.0)
+
+
+@pytest.fixture(scope="module")
+def background() -> Iterator[JobPool]:
+    """One real worker."""
+    made = JobPool(1)
+    yield made
+    made.close()
 
 
 OpenHouse = Callable[..., App]

@@ -36,7 +36,6 @@ class Inline(JobPool):
         return job
 
     def cancel(self, owner: object, kind: str | None = None) -> None:
-        """Drop what waits."""
         for job in self.waiting():
             if job.owner is owner and kind in (None, job.kind):
                 job.state = "dropped"

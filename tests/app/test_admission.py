@@ -22,8 +22,6 @@ PAUSE = threading.Event()
 
 
 class ByHand:
-    """An app whose frames are made by hand, and its visitors."""
-
     def __init__(self, house: App) -> None:
         # The thread that makes them has come to its end.
         house._loop.stop()
@@ -52,7 +50,6 @@ class ByHand:
         raise TimeoutError
 
     def frames(self) -> None:
-        """Frames until every page is built."""
         self.frame()
         while self.host.admission.busy:
             self.frame()
@@ -70,7 +67,6 @@ Made = Callable[..., ByHand]
 
 @pytest.fixture
 def by_hand(house: OpenHouse) -> Iterator[Made]:
-    """`by_hand(lecture=True)` is an app whose frames are made by hand."""
     made: list[ByHand] = []
 
     def make(**options: Any) -> ByHand:

@@ -16,8 +16,6 @@ BASE = pin.SE3(pin.exp3(np.array([0.4, -0.9, 0.3])), np.array([0.1, -0.2, 0.9]))
 
 
 class Node(SimpleNamespace):
-    """A node of a scene that remembers all its turns."""
-
     @property
     def wxyz(self) -> tuple[float, ...]:
         return self.turns[-1]

@@ -31,13 +31,11 @@ SHORT = ["--seconds", "0.5"]
 
 
 def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
-    """The summary that `lwr-duet run` prints."""
     assert main(["run", *options]) == 0
     return json.loads(capsys.readouterr().out)
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line on stderr of a command that fails."""
     assert main(list(arguments)) == 2
     captured = capsys.readouterr()
     assert captured.out == ""

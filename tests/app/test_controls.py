@@ -29,7 +29,6 @@ LAWS: tuple[LawName, ...] = get_args(LawName)
 
 
 def everything(scene: SceneName, law: LawName, **others: Any) -> Settings:
-    """Settings of an experiment under a law."""
     settings = Settings()
     for key, value in {"scene": scene, "law": law, **others}.items():
         settings = changed(settings, key, value)
@@ -47,7 +46,6 @@ def test_a_label_is_short_and_what_may_be_hidden_is_a_setting() -> None:
 
 
 def moves(settings: RunSettings, steps: int = 120) -> bytes:
-    """Every joint at every step."""
     simulation = Simulation(settings)
     person = simulation.source()
     for _ in range(steps):
@@ -137,7 +135,6 @@ def test_the_picker_and_what_is_in_view(house: OpenHouse, arrive: Arrive) -> Non
 
 
 def text(html: str) -> str:
-    """What a person reads."""
     return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", html))
 
 
@@ -188,8 +185,6 @@ def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class _Block(SimpleNamespace):
-    """A block that counts how often it was written."""
-
     written = 0
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -199,8 +194,6 @@ class _Block(SimpleNamespace):
 
 
 class _Gui:
-    """Makes blocks and one row of buttons."""
-
     def __init__(self) -> None:
         self.blocks: list[_Block] = []
         self.group = SimpleNamespace(visible=True, on_click=lambda callback: callback)

@@ -21,31 +21,24 @@ LAWS: tuple[LawName, ...] = get_args(LawName)
 SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
 
 
-@pytest.fixture(autouse=True)
-def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However busy this machine is, no step takes any time."""
-    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+pytestmark = pytest.mark.usefixtures("fast_machine")
 
 
 def at(scene: SceneName = "hold", ghost: Ghost = "off", **run: Any) -> Session:
-    """A session in a scene."""
     return Session(Settings(RunSettings(scene=scene, **run), PageSettings(ghost=ghost)))
 
 
 def go(session: Session, seconds: float) -> None:
-    """Let so much simulated time go by."""
     for _ in range(round(seconds / 0.1)):
         session.advance(0.1 / session.settings.page.speed)
 
 
 def table(simulation: Simulation | None) -> np.ndarray:
-    """Its whole history."""
     assert simulation is not None
     return simulation.history.table()
 
 
 def the_ghost(session: Session) -> Simulation:
-    """The ghost, which is there."""
     assert session.ghost is not None
     return session.ghost
 

@@ -28,7 +28,6 @@ def made_up(over: list[str], d_min, settings: RunSettings = USUAL) -> tuple[Grid
 
 
 def texts(figure) -> set[str]:
-    """Everything that is written on a picture."""
     from matplotlib.text import Text
 
     return {text.get_text() for text in figure.findobj(Text) if text.get_text()}

@@ -8,7 +8,6 @@ from tests.app.conftest import Arrive, OpenHouse
 
 
 def test_a_slider_leads_the_master_and_the_slave_follows(house: OpenHouse, arrive: Arrive) -> None:
-    """In master and slave only; one joint goes where it is pulled, inside its limits, the others stay; nonsense is left out."""
     guest = arrive(house(Settings()), "scene=master_slave&autopilot=0")
     session, visitor = guest.session, guest.visitor
     visitor.wait_for(lambda v: any(p.get("label") == "elbow" for p in v.mirror.gui.values()))

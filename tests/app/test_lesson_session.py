@@ -33,13 +33,11 @@ class Student:
         self.run.enter(lesson, step)
 
     def frame(self, elapsed: float = 0.05) -> None:
-        """What the frame loop does."""
         self.session.advance(elapsed)
         self.run.decide()
         assert np.isfinite(self.session.simulation.positions).all()
 
     def frames_until(self, true: Callable[[], object], elapsed: float = 0.05) -> None:
-        """Draw frames until something is true, but not for ever."""
         for _ in range(4000):
             self.frame(elapsed)
             if true():
@@ -47,7 +45,6 @@ class Student:
         raise AssertionError("the run does not end")
 
     def finish(self) -> None:
-        """Run to the end, and measure."""
         self.run.act(do.StartOrPause())
         self.run._runs.wait(60.0)
         session, run = self.session, self.run
@@ -223,7 +220,6 @@ class WildStudent(Student):
         super().__init__(self.rng.randrange(len(BOOK.lessons)))
 
     def act(self) -> None:
-        """One thing a student may do in the lessons."""
         others = (do.Choose(self.rng.randrange(6)), do.GoTo(self.rng.randrange(12), self.rng.randrange(6)))
         self.run.act(self.rng.choice((*others, *(action() for action in ACTIONS))))
 

@@ -14,7 +14,6 @@ from tests.tools.lesson_walker import Walker, enter, named, shown_step
 
 
 def at_the_end(run: LessonSession) -> bool:
-    """Whether the last part of a step is reached."""
     return run.walk.phase is run.walk.phases[-1]
 
 

@@ -26,13 +26,10 @@ needs_extra = pytest.mark.skipif(
 
 @cache
 def baked(steps: int = 40) -> Baked:
-    """A short hold experiment, only to be read."""
     return bake(POSE, steps)
 
 
 class Wrong:
-    """Our own engine with one thing spoilt."""
-
     def __init__(self, spoilt: str) -> None:
         self._engine, self._spoilt = OurEngine(baked()), spoilt
 

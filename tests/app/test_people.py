@@ -19,14 +19,12 @@ from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 @pytest.fixture
 def wave(tmp_path: Path) -> Path:
-    """Three seconds of a wave as a BVH file."""
     path = tmp_path / "wave.bvh"
     path.write_text(write_bvh(Clip("wave"), MIXAMO), encoding="utf-8")
     return path
 
 
 def angles_of(target: object) -> np.ndarray:
-    """The angles of a person who is seen."""
     assert isinstance(target, AnglesTarget) and target.angles is not None
     return target.angles
 
@@ -54,7 +52,6 @@ def test_wrong_sources_are_refused(wave: Path, tmp_path: Path) -> None:
 
 
 def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The robots follow the file, not the clip; a file for another experiment is refused, and so are two sources."""
     outs = []
     for name, options in (("file", ["--bvh", str(wave)]), ("clip", ["--clip", "clap"])):
         out = tmp_path / f"{name}.csv"

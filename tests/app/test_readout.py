@@ -37,7 +37,6 @@ RUNNING = Pace(False, 1.0, False)
 
 
 def settings(query: str) -> Settings:
-    """The settings of a link, every part of which is possible."""
     made, problems = from_query(dict(part.split("=") for part in query.split("&")), Settings())
     assert not problems
     return made
@@ -61,7 +60,6 @@ def seen(query: str, seconds: float = 1.0) -> tuple[Simulation, Sample, Contact]
 
 
 def text(html: str) -> str:
-    """What a person reads."""
     return re.sub(r"<[^>]+>", "", html).replace("&lt;", "<").replace("&gt;", ">")
 
 
@@ -130,7 +128,6 @@ def test_the_arm_alone_says_what_k_dt_does(query: str, words: str) -> None:
 
 
 def tile_values(html: str) -> list[str]:
-    """The large numbers."""
     return [text(part).replace("−", "-") for part in re.findall(r"<b class=\"\w+\">(.*?)</b>", html)]
 
 
@@ -253,7 +250,6 @@ def test_section_three_is_about_this_moment(query: str) -> None:
 
 
 def test_the_numbers_leave_the_run_alone() -> None:
-    """Looking at it changes no bit of it."""
     query = "scene=hold&dm=0.25&pairs=soft"
     watched, alone = Simulation(settings(query).run), Simulation(settings(query).run)
     person = watched.source()

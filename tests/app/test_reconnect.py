@@ -27,8 +27,6 @@ WORD = "0123456789abcdef0123456789abcdef"
 
 
 class Tab:
-    """A tab that comes back by its own link under its own word, whenever its connection breaks."""
-
     def __init__(self, opened: App, link: str, word: str = WORD) -> None:
         self.opened, self.query, self.number = opened, f"{link}&resume={word}", -1
         self.visitor: BlockingClient = self.come()
@@ -57,8 +55,6 @@ class Tab:
             self.visitor.close()
 
     def remembered(self) -> dict[str, Any]:
-        """All that must not be lost, as it is between two frames."""
-
         def look(session: Session) -> dict[str, Any]:
             simulation, ghost, walk = session.simulation, session.ghost, self.lessons.walk
             history, at = simulation.history, (simulation.steps, simulation.time)

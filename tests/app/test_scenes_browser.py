@@ -38,7 +38,6 @@ def enter(page: Page, session: Session, scene: SceneName) -> None:
 
 
 def is_there(page: Page, node: str) -> bool:
-    """Whether the page draws a node."""
     return bool(page.evaluate("name => !!__viserMutable.nodeRefFromName[name]", node))
 
 

@@ -19,8 +19,6 @@ LESSONS = cast(LessonSession, None)
 
 
 class NotedSession(Session):
-    """A session that notes whether it was closed."""
-
     closed = False
 
     def __init__(self) -> None:

@@ -2,7 +2,6 @@
 
 import math
 import re
-from html.parser import HTMLParser
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from hypothesis import strategies as st
 from app.plots.stability_text import condition_text, error_text, ranks_text, stability_html
 from controllers.kinematics import Array
 from controllers.stability import Analysis, analyse, barrier
+from tests.app.html_reader import HtmlReader
 
 HAND = np.eye(4)[:3]
 """J_b of a task that uses the first three of four joints."""
@@ -22,32 +22,7 @@ FREE, ALONG, BETWEEN = np.array([0.0, 0.0, 0.0, 0.5]), np.array([0.5, 0.0, 0.0, 
 
 
 def at(row: Array, lam: float = 0.7, J_b: Array | None = HAND) -> Analysis:
-    """The analysis of one of these rows."""
     return analyse(row, J_b, lam, 2.0, 2.0)
-
-
-class Reader(HTMLParser):
-    """Text and tags of a piece of HTML; fails where a tag is closed that is not the newest one."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: set[str] = set()
-        self.text = ""
-        self.feed(html)
-        self.close()
-        assert not self.open
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.add(tag)
-        if tag != "br":
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
 
 
 @pytest.mark.parametrize(
@@ -90,7 +65,7 @@ def test_the_condition_in_words(analysis: Analysis, holds: bool, why: str) -> No
     ],
 )
 def test_the_error_in_words(analysis: Analysis, norm: float, rate: float, says: str) -> None:
-    assert Reader(error_text(analysis, norm, rate)).text == says
+    assert HtmlReader(error_text(analysis, norm, rate)).text == says
 
 
 @pytest.mark.parametrize(
@@ -104,13 +79,13 @@ def test_the_error_in_words(analysis: Analysis, norm: float, rate: float, says: 
     ],
 )
 def test_the_ranks(analysis: Analysis, says: str) -> None:
-    assert Reader(ranks_text(analysis)).text == says
+    assert HtmlReader(ranks_text(analysis)).text == says
 
 
 def test_every_number_of_section_three_stands_in_the_panel() -> None:
     a = at(BETWEEN, lam=0.5)
     html = stability_html(a, 0.1, -0.02, 0.0123, -0.0045, None)
-    text = Reader(html).text.replace("−", "-")
+    text = HtmlReader(html).text.replace("−", "-")
     assert f"sym(M) {a.smallest_eigenvalue:+.2f}, M {a.slowest_mode:+.3f} 1/s" in text
     assert "4 = 1 + 3" in text and "‖JaJb#‖ (16)0.50: not orthogonal" in text
     assert f"1 - λρ²{a.survival:.3f} of the task is left" in text
@@ -123,7 +98,7 @@ def test_every_number_of_section_three_stands_in_the_panel() -> None:
 )
 def test_the_rate_of_v_in_words_without_a_sign_of_a_rounded_zero(rate: float, says: str) -> None:
     """A number that trembles around zero must not make the panel flicker."""
-    text = Reader(stability_html(at(BETWEEN), 0.1, 0.0, 0.01, rate, rate)).text
+    text = HtmlReader(stability_html(at(BETWEEN), 0.1, 0.0, 0.01, rate, rate)).text
     assert says in text and "−0.00000" not in text and "+0.00000" not in text
     assert ("rises" in text, "falls" in text) == ("rises" in says, "falls" in says)
 
@@ -134,7 +109,7 @@ def test_the_rate_of_v_in_words_without_a_sign_of_a_rounded_zero(rate: float, sa
 def test_the_barrier_function(distance: float, row: Array, says: str) -> None:
     W = barrier(np.full(4, 0.1), 2.0, row, distance, 0.15, 2.0, 0.3)
     html = stability_html(at(ALONG, J_b=None), 0.1, 0.0, 0.01, 0.0, W)
-    assert says in Reader(html).text
+    assert says in HtmlReader(html).text
     assert html.count("<tr>") == 6
 
 
@@ -146,7 +121,7 @@ def test_any_numbers_make_sound_html(seed: int, lam: float, posture: bool, numbe
     random = np.random.default_rng(seed)
     J_b = None if posture else random.normal(size=(3, 7))
     html = stability_html(at(random.normal(size=7) * 0.3, lam, J_b), *numbers)
-    reader = Reader(html)
+    reader = HtmlReader(html)
     assert reader.tags <= {"div", "p", "b", "br", "table", "tr", "td", "sub", "sup"}
     assert not re.search(r"\b(nan|inf)\b", reader.text)
     assert set(re.findall(r'class="([^"]*)"', html)) <= {"duet duet-stability", "lam", "e"}

@@ -1,7 +1,7 @@
 """What a session has computed beside its run: asked when a slider rests, answered once, dropped when it is about another run."""
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from app.runtime.job_pool import JobPool
-from app.session import session as session_module
 from app.session.session import Session
 from app.session.studies import REST, SMOOTHNESS_WINDOW
 from app.settings import PageSettings, Settings
@@ -24,17 +23,11 @@ from scenes.smoothness import SUBSTEPS
 from tests.app.inline import Inline
 from tests.app.runtime.processes import until
 
-
-@pytest.fixture(autouse=True)
-def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However busy this machine is, no step takes any time."""
-    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
-    monkeypatch.setattr(rerun_module, "perf_counter", lambda: 0.0)
+pytestmark = pytest.mark.usefixtures("fast_machine")
 
 
 @pytest.fixture
 def desk() -> Inline:
-    """A background without processes."""
     return Inline()
 
 
@@ -55,7 +48,6 @@ def rest_at(session: Session, key: str, value: Any) -> None:
 
 
 def answered(desk: Inline, session: Session) -> WhatIf:
-    """Compute what waits; the answer."""
     assert len(desk.work("what if")) == 1
     session.advance(0.0)
     assert session.what_if is not None
@@ -251,14 +243,6 @@ def test_without_a_background_nothing_is_computed() -> None:
     session.advance(1.0)
     session.close()
     assert session.what_if is None and session.smoothness is None and not session.computing and session.study_message == ""
-
-
-@pytest.fixture(scope="module")
-def background() -> Iterator[JobPool]:
-    """One real worker."""
-    background = JobPool(1)
-    yield background
-    background.close()
 
 
 def test_many_visitors_are_all_answered_by_one_process(background: JobPool) -> None:

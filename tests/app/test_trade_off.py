@@ -1,7 +1,6 @@
 """The map of n and v: computed apart, row by row, and anew only when something else has changed; where the present settings lie."""
 
 import threading
-from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -14,14 +13,6 @@ from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
 
 RUN = RunSettings(dt=0.02)
 """Coarse steps, for speed."""
-
-
-@pytest.fixture
-def background() -> Iterator[JobPool]:
-    """One worker."""
-    made = JobPool(1)
-    yield made
-    made.close()
 
 
 def whole(power: float = 1.0) -> tuple[TradeOff, ...]:

@@ -13,7 +13,6 @@ WAIT = 60.0
 
 
 def come(page: Page, address: str) -> None:
-    """Open the page, and wait for the lesson."""
     page.set_default_timeout(WAIT * 1000.0)
     page.goto(address)
     page.locator(".duet-l-head").wait_for()

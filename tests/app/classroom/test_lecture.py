@@ -5,6 +5,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Callable
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
@@ -22,7 +23,7 @@ from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, buttons, click, shown
 
 BOOK, NOTES = load_lessons(), load_notes()
-KEY = "chalk"
+KEY = "chalk ü"
 WAIT = 60.0
 Come = Callable[..., BlockingClient]
 
@@ -40,7 +41,6 @@ def heard(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def everything(visitor: BlockingClient) -> str:
-    """All that a page was ever sent."""
     return html.unescape("\n".join(list(vars(visitor.mirror).get("heard", []))))
 
 
@@ -50,13 +50,12 @@ def come(join: Join) -> Come:
 
     def make(house: App, name: str = "", query: str = "", key: str = "") -> BlockingClient:
         tab = f"resume={name.encode().hex():0<32}" if name else ""
-        return join(house, "&".join(part for part in (tab, query, key and f"key={key}") if part))
+        return join(house, "&".join(part for part in (tab, query, key and f"key={quote(key)}") if part))
 
     return make
 
 
 def sees(visitor: BlockingClient, *texts: str) -> None:
-    """Wait until a page shows texts."""
     try:
         visitor.wait_for(lambda _: all(text in shown(visitor) for text in texts), WAIT)
     except TimeoutError as error:
@@ -94,7 +93,6 @@ class Class:
         sees(self.teacher, "Lesson 1 · step 1")
 
     def come(self, *names: str) -> list[BlockingClient]:
-        """Students come, or come back."""
         self.students |= {name: self._come(self.opened, name) for name in names}
         return [self.students[name] for name in names]
 
@@ -120,7 +118,6 @@ class Class:
         return int(owner)
 
     def critical_distance(self, name: str) -> float:
-        """The d_m of a student's own session."""
         return ask(self.host.sessions[self.number(name)], lambda s: s.settings.run.law.critical_distance)
 
 
@@ -146,6 +143,8 @@ def test_only_the_key_opens_the_notes_and_a_wrong_one_is_named(house: OpenHouse,
         assert len(words) > 3 and any(word in sent for word in words)
         assert not [word for word in words if any(word in one for one in heard)], lesson.id
     assert ["not the teacher" in one for one in heard] == [False, True, False, False] and "not the teacher" not in sent
+    # The key is the teacher's: it is on no page.
+    assert not any("chalk" in one or quote(KEY) in one for one in (sent, *heard))
     with urllib.request.urlopen(opened.url, timeout=60) as page:
         assert "Usually believed" not in page.read().decode()
 
@@ -350,6 +349,9 @@ def test_every_button_of_the_teacher_has_a_key_and_the_address_is_shown_until_it
 def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, come: Come) -> None:
     opened = house(lecture=True, key=KEY, watchers=2)
     ann, _ = come(opened, "ann"), come(opened, "bob")
+    host = lecture_of(opened)
+    ann.wait_for(lambda _: host.session.simulation.time > 0.3)
+    assert host.operator is None
     with pytest.raises(urllib.error.HTTPError, match="503") as full:
         urllib.request.urlopen(opened.url, timeout=60)
     assert "2 places" in full.value.read().decode()
@@ -357,8 +359,7 @@ def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, c
         late.wait_for(lambda v: v.closed)
         assert late.closed is not None and late.closed.rcvd is not None and late.closed.rcvd.reason == ROOM_IS_FULL
     teacher = come(opened, key=KEY)
-    with urllib.request.urlopen(f"{opened.url}/?key={KEY}", timeout=60) as page:
+    with urllib.request.urlopen(f"{opened.url}/?key={quote(KEY)}", timeout=60) as page:
         assert page.status == 200
-    host = lecture_of(opened)
     teacher.wait_for(lambda _: host.operator is not None)
     assert ann.closed is None and teacher.closed is None

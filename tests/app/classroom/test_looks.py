@@ -24,7 +24,6 @@ def says(visitor: BlockingClient, *words: str) -> None:
 
 
 def strokes(visitor: Client) -> set[tuple[str, float]]:
-    """Colour and width of the lines in the plots."""
     plots = bodies(visitor, "GuiUplotMessage")
     return {(str(line["stroke"]), float(line["width"])) for plot in plots for line in plot["series"][1:]}
 

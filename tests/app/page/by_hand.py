@@ -33,7 +33,6 @@ LATE_UPDATE = r"Tried to update non-existent component"
 
 
 def visit(page: Page, opened: App, query: str = "") -> Session:
-    """Open a house's page; the session that it got."""
     before = set(live_sessions(opened))
     page.set_default_timeout(60_000)
     page.goto(f"{opened.url}/?{query}")
@@ -51,7 +50,6 @@ def chosen(session: Session) -> dict[str, Any]:
 
 
 def hand(session: Session) -> np.ndarray:
-    """Where the guided hand is."""
     return ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
 
 
@@ -62,7 +60,6 @@ def run_on(page: Page, session: Session, seconds: float) -> None:
 
 
 def control(page: Page, key: str) -> Locator:
-    """The control of a setting."""
     return page.locator("label").filter(has_text=re.compile(f"^{re.escape(page_label(key))}$")).locator("xpath=../../..")
 
 

@@ -44,8 +44,6 @@ def page_label(key: str) -> str:
 
 
 def bring_into_view(session: Session, key: str) -> None:
-    """Choose an experiment and a law in which a setting matters."""
-
     def choose(s: Session) -> None:
         for k, value in (USUAL_STAGE | STAGES.get(key, {})).items():
             s.change(k, value)
@@ -98,7 +96,6 @@ def bodies(visitor: Client, kind: str) -> list[dict[str, Any]]:
 
 
 def shown(visitor: Client) -> str:
-    """All texts in view on a page."""
     elements = list(visitor.mirror.gui.values())
     return html.unescape(" ".join(str(e.get("content") or "") for e in elements if e.get("visible", True)))
 
@@ -116,7 +113,6 @@ def click(visitor: BlockingClient, start: str) -> None:
 
 
 def notes(visitor: BlockingClient) -> list[str]:
-    """What the notifications say."""
     return [str(note["body"]) for note in bodies(visitor, "NotificationShowMessage")]
 
 

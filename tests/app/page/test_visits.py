@@ -17,7 +17,6 @@ from tests.app.page.helpers import assert_sound
 
 
 def fetch(url: str) -> tuple[int, str]:
-    """Status and text of a page."""
     try:
         with urllib.request.urlopen(url, timeout=60) as answer:
             return answer.status, answer.read().decode()
