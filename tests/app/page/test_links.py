@@ -1,12 +1,52 @@
-"""What a link says is the start; what it says badly is named, and never more than text."""
+"""What a link says is the start of its own tab; what it says badly is named, and never more than text."""
 
 import html
 from urllib.parse import quote
 
+import numpy as np
+from playwright.sync_api import Dialog
+
 from app.settings import Settings
 from scenes.settings import values
-from tests.app.conftest import Arrive, OpenHouse
+from tests.app.conftest import Arrive, OpenHouse, live_sessions
+from tests.app.page.by_hand import USUAL, WRIST, chosen, control, run_on, see_plots, set_by_hand, visit
 from tests.app.page.helpers import notes
+from tests.browser import PageAt, until, world_position
+
+
+def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house()
+    one = page_at(900, 640)
+    first = visit(one, opened, "autopilot=0")
+    other = page_at(900, 640)
+    alerts: list[str] = []
+
+    def dismiss(dialog: Dialog) -> None:
+        alerts.append(dialog.message)
+        dialog.dismiss()
+
+    other.on("dialog", dismiss)
+    bad = "law=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E"
+    second = visit(other, opened, f"rig=table&dm=0.1&n=10&theme=dark&plot=lambda&{bad}")
+    expected = {"rig": "table", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "lambda"}
+    assert chosen(second) == USUAL | expected
+    # What could not be done is named, as plain text.
+    other.get_by_text("law = '<img src=x onerror=alert(1)>'").wait_for()
+    assert other.locator("img[src=x]").count() == 0 and alerts == []
+    other.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
+    assert control(other, "dm").locator("input[type=text]").last.input_value() == "100"
+    assert control(other, "n").locator("input[type=text]").last.input_value() == "10"
+    see_plots(other, ("distance", "error", "activation λ"))
+    # Neither sees the other.
+    assert chosen(first) == USUAL | {"autopilot": False}
+    assert one.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
+    set_by_hand(one, first, "v")
+    assert second.settings.run.law.nominal_velocity == 0.30
+    assert not np.allclose(world_position(one, f"/arms/left{WRIST}"), world_position(other, f"/arms/left{WRIST}"), atol=0.05)
+    other.close()
+    until(one, lambda: len(live_sessions(opened)) == 1, "the session of the closed tab")
+    run_on(one, first, 0.1)
+
 
 MALICE = "<img src=x onerror=alert(1)>"
 
