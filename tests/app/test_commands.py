@@ -218,25 +218,24 @@ RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", 
 HELP = {"": [*COMMANDS, "--help"], "serve": SERVE, "run": RUN, "bench": ["--out", "--compare", "--seconds", "--steps", "--fair"]}
 
 
+def python(*arguments: str) -> str:
+    """What a process of its own prints."""
+    env = os.environ | {"COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
+    command, root = [sys.executable, *arguments], Path(__file__).parents[2]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True, cwd=root, env=env)
+    assert done.stderr == ""
+    return done.stdout
+
+
 @pytest.mark.parametrize("command", HELP)
 def test_help(command: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "app", *command.split(), "--help"],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-        cwd=Path(__file__).parents[2],
-        env=os.environ | {"COLUMNS": "200", "PYTHONIOENCODING": "utf-8"},
-    )
-    assert done.returncode == 0 and done.stderr == ""
-    assert [part for part in HELP[command] if part not in done.stdout] == []
+    text = python("-m", "app", *command.split(), "--help")
+    assert [part for part in HELP[command] if part not in text] == []
 
 
 def test_the_command_line_loads_no_heavy_library() -> None:
     code = "import sys, app.cli.main; print(*sorted({'matplotlib', 'viser', 'trimesh', 'mujoco'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
-    assert done.stdout.strip() == ""
+    assert python("-c", code).strip() == ""
 
 
 def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:

@@ -114,17 +114,8 @@ def test_the_picker_and_what_is_in_view(house: OpenHouse, arrive: Arrive) -> Non
     orders = [labelled(SPECS[key].label)["order"] for key in PICKER]
     assert orders == sorted(orders), "the picker stands above the numbers"
     assert all(element["order"] > orders[-1] for element in elements if 'class="duet duet-t' in str(element.get("content", "")))
-    for key, value in (
-        ("scene", "master_slave"),
-        ("law", "potential_field"),
-        ("scene", "solo"),
-        ("robot", "ur5"),
-        ("scene", "ball"),
-        ("law", "barrier_qp"),
-        ("scene", "imitation"),
-        ("source", "file"),
-        ("scene", "hold"),
-    ):
+    choices = "scene=master_slave law=potential_field scene=solo robot=ur5 scene=ball law=barrier_qp scene=imitation source=file"
+    for key, value in (choice.split("=") for choice in f"{choices} scene=hold".split()):
         spec = SPECS[key]
         one.visitor.set_value(spec.label, spec.choice_labels[spec.choices.index(value)])
         one.wait(lambda s, key=key, value=value: values(s.settings)[key] == value)

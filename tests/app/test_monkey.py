@@ -35,5 +35,5 @@ def test_what_must_never_happen_is_seen() -> None:
         logging.getLogger("duet.session").error("this is one")
         with pytest.raises(Trouble, match="this is one"):
             watch.check()
-    logging.getLogger("duet.session").error("nobody listens any more")
+    logging.getLogger("duet.session").error("this comes too late")
     assert len(watch.complaints) == 1

@@ -128,7 +128,14 @@ def test_only_the_law_and_k_are_asked_about(desk: Inline, key: str, value: Any) 
     assert not session.computing and not desk.waiting("what if")
 
 
-def test_nothing_is_asked_while_it_is_off(desk: Inline) -> None:
+def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) -> None:
+    session = Session(Settings(page=PageSettings(what_if=True)))
+    session.advance(0.1)
+    session.change("dm", 0.1)
+    session.measure_smoothness()
+    session.advance(1.0)
+    session.close()
+    assert session.what_if is None and session.smoothness is None and not session.computing and session.study_message == ""
     session = Session(Settings(), background=desk)
     session.advance(0.1)
     session.change("dm", 0.1)
@@ -233,16 +240,6 @@ def test_smoothness_needs_something_to_measure_and_measuring_again_begins_again_
     assert session.study_message == ""
     session.reset()
     assert session.smoothness is None and not session.computing and not desk.waiting("smoothness")
-
-
-def test_without_a_background_nothing_is_computed() -> None:
-    session = Session(Settings(page=PageSettings(what_if=True)))
-    session.advance(0.1)
-    session.change("dm", 0.1)
-    session.measure_smoothness()
-    session.advance(1.0)
-    session.close()
-    assert session.what_if is None and session.smoothness is None and not session.computing and session.study_message == ""
 
 
 def test_many_visitors_are_all_answered_by_one_process(background: JobPool) -> None:

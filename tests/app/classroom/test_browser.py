@@ -56,7 +56,7 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
         wait_frames(ann, 3)
     assert ask(session, lambda s: (s.settings, s.paused, s.simulation.steps)) == before
 
-    # One answers by key, the other by click; the teacher sees how many, and nobody else does.
+    # One answers by key, the other by click; only the teacher sees how many.
     teacher.get_by_text("0 answered · 2 not yet").wait_for()
     ann.get_by_role("button", name="1 In none").wait_for()
     on_stage(ann, "1")

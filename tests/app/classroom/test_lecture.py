@@ -157,9 +157,8 @@ def test_alone_the_key_opens_the_notes_and_another_one_says_so(house: OpenHouse,
         sees(visitor, "Lesson 1 · step 1")
     sees(teacher, "Usually believed")
     mistaken.wait_for(lambda _: "This is not the teacher's key" in everything(mistaken).replace("\\'", "'"), WAIT)
-    for visitor in (student, mistaken):
-        assert "Usually believed" not in everything(visitor)
-    assert "not the teacher" not in everything(student) and "not the teacher" not in everything(teacher)
+    assert ["Usually believed" in everything(visitor) for visitor in (teacher, student, mistaken)] == [True, False, False]
+    assert ["not the teacher" in everything(visitor) for visitor in (teacher, student, mistaken)] == [False, False, True]
 
 
 def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> None:

@@ -37,7 +37,7 @@ def visit(page: Page, opened: App, query: str = "") -> Session:
     page.set_default_timeout(60_000)
     page.goto(f"{opened.url}/?{query}")
     wait_ready(page, HAND)
-    # The page may have come anew, without the fine picture that this machine is too slow for.
+    # The page may have come a second time, without the fine picture that this machine is too slow for.
     until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
     close_software_note(page)
     (number,) = set(live_sessions(opened)) - before
