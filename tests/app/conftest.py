@@ -97,32 +97,28 @@ Join = Callable[..., BlockingClient]
 
 
 @pytest.fixture
-def house() -> Iterator[OpenHouse]:
+def house(request: pytest.FixtureRequest) -> OpenHouse:
     """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port."""
-    houses: list[App] = []
 
     def make(settings: Settings | None = None, **options: Any) -> App:
-        houses.append(start_app("127.0.0.1", 0, settings or Settings(), **options))
-        return houses[-1]
+        opened = start_app("127.0.0.1", 0, settings or Settings(), **options)
+        request.addfinalizer(opened.close)
+        return opened
 
-    yield make
-    for opened in houses:
-        opened.close()
+    return make
 
 
 @pytest.fixture
-def join() -> Iterator[Join]:
+def join(request: pytest.FixtureRequest) -> Join:
     """`join(house, query="dm=0.1")` is a visitor who sees the arms."""
-    visitors: list[BlockingClient] = []
 
     def make(house: App, query: str = "", **options: Any) -> BlockingClient:
-        visitors.append(BlockingClient(house.url, query=query, **options))
-        visitors[-1].wait_for(lambda v: v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)), 60.0)
-        return visitors[-1]
+        visitor = BlockingClient(house.url, query=query, **options)
+        request.addfinalizer(visitor.close)
+        visitor.wait_for(lambda v: v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)), 60.0)
+        return visitor
 
-    yield make
-    for visitor in visitors:
-        visitor.close()
+    return make
 
 
 @pytest.fixture

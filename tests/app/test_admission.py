@@ -2,7 +2,7 @@
 
 import itertools
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -66,17 +66,13 @@ Made = Callable[..., ByHand]
 
 
 @pytest.fixture
-def by_hand(house: OpenHouse) -> Iterator[Made]:
-    made: list[ByHand] = []
-
+def by_hand(house: OpenHouse, request: pytest.FixtureRequest) -> Made:
     def make(**options: Any) -> ByHand:
-        made.append(ByHand(house(**options)))
-        return made[-1]
+        one = ByHand(house(**options))
+        request.addfinalizer(lambda: [visitor.close() for visitor in one.visitors])
+        return one
 
-    yield make
-    for one in made:
-        for visitor in one.visitors:
-            visitor.close()
+    return make
 
 
 @pytest.fixture

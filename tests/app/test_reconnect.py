@@ -4,8 +4,8 @@ import gc
 import logging
 import os
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import msgspec
@@ -71,15 +71,13 @@ class Tab:
 
 
 @pytest.fixture
-def tab() -> Iterator[Callable[..., Tab]]:
-    with ExitStack() as stack:
+def tab(request: pytest.FixtureRequest) -> Callable[..., Tab]:
+    def make(opened: App, link: str = "", word: str = WORD) -> Tab:
+        one = Tab(opened, link, word)
+        request.addfinalizer(lambda: one.visitor.close())
+        return one
 
-        def make(opened: App, link: str = "", word: str = WORD) -> Tab:
-            one = Tab(opened, link, word)
-            stack.callback(lambda: one.visitor.close())
-            return one
-
-        yield make
+    return make
 
 
 def open_files() -> int:

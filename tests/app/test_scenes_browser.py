@@ -53,6 +53,13 @@ def pull_pixels(page: Page, start: tuple[float, float], way: tuple[float, float]
         wait_frames(page, 2)
 
 
+def let_go(page: Page, session: Session, what: str) -> None:
+    """Keep a picture of what is held, and let go."""
+    screenshot(page, f"scene-{what}-dragged")
+    page.mouse.up()
+    until(page, lambda: session.held is None, f"letting go of the {what}")
+
+
 def test_every_scene_is_taken_hold_of(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(960, 720, expect=(LATE_UPDATE, PULLED))
     session = visit(page, house(), "autopilot=0&speed=2")
@@ -65,9 +72,7 @@ def test_every_scene_is_taken_hold_of(house: OpenHouse, page_at: PageAt) -> None
     goal = start + 0.08 * up
     drag_through(page, session, [start + up * (GRIP * GIZMO + way) for way in np.linspace(0.0, 0.08, 8)])
     until(page, lambda: np.linalg.norm(hand(session) - goal) < 0.015, "the hand where the mouse is")
-    screenshot(page, "scene-solo-dragged")
-    page.mouse.up()
-    until(page, lambda: session.held is None, "letting go of the hand")
+    let_go(page, session, "hand")
 
     enter(page, session, "ball")
     assert not is_there(page, HAND) and not is_there(page, ELBOW)
@@ -80,8 +85,7 @@ def test_every_scene_is_taken_hold_of(house: OpenHouse, page_at: PageAt) -> None
     assert isinstance(session.held, BallTarget)
     until(page, lambda: np.linalg.norm(ball() - start - 0.06 * up) < 0.015, "the ball where its arrow is")
     until(page, lambda: np.linalg.norm(world_position(page, "/ball") - ball()) < 5e-3, "the ball drawn where it is")
-    page.mouse.up()
-    until(page, lambda: session.held is None, "letting go of the arrow")
+    let_go(page, session, "arrow")
     # And the ball itself: at a place on it where no arrow lies, across the view, to the left.
     x, y = world_to_px(page, ball())
     x1, _ = world_to_px(page, ball() + np.array([0.0, BALL_RADIUS, 0.0]))
@@ -91,9 +95,7 @@ def test_every_scene_is_taken_hold_of(house: OpenHouse, page_at: PageAt) -> None
     until(page, lambda: isinstance(session.held, BallTarget), "taking the ball itself")
     until(page, lambda: world_to_px(page, ball())[0] < x - radius, "the ball where it was pulled")
     assert np.linalg.norm(ball() - before) > 0.05
-    screenshot(page, "scene-ball-dragged")
-    page.mouse.up()
-    until(page, lambda: session.held is None, "letting go of the ball")
+    let_go(page, session, "ball")
 
     enter(page, session, "master_slave")
     start = hand(session)
@@ -107,9 +109,7 @@ def test_every_scene_is_taken_hold_of(house: OpenHouse, page_at: PageAt) -> None
     run_on(page, session, 0.5)
     moved = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy()) - q
     assert np.abs(moved).max() > 0.02
-    screenshot(page, "scene-master-dragged")
-    page.mouse.up()
-    until(page, lambda: session.held is None, "letting go of the master")
+    let_go(page, session, "master")
 
     enter(page, session, "imitation")
     ask(session, lambda s: s.change("source", "figure"))
