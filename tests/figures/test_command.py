@@ -1,7 +1,5 @@
 """`lwr-duet figures`: which figures, where to, and how it says no."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib

@@ -1,7 +1,5 @@
 """What the figures show: their numbers repeat the paper's claims and our closed forms, and are the same each time."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Files that the user names: what is no file is neither waited for nor replaced, and no half of one is left."""
 
-from __future__ import annotations
-
 import errno
 import os
 import threading

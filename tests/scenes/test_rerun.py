@@ -1,7 +1,5 @@
 """A run made again from its inputs: to the last bit, as it would have been, in finer steps, and whether it is smooth."""
 
-from __future__ import annotations
-
 import math
 import pickle
 from dataclasses import replace

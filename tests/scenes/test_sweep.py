@@ -1,7 +1,5 @@
 """Grids of settings, and running them: every value checked first, every figure the same whatever the number of workers."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import multiprocessing

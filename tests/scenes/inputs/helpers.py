@@ -1,7 +1,5 @@
 """Targets of every kind, and runs in which a person wanted some."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 

@@ -1,7 +1,5 @@
 """A recorded person does the same again, from a log and from a file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

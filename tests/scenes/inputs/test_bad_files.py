@@ -1,7 +1,5 @@
 """A file of inputs is read back with suspicion: what is wrong in it is named, and nothing in it is run."""
 
-from __future__ import annotations
-
 import io
 import json
 import zipfile

@@ -1,7 +1,5 @@
 """What a person wanted, step by step: kept to the last bit, and forgotten in time."""
 
-from __future__ import annotations
-
 import pickle
 from typing import Any
 

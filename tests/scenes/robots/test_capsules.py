@@ -1,7 +1,5 @@
 """Capsules enclose all of a robot that can collide, and are tight."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Two robots of any kind in a room: they start well, can be dragged towards each other, and keep clear."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from typing import get_args

@@ -1,7 +1,5 @@
 """What robots look like: small, in two palettes, seen through as a ghost, taken from a cache, and inside the capsules."""
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Iterator

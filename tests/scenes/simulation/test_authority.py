@@ -1,7 +1,5 @@
 """Out of authority: top speed, a stop or a missing lever is told as the reason."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Settings that change on the way: no slider moves an arm, and each counts from then on."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal

@@ -1,7 +1,5 @@
 """Joints stay finite and inside their limits, whatever a person does."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

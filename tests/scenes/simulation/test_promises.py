@@ -3,8 +3,6 @@
 In one file, as its tests look at the same runs.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

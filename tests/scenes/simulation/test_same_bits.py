@@ -1,7 +1,5 @@
 """The same inputs always give the same bits: replays, resets, and runs beside a ghost."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal

@@ -1,7 +1,5 @@
 """Samples, the history's ring and the headless summary: what they say of a run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
