@@ -1,11 +1,17 @@
 """What several tests of the rooms need: runs shared by all of them, and ways into particular situations."""
 
-from collections.abc import Iterable
+import json
+import struct
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import platformdirs
+import pytest
 
 from controllers.kinematics import Array
 from controllers.proximity import Treatment
@@ -129,3 +135,22 @@ def recorded_run(
     recorded = log.window(window)
     assert recorded is not None
     return simulation, recorded
+
+
+@contextmanager
+def own_cache(folder: Path, *memories: Any) -> Iterator[Path]:
+    """A cache on disk in this folder and empty caches in memory, so that what is asked for really is built."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(platformdirs, "user_cache_dir", lambda *_: str(folder))
+        for memory in memories:
+            memory.cache_clear()
+        yield folder
+    for memory in memories:
+        memory.cache_clear()
+
+
+def glb_head(data: bytes) -> dict[str, Any]:
+    """The JSON head of a GLB file."""
+    magic, version, length, size, kind = struct.unpack("<IIIII", data[:20])
+    assert (magic, version, length, kind) == (0x46546C67, 2, len(data), 0x4E4F534A)
+    return json.loads(data[20 : 20 + size])
