@@ -20,7 +20,7 @@ from scenes.history import COLUMN
 from scenes.inputs import InputsLog, Recorded
 from scenes.settings import LawName, LawSettings, RigName, RunSettings, changed
 from scenes.simulation import Simulation
-from scenes.targets import HandTarget
+from scenes.targets import HandTarget, Target
 
 RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
 SCRIPT: float = 46.0
@@ -52,7 +52,7 @@ def column(table: Array, name: str) -> Array:
     return table[:, COLUMN[name]]
 
 
-def play(simulation: Simulation, targets: Iterable[HandTarget | None]) -> Array:
+def play(simulation: Simulation, targets: Iterable[Target | None]) -> Array:
     """Step once a target; return the history's table."""
     for target in targets:
         simulation.step(target)

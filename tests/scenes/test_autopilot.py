@@ -71,7 +71,7 @@ def test_it_goes_there_and_back(rig: RigName, guided: ArmName) -> None:
 
 
 def test_starts_and_targets() -> None:
-    # At time 0 it wants the hand where it is in the start posture, or where it is told that it is.
+    # At time 0 it wants the hand where it is in the start posture, or where the settings say.
     room = build_room("torso")
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)
