@@ -138,19 +138,8 @@ def test_any_bytes_are_refused(data: bytes) -> None:
         read_bvh(data)
 
 
-WORDS = [
-    "ROOT Hips",
-    "JOINT LeftArm",
-    "End Site",
-    "{",
-    "}",
-    "OFFSET 1 2 3",
-    "CHANNELS 1 Xrotation",
-    "MOTION",
-    "Frames: 1",
-    "1",
-    "Frame Time: 1",
-]
+WORDS = ["ROOT Hips", "JOINT LeftArm", "End Site", "{", "}", "OFFSET 1 2 3", "CHANNELS 1 Xrotation"]
+WORDS += ["MOTION", "Frames: 1", "1", "Frame Time: 1"]
 
 
 @given(st.lists(st.sampled_from(WORDS), max_size=40))

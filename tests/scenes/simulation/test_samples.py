@@ -96,12 +96,9 @@ def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> No
 
 
 def test_summaries() -> None:
-    # Every figure recomputed here from the table of a run with a person of one's own.
+    # Every figure recomputed here from the table of a run with a person who pushes towards the other hand, then lets go.
     class Pusher:
-        """Pushes towards the other hand, then lets go."""
-
         def target(self, time: float) -> HandTarget | None:
-            """Return the target at a time [s]."""
             return HandTarget(np.array([0.0, 0.0, 1.3])) if time < 2.0 else None
 
     ticks: list[int] = []
