@@ -25,7 +25,6 @@ def path(rig: RigName, guided: ArmName, seed: int, times: Array) -> Array:
 
 @given(st.sampled_from(RIG_NAMES), st.sampled_from(["left", "right"]), SEEDS)
 def test_a_seed_is_a_person(rig: RigName, guided: ArmName, seed: int) -> None:
-    """The same seed gives the same path bit for bit, in whatever order it is asked; the next seed another one."""
     times = np.linspace(0.0, 30.0, 40)
     first = path(rig, guided, seed, times)
     assert_array_equal(path(rig, guided, seed, times), first)

@@ -45,7 +45,6 @@ def long_run(settings: RunSettings, seconds: float = 30.0) -> Run:
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("scene", SCENES)
 def test_every_law_runs_in_every_experiment(scene: SceneName, law: LawName) -> None:
-    """Finite, inside the joint stops, and inside the velocity bounds, whatever is chosen; coupled and soft too."""
     for coupled in (False, True):
         settings = experiment(scene, law, law=LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single"))
         result = run(settings, 2.0)

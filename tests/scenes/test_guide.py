@@ -194,7 +194,6 @@ def test_it_comes_to_rest_without_jumps(rig: RigName) -> None:
 
 
 def test_reset_comes_to_rest_at_once() -> None:
-    """After `reset` the next tick starts from standing still, as that of a fresh guide at the same place does."""
     led, fresh = Led(), Led()
     goal = HandTarget(led.hand.translation + np.array([0.1, 0.1, 0.0]))
     for _ in range(50):

@@ -79,7 +79,6 @@ def test_turning_keeps_lengths(angles: Array, side: ArmName) -> None:
 
 @given(plain_arms, st.sampled_from(SIDES))
 def test_round_trip_of_the_angles(angles: Array, side: ArmName) -> None:
-    """Off the singular postures, points give back the angles, with or without a memory of something near."""
     points = arm_points(angles, side)
     assert_allclose(arm_angles(*points, EYE, side), angles, atol=1e-9)
     assert_allclose(arm_angles(*points, EYE, side, angles + 0.05), angles, atol=1e-9)
@@ -96,7 +95,6 @@ def test_round_trip_of_the_points(angles: Array, side: ArmName, scale: float) ->
 
 @given(bodies(plain_arms), st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(0.01, 100.0))
 def test_any_frame_and_unit(angles: Array, rotation: tuple[float, float, float], scale: float) -> None:
-    """Where the tracking has its origin, its axes and its unit makes no difference."""
     a, b, c = rotation
     turn = arm_rotation(np.array([a, b, c, 0.0]), "left")
     points = body_points(angles, turn, np.array([5.0, -2.0, 1.0]), scale)
@@ -126,7 +124,6 @@ def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
 
 @pytest.mark.parametrize("side", SIDES)
 def test_positive_control_without_a_memory_the_t_is_a_jump(side: ArmName) -> None:
-    """The same swing without the sample before turns flexion and rotation round in one step."""
     found = [
         direction_angles(*arm_directions(np.radians([0.1, raised, 0.0, 80.0]), side), side)
         for raised in np.linspace(80.0, 100.0, 41)

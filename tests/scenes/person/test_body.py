@@ -67,7 +67,6 @@ def drawn_poses(angles: Array) -> dict[str, pin.SE3]:
 
 @given(bodies(arms))
 def test_our_angles_are_the_models_joints(angles: Array) -> None:
-    """The human model, its joints at our angles, has its elbows and wrists where `arm_points` says."""
     found = model_points(angles)
     for i, side in enumerate(SIDES):
         for joint, wanted in zip(("shoulder", "elbow", "wrist"), arm_points(angles[i], side), strict=True):
@@ -75,7 +74,6 @@ def test_our_angles_are_the_models_joints(angles: Array) -> None:
 
 
 def test_the_nodes_go_where_the_arms_go() -> None:
-    """Shoulders, elbows and wrists of the drawing are those of the angles, to a millimetre."""
     for angles in np.random.default_rng(2).uniform(-1.0, 2.0, (20, 2, 4)):
         placed = drawn_poses(angles)
         for i, side in enumerate(SIDES):
@@ -129,7 +127,6 @@ def test_the_cache(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_without_the_package(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is missing, what for, and how to get it."""
 
     def missing(name: str) -> str:
         raise importlib.metadata.PackageNotFoundError(name)

@@ -150,7 +150,6 @@ def test_words_of_the_format_in_any_order_are_refused(found: list[str]) -> None:
 
 @given(st.integers(0, len(GOOD) - 1), st.integers(0, 60), st.text(max_size=6))
 def test_any_damage(start: int, length: int, patch: str) -> None:
-    """A good file with a hole and a patch is read, finite and complete, or refused with one line."""
     try:
         motion = read_bvh(GOOD[:start] + patch + GOOD[start + length :])
     except BadInputFile as error:

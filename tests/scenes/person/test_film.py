@@ -27,7 +27,6 @@ def test_without_the_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
 
 
 def test_missing_files(tmp_path: Path) -> None:
-    """A file that is not there is named, before anything is imported."""
     for attempt in (film.open_video, film.open_detector):
         for path in (tmp_path / "none.mp4", tmp_path):
             with pytest.raises(BadInputFile, match="there is no such file"):

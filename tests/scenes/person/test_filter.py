@@ -90,7 +90,6 @@ def test_lost(missing: np.ndarray | None) -> None:
     ("cutoff", "rate"), [(0.0, 1.0), (-1.0, 1.0), (math.nan, 1.0), (math.inf, 1.0), (3.0, 0.0), (3.0, math.nan), (3.0, 1e9)]
 )
 def test_bad_settings(cutoff: float, rate: float) -> None:
-    """Out of range is refused, with the range; the filter that was there goes on."""
     with pytest.raises(BadSetting, match="give a number from"):
         AngleFilter(ZERO, cutoff, rate)
     low_pass, twin = AngleFilter(ZERO), AngleFilter(ZERO)

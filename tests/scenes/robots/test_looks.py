@@ -36,7 +36,6 @@ def test_a_robot_is_small(name: RobotName, palette: str) -> None:
 @pytest.mark.parametrize("coarse", [False, True])
 @pytest.mark.parametrize("name", NAMES)
 def test_a_ghost_can_be_seen_through(name: RobotName, coarse: bool) -> None:
-    """And a solid arm cannot (positive control)."""
     for palette, mode in (("ghost", "BLEND"), ("silver", "OPAQUE")):
         materials = [material for data in robot_glbs(name, palette, coarse) for material in glb_head(data)["materials"]]
         assert materials and all(material["alphaMode"] == mode for material in materials)
@@ -81,7 +80,6 @@ def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_joint_frames_rebuild_the_chain(name: RobotName) -> None:
-    """Position, rotation and axis of every joint give Pinocchio's joint poses."""
     model = robot(name).model
     data = model.createData()
     for q in postures(model, 5):

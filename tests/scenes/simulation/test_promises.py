@@ -64,7 +64,6 @@ def test_a_finer_step_makes_the_smooth_minimum_no_rougher_and_the_closest_pair_a
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("pairs", TREATMENTS)
 def test_it_gets_out_of_contact(rig: RigName, pairs: Treatment) -> None:
-    """Put down 5 cm inside each other, the arms are apart within 1 s and clear of d_m within 2 s; unprotected they stay."""
     start = np.array(overlapping_start(rig))
     for law in ("smooth_priority", "unprotected"):
         simulation = Simulation(hold_settings(rig, pairs=pairs, law=law))
