@@ -18,11 +18,12 @@ from controllers.proximity import Treatment
 from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.inputs import InputsLog, Recorded
-from scenes.settings import LawName, LawSettings, RigName, RunSettings, changed
+from scenes.settings import LawName, LawSettings, RigName, RunSettings, SceneName, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
 
 RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
+SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
 SCRIPT: float = 46.0
 """Length of a hold run [s]."""
 
@@ -119,11 +120,11 @@ def given_settings(**changes: object) -> RunSettings:
     return settings
 
 
-def recorded_run(
-    settings: RunSettings, seconds: float, window: float, changes: dict[float, dict[str, Any]] | None = None
-) -> tuple[Simulation, Recorded]:
-    """A run with the experiment's own person, and its last seconds; the settings change at shares of its time."""
-    simulation, log = Simulation(settings), InputsLog()
+def logged_run(
+    settings: RunSettings, seconds: float, log: InputsLog | None = None, changes: dict[float, dict[str, Any]] | None = None
+) -> tuple[Simulation, InputsLog]:
+    """A run with the experiment's own person, and the log of it; the settings change at shares of its time."""
+    simulation, log = Simulation(settings), log or InputsLog()
     person, due = simulation.source(), dict(changes or {})
     while simulation.time < seconds - 1e-9:
         for share in [share for share in due if simulation.time >= share * seconds]:
@@ -132,6 +133,19 @@ def recorded_run(
         target = person.target(simulation.time)
         log.record(simulation, target)
         simulation.step(target)
+    return simulation, log
+
+
+def scene_settings(scene: SceneName, **changes: object) -> RunSettings:
+    """The default settings in a scene, where a ball crosses if there is one."""
+    return given_settings(scene=scene, ball="cross" if scene == "ball" else "still", **changes)
+
+
+def recorded_run(
+    settings: RunSettings, seconds: float, window: float, changes: dict[float, dict[str, Any]] | None = None
+) -> tuple[Simulation, Recorded]:
+    """The same run, and its last seconds."""
+    simulation, log = logged_run(settings, seconds, changes=changes)
     recorded = log.window(window)
     assert recorded is not None
     return simulation, recorded

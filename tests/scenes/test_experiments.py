@@ -23,9 +23,8 @@ from scenes.settings import (
 )
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
-from tests.scenes.helpers import column, play, with_law
+from tests.scenes.helpers import SCENES, column, play, with_law
 
-SCENES = get_args(SceneName)
 LAWS = get_args(LawName)
 ROBOTS = get_args(RobotName)
 

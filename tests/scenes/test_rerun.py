@@ -21,16 +21,15 @@ from scenes.settings import LawName, RunSettings, SceneName, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, Measured, Verdict, largest_step, unmeasured
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
-from tests.scenes.helpers import column, given_settings, recorded_run
-
-SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
+from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, scene_settings
 
 
 @cache
 def session(scene: SceneName, law: LawName, seconds: float, window: float) -> tuple[Simulation, Recorded]:
     """A run with the experiment's own person whose settings change twice, and its last seconds."""
-    settings = given_settings(scene=scene, law=law, ball="cross" if scene == "ball" else "still")
-    return recorded_run(settings, seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}})
+    return recorded_run(
+        scene_settings(scene, law=law), seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}}
+    )
 
 
 @pytest.mark.parametrize(

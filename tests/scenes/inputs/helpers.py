@@ -7,11 +7,10 @@ from hypothesis import strategies as st
 
 from scenes.inputs import InputsLog, Recorded
 from scenes.inputs_file import recorded_bytes
-from scenes.settings import RunSettings, SceneName, changed
-from scenes.simulation import Simulation
+from scenes.settings import SceneName, changed
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from tests.scenes.helpers import logged_run, scene_settings
 
-SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
 Arrays = st.SearchStrategy[np.ndarray]
 
 
@@ -39,25 +38,6 @@ def same(a: Target | None, b: Target | None) -> bool:
         return a is b
     fields = ([(None if x is None else (x.tobytes("A"), x.shape, x.flags.fnc)) for x in target] for target in (a, b))
     return next(fields) == next(fields)
-
-
-def scene_settings(scene: SceneName, **changes: object) -> RunSettings:
-    """The default settings in a scene."""
-    settings = changed(RunSettings(), "scene", scene)
-    for key, value in ({"ball": "cross"} if scene == "ball" else {} | changes).items():
-        settings = changed(settings, key, value)
-    return settings
-
-
-def logged_run(settings: RunSettings, seconds: float, log: InputsLog | None = None) -> tuple[Simulation, InputsLog]:
-    """A run with the experiment's own person, and the log of it."""
-    simulation, log = Simulation(settings), log or InputsLog()
-    person = simulation.source()
-    for _ in range(round(seconds / settings.dt)):
-        target = person.target(simulation.time)
-        log.record(simulation, target)
-        simulation.step(target)
-    return simulation, log
 
 
 def everything(log: InputsLog) -> Recorded:

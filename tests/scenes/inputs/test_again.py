@@ -16,7 +16,8 @@ from scenes.packing import PackedTargets, encoded
 from scenes.rerun import rerun
 from scenes.settings import RunSettings, SceneName, changed
 from scenes.targets import HandTarget, Target
-from tests.scenes.inputs.helpers import SCENES, arrays, everything, logged_run, same, sample_file, scene_settings, targets
+from tests.scenes.helpers import SCENES, logged_run, scene_settings
+from tests.scenes.inputs.helpers import arrays, everything, same, sample_file, targets
 
 
 @pytest.mark.parametrize("scene", SCENES)

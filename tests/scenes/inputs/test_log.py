@@ -14,7 +14,8 @@ from scenes.rerun import rerun
 from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
-from tests.scenes.inputs.helpers import TARGETS, everything, logged_run, same, scene_settings
+from tests.scenes.helpers import logged_run, scene_settings
+from tests.scenes.inputs.helpers import TARGETS, everything, same
 
 
 def test_whole_numbers_and_slices_are_targets_too() -> None:
