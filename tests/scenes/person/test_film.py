@@ -18,8 +18,7 @@ def test_without_the_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
         raise ModuleNotFoundError(f"No module named {name!r}")
 
     monkeypatch.setattr(importlib, "import_module", missing)
-    there = tmp_path / "file"
-    there.write_bytes(b"x")
+    (there := tmp_path / "file").write_bytes(b"x")
     for attempt in (lambda: film.open_camera(0), lambda: film.open_video(there), lambda: film.open_detector(there)):
         with pytest.raises(MissingPackage, match=r"pip install 'lwr-duet\[camera\]'") as caught:
             attempt()
