@@ -14,7 +14,6 @@ SEEDS = (0, 1, 2, 17, -3)
 @pytest.mark.parametrize("name", CLIP_NAMES)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_loop(name: ClipName, seed: int) -> None:
-    """It starts and ends at rest, and begins again."""
     clip = Clip(name, seed)
     assert_allclose(clip.angles(0.0), REST, atol=1e-12)
     assert_allclose(clip.angles(clip.duration), REST, atol=1e-9)

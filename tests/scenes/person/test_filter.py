@@ -34,7 +34,7 @@ def test_steps_rates_and_inputs() -> None:
     a = low_pass.step(wanted, 0.005)
     b = low_pass.step(wanted, 0.005)
     assert_allclose(low_pass.rates, (b - a) / 0.005, atol=1e-12)
-    # Who is never seen moves nothing.
+    # A person who is never seen moves nothing.
     low_pass = AngleFilter(np.full((2, 4), 0.3))
     assert_allclose(low_pass.step(None, 0.1), 0.3)
     assert low_pass.lost
@@ -52,12 +52,9 @@ def test_steps_rates_and_inputs() -> None:
 
 
 @given(
-    st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=6),
-    st.floats(0.1, 50.0),
-    st.floats(0.05, 20.0),
-    st.floats(1e-4, 0.5),
+    st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=6), st.floats(0.1, 50.0), st.floats(0.05, 20.0), st.floats(1e-4, 0.5),
     st.integers(2, 9),
-)
+)  # fmt: skip
 def test_the_step_does_not_matter(inputs: list[float], cutoff: float, rate: float, dt: float, parts: int) -> None:
     """One step, or many short ones with the same input: the same output; and never faster than allowed."""
     one, many = (AngleFilter(np.zeros(1), cutoff, rate) for _ in range(2))

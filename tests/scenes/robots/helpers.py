@@ -1,7 +1,5 @@
 """The robots of example-robot-data, read by another program too."""
 
-from __future__ import annotations
-
 import importlib.metadata
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Any arm moves as its own file says, and a file that is missing or damaged is named with its remedy."""
 
-from __future__ import annotations
-
 import importlib.metadata
 from dataclasses import replace
 
