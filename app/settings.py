@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal, NamedTuple, get_args
 
 from controllers.errors import BadSetting
-from scenes.settings import RunSettings, Spec, changed, values
+from scenes.settings import LawName, RunSettings, Spec, changed, values
 
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
@@ -15,26 +15,19 @@ Language = Literal["auto", "en", "de", "sl", "pseudo"]
 Details = Literal["none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "pairs", "stability"]
 """What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
 in one plot; distance against error over n and v; which pair is closest; section III."""
-Ghost = Literal[
-    "off",
-    "frozen",
-    "smooth_priority",
-    "strict_priority",
-    "strict_switched",
-    "null_space_avoidance",
-    "potential_field",
-    "barrier_qp",
-    "intermediate_value",
-    "unprotected",
-    "own",
-]
+Ghost = Literal["off", "frozen", LawName, "own"]
 """A second run on the same inputs: none, with the settings frozen when it was chosen, with another law, or with the one of `--law-file`
 while the settings' law runs."""
 Source = Literal["clips", "figure", "file", "camera"]
 """Who is imitated: a built-in clip, the figure on the stage, a BVH file, or a camera at the server."""
 
 
-def _declared(default: Any, spec: Spec) -> Any:
+def _choice(default: str, kind: Any, key: str, label: str, text: str, labels: tuple[str, ...]) -> Any:
+    """Declare a setting with choices. `kind`: their Literal; `labels`: what a person reads for each of them."""
+    return _value(default, Spec(key, label, text, choices=get_args(kind), choice_labels=labels))
+
+
+def _value(default: Any, spec: Spec) -> Any:
     return field(default=default, metadata={"spec": spec})
 
 
@@ -42,92 +35,64 @@ def _declared(default: Any, spec: Spec) -> Any:
 class PageSettings:
     """How the page looks and what moves at the start; none of it changes the simulation's numbers."""
 
-    theme: Theme = _declared(
-        "light", Spec("theme", "colours", "Light or dark.", choices=("light", "dark"), choice_labels=("Light", "Dark"))
+    theme: Theme = _choice("light", Theme, "theme", "colours", "Light or dark.", ("Light", "Dark"))
+    profile: Profile = _choice(
+        "desk", Profile, "profile", "text", "Larger text and stronger lines for a projector.", ("Desk", "Projector")
     )
-    profile: Profile = _declared(
-        "desk",
-        Spec(
-            "profile",
-            "text",
-            "Larger text and stronger lines for a projector.",
-            choices=("desk", "projector"),
-            choice_labels=("Desk", "Projector"),
-        ),
-    )
-    picture: Picture = _declared(
+    picture: Picture = _choice(
         "fine",
-        Spec(
-            "picture",
-            "picture",
-            "Fast leaves out shadows and reflections; a browser without a graphics card starts with it.",
-            choices=("fine", "fast"),
-            choice_labels=("Fine", "Fast"),
-        ),
+        Picture,
+        "picture",
+        "picture",
+        "Fast leaves out shadows and reflections; a browser without a graphics card starts with it.",
+        ("Fine", "Fast"),
     )
-    language: Language = _declared(
+    language: Language = _choice(
         "auto",
-        Spec(
-            "lang",
-            "language",
-            "Of everything on the page, and of lessons 1 to 3.",
-            choices=("auto", "en", "de", "sl", "pseudo"),
-            choice_labels=("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
-        ),
+        Language,
+        "lang",
+        "language",
+        "Of everything on the page, and of lessons 1 to 3.",
+        ("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
     )
-    autopilot: bool = _declared(
+    autopilot: bool = _value(
         True, Spec("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.")
     )
-    speed: float = _declared(1.0, Spec("speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25))
-    details: Details = _declared(
+    speed: float = _value(1.0, Spec("speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25))
+    details: Details = _choice(
         "none",
-        Spec(
-            "plot",
-            "more plots",
-            "A third plot.",
-            choices=get_args(Details),
-            choice_labels=("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "Pairs", "M"),
-        ),
+        Details,
+        "plot",
+        "more plots",
+        "A third plot.",
+        ("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "Pairs", "M"),
     )
-    ghost: Ghost = _declared(
+    ghost: Ghost = _choice(
         "off",
-        Spec(
-            "ghost",
-            "ghost",
-            "A second, translucent run on the very same inputs: with the settings of this moment, or with another law.",
-            choices=get_args(Ghost),
-            choice_labels=(
-                "Off",
-                "These settings, frozen",
-                "Smooth priority",
-                "Strict, always on",
-                "Strict, switched at d_m",
-                "Null-space avoidance",
-                "Potential field",
-                "Barrier QP",
-                "Intermediate value",
-                "Unprotected",
-                "My own law (--law-file)",
-            ),
+        Ghost,
+        "ghost",
+        "ghost",
+        "A second, translucent run on the very same inputs: with the settings of this moment, or with another law.",
+        (
+            *("Off", "These settings, frozen"),
+            *("Smooth priority", "Strict, always on", "Strict, switched at d_m", "Null-space avoidance"),
+            *("Potential field", "Barrier QP", "Intermediate value", "Unprotected"),
+            "My own law (--law-file)",
         ),
     )
-    what_if: bool = _declared(
+    what_if: bool = _value(
         False,
         Spec(
-            "whatif",
-            "what if",
-            "Moving d_m, n, v or K computes the last 30 s again and draws the new curves over the old ones.",
+            "whatif", "what if", "Moving d_m, n, v or K computes the last 30 s again and draws the new curves over the old ones."
         ),
     )
-    source: Source = _declared(
+    source: Source = _choice(
         "clips",
-        Spec(
-            "source",
-            "person",
-            "Who is imitated.",
-            choices=get_args(Source),
-            choice_labels=("Built-in clip", "The figure: drag it", "A BVH file", "A camera at the server"),
-        ),
+        Source,
+        "source",
+        "person",
+        "Who is imitated.",
+        ("Built-in clip", "The figure: drag it", "A BVH file", "A camera at the server"),
     )
 
 

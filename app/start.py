@@ -32,12 +32,10 @@ class App:
     """A running server with its host and its frame loop; made by `start_app`.
 
     Args:
-        context: the app's parts.
         host: what the server shows.
         preparation: of what is slow the first time; None for none.
 
     Attributes:
-        context, host: see above.
         server, url: the context's server, and the address of the page.
     """
 

@@ -17,13 +17,10 @@ PAUSE_RANGE: Final = (0.4, 1.2)
 
 
 class Autopilot:
-    """The wanted position of the guided hand at any time, a pure function of the seed.
-
-    Moves alternate between a random place on the other arm, as it stood at the start, and a random place near home. Each is a quintic
-    (rest to rest, smooth in acceleration).
+    """The wanted position of the guided hand at any time, a pure function of the seed: quintics from rest to rest, by turns to a random
+    place on the other arm, as it stood at the start, and to one near home.
 
     Args:
-        room: where.
         guided: the arm that the person holds.
         seed: which person.
         start: where the hand is at time 0 (3,) [m]; None for its place in the rig's start posture.

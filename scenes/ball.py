@@ -1,7 +1,4 @@
-"""A ball in the way (Fig. 1): one arm takes its hand from A to B past an obstacle, and back.
-
-With one control point the critical point never changes, so that the paper's law is smooth in the strict sense.
-"""
+"""A ball in the way (Fig. 1): one arm takes its hand from A to B past an obstacle, and back; with one control point the law is smooth."""
 
 from typing import Final
 
@@ -53,12 +50,7 @@ def source(world: World, settings: RunSettings) -> TargetSource:
 
 
 class BallSwing:
-    """Carries the ball across the path and back, at a pace that the seed chooses.
-
-    Args:
-        middle: of its way (3,) [m].
-        seed: which person.
-    """
+    """Carries the ball across the path and back, at a pace that the seed chooses. `middle`: of its way (3,) [m]; `seed`: which person."""
 
     def __init__(self, middle: Array, seed: int) -> None:
         self._middle = middle.copy()

@@ -29,6 +29,6 @@ EXPERIMENTS: Final[dict[SceneName, Experiment]] = {
     "solo": Experiment(solo.roles, solo.source),
     "ball": Experiment(ball.roles, ball.source),
     "hold": Experiment(hold.roles, hold.source),
-    "master_slave": Experiment(master_slave.roles, master_slave.source, "rad²"),
+    "master_slave": Experiment(master_slave.roles, hold.source, "rad²"),
     "imitation": Experiment(imitation.roles, imitation.source, "rad²"),
 }

@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import importlib.metadata
-import itertools
 import json
 import struct
+import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ import platformdirs
 from numpy.typing import NDArray
 
 from scenes.files import replacing
+from scenes.surfaces import join
 
 if TYPE_CHECKING:
     import trimesh
@@ -68,8 +69,7 @@ Piece = tuple[str, NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], 
 def glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
     """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as float32.
 
-    Written here because trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes
-    on an index.
+    trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes on an index.
     """
     pieces: list[Piece] = [
         (name, np.asarray(part.vertices), np.asarray(part.vertex_normals), np.asarray(part.faces), material, None)
@@ -135,16 +135,12 @@ SHEEN: Final = np.array([0.040, 0.044, 0.055])
 
 
 def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
-    """Pack meshes into one that is drawn at one go, its materials' colours and the light on them painted on its vertices.
+    """Pack meshes into one that is drawn at one go, materials and the light of its own frame painted on its vertices.
 
-    Without a graphics card every mesh drawn costs as much as thousands of triangles, and lighting a pixel more than filling it. The
-    light is that of the mesh's own frame and turns with it.
+    Without a graphics card every mesh drawn costs as much as thousands of triangles, and lighting a pixel more than filling it.
     """
-    parts = list(meshes.values())
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    vertices = np.vstack([part.vertices for part in parts])
-    faces = np.vstack([part.faces + start for part, start in zip(parts, starts, strict=False)])
-    normals = np.vstack([part.vertex_normals for part in parts])
+    whole = join(meshes.values())
+    vertices, normals, faces = np.asarray(whole.vertices), np.asarray(whole.vertex_normals), np.asarray(whole.faces)
     colours = np.vstack([np.tile(palette[name].linear()[:3], (len(part.vertices), 1)) for name, part in meshes.items()])
     facing = np.clip(normals @ PAINTED_LIGHT, -1.0, 1.0)[:, None]
     colours = np.minimum(colours * (1.20 + 0.60 * facing) + SHEEN * (0.5 + 0.5 * facing) ** 3, 1.0)
@@ -178,44 +174,22 @@ def stored_only() -> Iterator[None]:
 
 
 def cached(name: str, key: str, build: Callable[[], tuple[bytes, ...]]) -> tuple[bytes, ...]:
-    """What `build` gives, from the user's cache folder where possible.
-
-    The file holds its key and a checksum, so a torn, foreign or stale file is simply built again; a folder that can't be read or
-    written only costs the time to build.
+    """What `build` gives, from the user's cache where possible: a ZIP archive with the key as its comment, built again if torn or stale.
 
     Raises:
         NotStored: see `stored_only`.
     """
     file = Path(platformdirs.user_cache_dir("lwr-duet")) / f"{name}.bin"
-    try:
-        return _unpack(file.read_bytes(), key)
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
+    with contextlib.suppress(Exception), zipfile.ZipFile(file) as archive:
+        if archive.comment == key.encode():
+            return tuple(archive.read(name) for name in archive.namelist())
     if _STORED_ONLY.get():
         raise NotStored(name)
     blobs = build()
     with contextlib.suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(file) as new:
-            new.write_bytes(_pack(blobs, key))
+        with replacing(file) as new, zipfile.ZipFile(new, "w") as archive:
+            archive.comment = key.encode()
+            for number, blob in enumerate(blobs):
+                archive.writestr(zipfile.ZipInfo(str(number)), blob)
     return blobs
-
-
-def _pack(blobs: tuple[bytes, ...], key: str) -> bytes:
-    body = b"".join(blobs)
-    head = {"key": key, "sizes": [len(blob) for blob in blobs], "sha256": hashlib.sha256(body).hexdigest()}
-    return json.dumps(head).encode() + b"\n" + body
-
-
-def _unpack(data: bytes, key: str) -> tuple[bytes, ...]:
-    line, separator, body = data.partition(b"\n")
-    head = json.loads(line)
-    if (
-        not separator
-        or head["key"] != key
-        or head["sha256"] != hashlib.sha256(body).hexdigest()
-        or sum(head["sizes"]) != len(body)
-    ):
-        raise ValueError("stale or damaged cache")
-    ends = np.cumsum([0, *head["sizes"]])
-    return tuple(body[a:b] for a, b in itertools.pairwise(ends))

@@ -7,16 +7,13 @@ from itertools import product
 from typing import Any, Final
 
 from controllers.errors import BadSetting
-from scenes.headless import run
+from scenes.headless import check_length, run
 from scenes.settings import RunSettings, changed, specs, validate, values
 
 FORMS: Final = "write key=a:b (steps of 1), key=a:b:count (evenly spaced) or key=x,y,z"
 
 MOST_POINTS: Final = 20_000
 """Largest grid; a point takes about a second."""
-
-MOST_STEPS: Final = 1_000_000
-"""Longest run of a point, in steps."""
 
 Point = tuple[Any, ...]
 """One value for each axis, in the axes' order."""
@@ -97,9 +94,7 @@ def _rehearse(grid: Grid) -> None:
     seen: set[Point] = set()
     for point in grid.points():
         settings = validate(grid.at(point))
-        longest = MOST_STEPS * settings.dt
-        if not 0.0 < grid.seconds <= longest:
-            raise BadSetting(f"seconds = {grid.seconds:g} is out of range; give a number up to {longest:g} (or a larger dt).")
+        check_length(settings, grid.seconds)
         choices = tuple(value for axis, value in zip(grid.axes, point, strict=True) if axis.key not in numbers)
         if choices not in seen:
             seen.add(choices)
@@ -135,17 +130,15 @@ def read_axis(text: str, settings: RunSettings) -> Axis:
     if len(parts) == 1:
         wanted: list[Any] = [part.strip() for part in body.split(",")]
     elif isinstance(values(settings)[key], (str, bool)):
-        raise BadSetting(f"over = {text!r}: {key} is no number; list its values, as in {key}={_listed(known[key].choices)}.")
+        raise BadSetting(
+            f"over = {text!r}: {key} is no number; list its values, as in {key}={','.join(known[key].choices) or '0,1'}."
+        )
     else:
         wanted = _range(text, parts)
     found = tuple(values(changed(settings, key, value))[key] for value in wanted)
     if len(set(found)) < len(found):
         raise BadSetting(f"over = {text!r} names a value twice; name each once.")
     return Axis(key, found)
-
-
-def _listed(choices: tuple[str, ...]) -> str:
-    return ",".join(choices) or "0,1"
 
 
 def _range(text: str, parts: list[str]) -> list[float]:

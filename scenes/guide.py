@@ -31,14 +31,11 @@ SATURATIONS: Final = 4
 
 
 class Guide:
-    """Turns hand targets into velocities of the guided arm.
+    """Turns hand targets into velocities of the guided arm, redundancy-resolved and inside its joint bounds.
 
-    The arm follows in its redundancy-resolved way, inside its joint bounds, and no point of its axis (elbow, wrist, hand tip) moves
-    faster than `top_speed`; since the normal of a capsule meets its axis, no closest point approaches faster either.
+    No point of its axis (elbow, wrist, hand tip) moves faster than `top_speed`, so no closest point does: a capsule's normal meets it.
 
     Args:
-        kinematics: of all arms.
-        arm: the guided one.
         robot: its make.
         box: its velocity bounds; to be updated before `follow`.
         posture: q (n,) it likes to be in [rad].

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from controllers.laws.situation import Law
 from scenes.history import COLUMN
@@ -35,7 +36,6 @@ class Summary:
             reaches q̇. While λ ≈ 0 it does not matter which pair is the closest, and a smooth minimum has no such jumps. For other
             laws λ is what they show in its place; of one that shows none, nothing is counted.
         out_of_authority_s: time during which the arm could not do what the law asked for [s].
-        steps: number of them.
         step_us_median: median wall time of one step of both arms [µs].
     """
 
@@ -55,17 +55,22 @@ class Summary:
 
 @dataclass(frozen=True)
 class Run:
-    """A finished run.
-
-    Attributes:
-        simulation: at its end.
-        table: every step of it (steps, columns of `scenes.history`).
-        summary: of it.
-    """
+    """A finished run. `simulation`: at its end; `table`: every step of it (steps, columns of `scenes.history`)."""
 
     simulation: Simulation
     table: Array
     summary: Summary
+
+
+MOST_STEPS: Final = 1_000_000
+"""Longest run; every step of it is kept, at 312 bytes each."""
+
+
+def check_length(settings: RunSettings, seconds: float) -> None:
+    """Raise `BadSetting` if a run of so much simulated time [s] cannot be made."""
+    longest = MOST_STEPS * settings.dt
+    if not 0.0 < seconds <= longest:
+        raise BadSetting(f"seconds = {seconds:g} is out of range; give a number up to {longest:g} (or a larger dt).")
 
 
 def run(

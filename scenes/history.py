@@ -18,7 +18,6 @@ closest pair (−1 if there is none), distance the law acts on [m], approach alo
 
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
 _HEAD: Final = len(SCALARS)
-
 _FIRST: Final = COLUMN["e2_b"]
 
 
@@ -64,12 +63,7 @@ class Sample:
 
 
 class History:
-    """The last `capacity` steps.
-
-    Args:
-        capacity: rows kept.
-        joints: nv, joints of all arms.
-    """
+    """The last `capacity` steps. `joints`: nv, joints of all arms."""
 
     def __init__(self, capacity: int, joints: int) -> None:
         self._rows = np.full((capacity, _HEAD + 3 * joints), np.nan)

@@ -18,6 +18,6 @@ def roles(world: World, settings: RunSettings) -> Roles:
 
 
 def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return the autopilot of the guided arm, starting where its hand is."""
+    """Return the autopilot of the arm that the person moves, starting where its hand is."""
     start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
     return Autopilot(world.room, settings.guided, settings.seed, start)

@@ -27,11 +27,7 @@ def source(world: World, settings: RunSettings) -> TargetSource:
 
 
 class ClipPerson:
-    """Makes the gestures of a built-in clip.
-
-    Args:
-        settings: which clip, and which person by the seed.
-    """
+    """Makes the gestures of a built-in clip. `settings`: which clip, and which person by the seed."""
 
     def __init__(self, settings: RunSettings) -> None:
         self._clip = Clip(settings.clip, settings.seed)

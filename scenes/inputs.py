@@ -151,10 +151,7 @@ class InputsLog:
         return self._nbytes + len(self._codes) * _OPEN_BYTES
 
     def record(self, simulation: Simulation, target: Target | None) -> None:
-        """Note what the next step of the simulation is made with; to be called before each of them.
-
-        A simulation that was reset, or that got other roles or another room, cannot be repeated from before that: the log starts again.
-        """
+        """Note what the next step is made with, before each; after a reset, or with other roles or another room, the log starts again."""
         steps = simulation.steps
         if steps != self._expected or simulation.settings is not self._settings or steps >= self._turn:
             self._turn_over(simulation)

@@ -5,9 +5,8 @@ import pinocchio as pin
 
 from scenes.arm_tasks.follow_task import JointFollower, Master
 from scenes.arm_tasks.guided_task import GuidedTask
-from scenes.autopilot import Autopilot
 from scenes.robots import Robot
-from scenes.roles import Roles, TargetSource, mirror_signs
+from scenes.roles import Roles, mirror_signs
 from scenes.settings import RunSettings
 from scenes.world import World
 
@@ -20,12 +19,6 @@ def roles(world: World, settings: RunSettings) -> Roles:
     held = GuidedTask(world, master, made)
     follower = JointFollower(world, slave, Master(world, master, slave, mirror_signs(_axes(made))))
     return Roles((held, follower), master, slave, follower, held, (follower, held))
-
-
-def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return the autopilot of the master, starting where its hand is."""
-    start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
-    return Autopilot(world.room, settings.guided, settings.seed, start)
 
 
 def _axes(robot: Robot) -> np.ndarray:

@@ -65,12 +65,7 @@ def read_inputs(path: Path) -> Recording:
 
 
 def inputs_from(data: bytes, path: str) -> Recording:
-    """Return the recording in a CSV file's content; see `read_inputs`.
-
-    Args:
-        data: the content.
-        path: of the file, for messages.
-    """
+    """Return the recording in a CSV file's content; see `read_inputs`. `path`: of the file, for messages."""
     try:
         lines = data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:

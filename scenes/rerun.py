@@ -49,7 +49,6 @@ class Rerun:
 
     Attributes:
         table: one row a step (steps, columns of `scenes.history`).
-        summary: of it.
         seams: rows from which on other settings, or another kind of target, were in force.
     """
 

@@ -37,7 +37,6 @@ class Rig:
     """Two bases and a start.
 
     Attributes:
-        name: of the rig.
         left_base, right_base: poses in the world.
         left_start, right_start: postures (7,) [rad].
         camera: a view that shows both arms.
@@ -57,46 +56,39 @@ def _turn(roll: float, pitch: float, yaw: float) -> Array:
     return pin.rpy.rpyToMatrix(0.0, y, 0.0) @ pin.rpy.rpyToMatrix(x, 0.0, 0.0) @ pin.rpy.rpyToMatrix(0.0, 0.0, z)
 
 
-def _torso() -> Rig:
-    # The authors' laboratory: bases from the second author's own two-LWR example.
-    start = np.radians([-78.0, 58.0, 62.0, -84.0, 0.0, -35.0, 0.0])
-    return Rig(
-        "torso",
-        pin.SE3(_turn(-60.0, 35.0, 120.0), np.array([0.0, 0.0765, 0.92])),
-        pin.SE3(_turn(60.0, 35.0, -120.0), np.array([0.0, -0.0765, 0.92])),
-        start * MIRROR,
-        start,
-        Camera((0.30, 0.0, 0.93), (2.45, -0.45, 0.69), 1.70, 0.80, float(np.radians(32.0))),
-    )
+FIELD_OF_VIEW: Final = float(np.radians(32.0))
+
+_torso_start = np.radians([-78.0, 58.0, 62.0, -84.0, 0.0, -35.0, 0.0])
+# The authors' laboratory: bases from the second author's own two-LWR example.
+_TORSO: Final = Rig(
+    "torso",
+    pin.SE3(_turn(-60.0, 35.0, 120.0), np.array([0.0, 0.0765, 0.92])),
+    pin.SE3(_turn(60.0, 35.0, -120.0), np.array([0.0, -0.0765, 0.92])),
+    _torso_start * MIRROR,
+    _torso_start,
+    Camera((0.30, 0.0, 0.93), (2.45, -0.45, 0.69), 1.70, 0.80, FIELD_OF_VIEW),
+)
 
 
 TABLE_SEPARATION: Final = 1.1
 """Distance between the bases on the table [m]."""
 
 
-def _table() -> Rig:
-    start = np.radians([0.0, 15.0, 0.0, 100.0, 0.0, -70.0, 0.0])
-    half = TABLE_SEPARATION / 2.0
-    return Rig(
-        "table",
-        pin.SE3(np.eye(3), np.array([-half, 0.0, TABLE_HEIGHT])),
-        pin.SE3(_turn(0.0, 0.0, 180.0), np.array([half, 0.0, TABLE_HEIGHT])),
-        start,
-        start.copy(),
-        Camera((0.0, 0.0, 1.27), (0.45, -2.75, 0.67), 1.75, 1.32, float(np.radians(32.0))),
-    )
+_table_start = np.radians([0.0, 15.0, 0.0, 100.0, 0.0, -70.0, 0.0])
+_TABLE: Final = Rig(
+    "table",
+    pin.SE3(np.eye(3), np.array([-TABLE_SEPARATION / 2.0, 0.0, TABLE_HEIGHT])),
+    pin.SE3(_turn(0.0, 0.0, 180.0), np.array([TABLE_SEPARATION / 2.0, 0.0, TABLE_HEIGHT])),
+    _table_start,
+    _table_start.copy(),
+    Camera((0.0, 0.0, 1.27), (0.45, -2.75, 0.67), 1.75, 1.32, FIELD_OF_VIEW),
+)
 
+RIGS: Final[dict[RigName, Rig]] = {"torso": _TORSO, "table": _TABLE}
 
-RIGS: Final[dict[RigName, Rig]] = {"torso": _torso(), "table": _table()}
-
-
-def _alone() -> Rig:
-    base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
-    start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
-    # From the front and from the side at once: the way from A to B runs across the view, and the arm does not stand before it.
-    camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, float(np.radians(32.0)))
-    return Rig("table", base, base, start, start, camera)
-
-
-ALONE: Final = _alone()
+_alone_base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
+_alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
+# From the front and from the side at once: the way from A to B runs across the view, and the arm does not stand before it.
+_alone_camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, FIELD_OF_VIEW)
+ALONE: Final = Rig("table", _alone_base, _alone_base, _alone_start, _alone_start, _alone_camera)
 """Where a single arm stands, whatever the rig of two: upright at the end of the table. Only its left half is used."""

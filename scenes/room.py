@@ -49,7 +49,6 @@ class Room:
 
     Attributes:
         rig: where the arms stand.
-        robots: one for each arm.
         model: all arms, left first (14 joints for two LWRs), then the ball's three translations if there is one.
         geometry: their capsules, named "left hand" …, and the pairs.
         arms: left and right, or the one that stands alone.
@@ -113,10 +112,7 @@ def build_room(rig_name: RigName, robot_name: RobotName = "lwr") -> Room:
 
 @cache
 def build_imitation_room() -> Room:
-    """Return the torso with two LWRs that stand like a person with the elbows at the sides, built once.
-
-    A person's two arms fit the laboratory's torso with LWRs, nothing else; and its usual start bends the elbows the other way.
-    """
+    """Return the torso with two LWRs, their elbows at the sides like a person's, built once; no other room or robot fits a person."""
     room = build_room("torso")
     start = room.start.copy()
     for arm, joints in zip(room.arms, natural_pose(REST), strict=True):
@@ -149,11 +145,10 @@ def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand")
         # The pedestal cannot move.
         _pair_bodies(model, geometry, f"{ALONE_NAME} ", "ball", movable=True)
     else:
-        carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else _hand_placement(model, arm)
-        geometry.addGeometryObject(pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS)))
-        geometry.addCollisionPair(
-            pin.CollisionPair(geometry.getGeometryId(f"control point at the {point}"), geometry.getGeometryId("ball"))
-        )
+        hand = model.frames[arm.hand]
+        carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else (hand.parentJoint, hand.placement)
+        shape = pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS))
+        geometry.addCollisionPair(pin.CollisionPair(geometry.addGeometryObject(shape), geometry.getGeometryId("ball")))
     ball_start = _beside_the_path(model, arm, start, point)
     whole = np.concatenate([start, ball_start])
     return Room(ALONE, (made,), model, geometry, (arm,), whole, slice(first, first + 3), point)
@@ -161,11 +156,6 @@ def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand")
 
 def _alone_start(robot_name: RobotName) -> Array:
     return ALONE.left_start.copy() if robot_name == "lwr" else start_posture(robot_name, "table", "left")
-
-
-def _hand_placement(model: pin.Model, arm: Arm) -> tuple[int, pin.SE3]:
-    frame = model.frames[arm.hand]
-    return frame.parentJoint, frame.placement
 
 
 def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:

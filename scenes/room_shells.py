@@ -1,14 +1,12 @@
-"""What the arms stand on: a slender torso for two shoulders, and a workbench for two upright arms; made by code, as GLB files.
+"""What the arms stand on: a slender torso, and a workbench; made by code, as GLB files, for the eye only and no obstacle.
 
-World frame: z up, floor at z = 0, metres. The furniture is for the eye only and is no obstacle. Greys without a hue, neither
-black nor white, so that orange arms stand out before them in light and in dark mode.
+World frame: z up, floor at z = 0, metres. Greys without a hue, so that orange arms stand out before them in light and in dark mode.
 """
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -20,14 +18,12 @@ from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, sm
 if TYPE_CHECKING:
     import trimesh
 
-MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
-    {
-        "light": Material("#74787d", 0.55, 0.05),
-        "dark": Material("#3a3b3d", 0.5, 0.05),
-        "black": Material("#252628", 0.55, 0.05),
-        "metal": Material("#a4aab1", 0.34, 0.6),
-    }
-)
+MATERIALS: Final[Mapping[str, Material]] = {
+    "light": Material("#74787d", 0.55, 0.05),
+    "dark": Material("#3a3b3d", 0.5, 0.05),
+    "black": Material("#252628", 0.55, 0.05),
+    "metal": Material("#a4aab1", 0.34, 0.6),
+}
 
 COARSE_SHARE: Final = 0.12
 """Share of the triangles that coarse furniture keeps."""

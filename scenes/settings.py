@@ -1,8 +1,4 @@
-"""The settings of a run: one frozen tree, and for every field what a person may set it to.
-
-The same declaration makes the command line, the page's controls, the deep link, the header of an export and the check of every
-value that comes from outside.
-"""
+"""The settings of a run: one frozen tree, and for every field what the command line, the page, links and exports let a person set."""
 
 import math
 from dataclasses import dataclass, field, fields, replace
@@ -71,16 +67,17 @@ class Spec:
 _SPEC: Final = "spec"
 
 
-def _number(default: float, spec: Spec) -> float:
-    return field(default=default, metadata={_SPEC: spec})
+def _number(default: T, key: str, label: str, text: str, *scale: Any) -> T:
+    """Declare a number; `scale`: unit, bounds and step, then unit and scale on the page, as in `Spec`."""
+    return field(default=default, metadata={_SPEC: Spec(key, label, text, *scale)})
 
 
 def _flag(key: str, label: str, text: str) -> bool:
     return field(default=False, metadata={_SPEC: Spec(key, label, text)})
 
 
-def _choice(default: str, kind: Any, spec: Spec) -> Any:
-    return field(default=default, metadata={_SPEC: replace(spec, choices=get_args(kind))})
+def _choice(default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
+    return field(default=default, metadata={_SPEC: Spec(key, label, text, choices=get_args(kind), choice_labels=labels)})
 
 
 @dataclass(frozen=True)
@@ -88,59 +85,32 @@ class LawSettings:
     """How the avoiding arm divides itself between its task and keeping clear. SI units."""
 
     law: LawName = _choice(
-        "smooth_priority",
-        LawName,
-        Spec(
-            "law",
-            "law",
-            "The paper's smooth change of priority, what came before and after it, or no avoidance at all.",
-            choice_labels=(
-                "Smooth priority (paper)",
-                "Strict priority, always on",
-                "Strict priority, switched at d_m",
-                "Null-space avoidance",
-                "Potential field",
-                "Barrier QP, all pairs",
-                "Intermediate value",
-                "Unprotected (task only)",
-            ),
-        ),
-    )
+        "smooth_priority", LawName, "law", "law",
+        "The paper's smooth change of priority, what came before and after it, or no avoidance at all.",
+        "Smooth priority (paper)", "Strict priority, always on", "Strict priority, switched at d_m", "Null-space avoidance",
+        "Potential field", "Barrier QP, all pairs", "Intermediate value", "Unprotected (task only)",
+    )  # fmt: skip
     pairs: Treatment = _choice(
-        "smooth",
-        Treatment,
-        Spec(
-            "pairs",
-            "pairs",
-            "What the law sees: the closest pair of bodies (the paper), a smooth minimum over all pairs, or one that stays smooth "
-            "also where two links are parallel.",
-            choice_labels=("Closest pair (paper)", "Smooth minimum", "Smooth everywhere"),
-        ),
-    )
+        "smooth", Treatment, "pairs", "pairs",
+        "What the law sees: the closest pair of bodies (the paper), a smooth minimum over all pairs, or one that stays smooth "
+        "also where two links are parallel.",
+        "Closest pair (paper)", "Smooth minimum", "Smooth everywhere",
+    )  # fmt: skip
     critical_distance: float = _number(
-        0.15,
-        Spec("dm", "d_m", "Critical distance: below it avoidance has full priority.", "m", 0.03, 0.30, 5.0, "mm", 1000.0),
+        0.15, "dm", "d_m", "Critical distance: below it avoidance has full priority.", "m", 0.03, 0.30, 5.0, "mm", 1000.0
     )
-    order: float = _number(6.0, Spec("n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5))
+    order: float = _number(6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5)
     nominal_velocity: float = _number(
-        0.30,
-        Spec(
-            "v", "v", "Speed of retreat at full priority; a hand faster than this gets closer than d_m.",
-            "m/s", 0.0, 1.0, 0.01, "m/s",
-        ),
+        0.30, "v", "v", "Speed of retreat at full priority; a hand faster than this gets closer than d_m.",
+        "m/s", 0.0, 1.0, 0.01, "m/s",
     )  # fmt: skip
     beta: float = _number(
-        100.0,
-        Spec(
-            "beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.", "1/m", 20.0, 400.0, 5.0, "1/m"
-        ),
-    )
+        100.0, "beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.",
+        "1/m", 20.0, 400.0, 5.0, "1/m",
+    )  # fmt: skip
     convexity: float = _number(
-        1e-4,
-        Spec(
-            "eps", "ε", "Rounds the distance of two parallel links; larger is smoother, and keeps a little more distance.",
-            "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6,
-        ),
+        1e-4, "eps", "ε", "Rounds the distance of two parallel links; larger is smoother, and keeps a little more distance.",
+        "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6,
     )  # fmt: skip
     feed_forward: bool = _flag(
         "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then holds at any hand speed."
@@ -150,17 +120,13 @@ class LawSettings:
         "coupled", "coupled", "Where both arms keep clear: one row over the joints of both, instead of one row an arm."
     )
     influence_distance: float = _number(
-        0.30,
-        Spec(
-            "d0", "d_0", "Where null-space avoidance and the potential field begin to act.",
-            "m", 0.05, 0.60, 5.0, "mm", 1000.0,
-        ),
-    )  # fmt: skip
+        0.30, "d0", "d_0", "Where null-space avoidance and the potential field begin to act.", "m", 0.05, 0.60, 5.0, "mm", 1000.0
+    )
     field_strength: float = _number(
-        0.005, Spec("eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s")
+        0.005, "eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s"
     )
     barrier_gain: float = _number(
-        5.0, Spec("gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 40.0, 0.1, "1/s")
+        5.0, "gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 40.0, 0.1, "1/s"
     )
 
 
@@ -169,44 +135,25 @@ class RunSettings:
     """Who stands where and what they are asked to do. SI units."""
 
     scene: SceneName = _choice(
-        "hold",
-        SceneName,
-        Spec(
-            "scene", "scene", "Which experiment.",
-            choice_labels=(
-                "One arm alone (eqs 1–8)", "A ball in the way (Fig. 1)", "Hold (Fig. 5)",
-                "Master and slave (Fig. 6)", "Imitation (Figs 7, 8)",
-            ),
-        ),
+        "hold", SceneName, "scene", "scene", "Which experiment.",
+        "One arm alone (eqs 1–8)", "A ball in the way (Fig. 1)", "Hold (Fig. 5)", "Master and slave (Fig. 6)",
+        "Imitation (Figs 7, 8)",
     )  # fmt: skip
     rig: RigName = _choice(
-        "torso",
-        RigName,
-        Spec("rig", "rig", "Where the two arms stand.", choice_labels=("Torso (the paper's laboratory)", "Table, face to face")),
+        "torso", RigName, "rig", "rig", "Where the two arms stand.", "Torso (the paper's laboratory)", "Table, face to face"
     )
     robot: RobotName = _choice(
-        "lwr",
-        RobotName,
-        Spec("robot", "robot", "Which arms; nothing is tied to the LWR.", choice_labels=("KUKA LWR 4+", "Franka Panda", "UR5")),
+        "lwr", RobotName, "robot", "robot", "Which arms; nothing is tied to the LWR.", "KUKA LWR 4+", "Franka Panda", "UR5"
     )
-    guided: ArmName = _choice(
-        "right", ArmName, Spec("guided", "your arm", "The arm that you move.", choice_labels=("Left", "Right"))
-    )
+    guided: ArmName = _choice("right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right")
     task: HoldTask = _choice(
-        "position",
-        HoldTask,
-        Spec(
-            "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
-            choice_labels=("Hold position", "Hold pose"),
-        ),
+        "position", HoldTask, "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
+        "Hold position", "Hold pose",
     )  # fmt: skip
     avoid: AvoidChoice = _choice(
-        "paper",
-        AvoidChoice,
-        Spec(
-            "avoid", "who avoids", "Which arm keeps clear. In the paper: the free arm in Fig. 5, both in Figs 6 and 7.",
-            choice_labels=("As in the paper", "The free arm", "Your arm", "Both arms"),
-        ),
+        "paper", AvoidChoice, "avoid", "who avoids",
+        "Which arm keeps clear. In the paper: the free arm in Fig. 5, both in Figs 6 and 7.",
+        "As in the paper", "The free arm", "Your arm", "Both arms",
     )  # fmt: skip
     start: StartName = _choice(
         "usual",
@@ -216,50 +163,33 @@ class RunSettings:
             choice_labels=("Usual", "Between two pairs"),
         ),
     )  # fmt: skip
+    start: StartName = _choice(
+        "usual", StartName, "start", "start",
+        "The posture that the arms begin in; in the second, your arm slides along the tie of two pairs.",
+        "Usual", "Between two pairs",
+    )  # fmt: skip
     following: Following = _choice(
-        "mirrored",
-        Following,
-        Spec("following", "slave", "How the slave copies the master's joints.", choice_labels=("Identical", "Mirrored")),
+        "mirrored", Following, "following", "slave", "How the slave copies the master's joints.", "Identical", "Mirrored"
     )
-    path: PathName = _choice(
-        "stay", PathName, Spec("path", "path", "What the hand of the single arm does.", choice_labels=("Stays", "Draws a circle"))
-    )
+    path: PathName = _choice("stay", PathName, "path", "path", "What the hand of the single arm does.", "Stays", "Draws a circle")
     point: ControlPoint = _choice(
-        "hand",
-        ControlPoint,
-        Spec(
-            "point",
-            "keeps clear",
-            "What of the arm keeps clear of the ball.",
-            choice_labels=("Its hand", "Its elbow", "All of it"),
-        ),
-    )
-    ball: BallMotion = _choice(
-        "still", BallMotion, Spec("ball", "ball", "What the ball does by itself.", choice_labels=("Stays", "Crosses the path"))
-    )
+        "hand", ControlPoint, "point", "keeps clear", "What of the arm keeps clear of the ball.",
+        "Its hand", "Its elbow", "All of it",
+    )  # fmt: skip
+    ball: BallMotion = _choice("still", BallMotion, "ball", "ball", "What the ball does by itself.", "Stays", "Crosses the path")
     clip: ClipName = _choice(
-        "medley",
-        ClipName,
-        Spec("clip", "clip", "What the built-in person does.", choice_labels=("All in turn", "Wave", "Clap", "Cross", "Reach")),
+        "medley", ClipName, "clip", "clip", "What the built-in person does.", "All in turn", "Wave", "Clap", "Cross", "Reach"
     )
-    gain: float = _number(
-        2.0, Spec("k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s")
-    )
+    gain: float = _number(2.0, "k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s")
     overdrive: float = _number(
-        1.0, Spec("kx", "K times", "Multiplies K of the single arm, to see what happens where K dt > 2.", "", 1.0, 10.0, 0.5)
+        1.0, "kx", "K times", "Multiplies K of the single arm, to see what happens where K dt > 2.", "", 1.0, 10.0, 0.5
     )
     hand_speed: float = _number(
-        0.25,
-        Spec("wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.", "m/s", 0.05, 1.0, 0.01, "m/s"),
+        0.25, "wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.", "m/s", 0.05, 1.0, 0.01, "m/s"
     )
-    dt: float = _number(0.005, Spec("dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0))
-    limit_gain: float = _number(
-        10.0, Spec("g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
-    )
-    seed: int = field(
-        default=1,
-        metadata={_SPEC: Spec("seed", "seed", "Seed of the autopilot: another number, another person.", "", 0, 9999, 1)},
-    )
+    dt: float = _number(0.005, "dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0)
+    limit_gain: float = _number(10.0, "g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
+    seed: int = _number(1, "seed", "seed", "Seed of the autopilot: another number, another person.", "", 0, 9999, 1)
     law: LawSettings = field(default_factory=LawSettings)
 
 

@@ -1,8 +1,4 @@
-"""Smooth surfaces with true normals, made from numbers: revolved profiles, and skins of implicit forms.
-
-Two ways are enough for a robot: what a lathe makes is a revolved profile; what a casting makes is the zero level of a signed
-function, cut and blended with rounded edges, and skinned by shooting rays from a curve inside it. Lengths in metres.
-"""
+"""Smooth surfaces with true normals, made from numbers: revolved profiles, and skins of implicit forms. Lengths in metres."""
 
 from __future__ import annotations
 

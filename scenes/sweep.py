@@ -91,9 +91,7 @@ def trade_off(
     orders: Sequence[float] = TRADE_OFF_ORDERS,
     velocities: Sequence[float] = TRADE_OFF_VELOCITIES,
 ) -> Iterator[TradeOff]:
-    """Yield distance against error over a grid of n and v in the hold scene, one point a run, as the runs finish.
-
-    Neighbours of the grid do not follow each other, so that the points that are there show the whole map from the start.
+    """Yield distance against error over a grid of n and v in the hold scene, a point a run, spread so that the first show the whole map.
 
     Args:
         settings: everything but n, v and the scene.

@@ -12,7 +12,6 @@ class World:
     """Positions and velocities of everything that moves, and all that is computed from them.
 
     Args:
-        room: where.
         limit_gain: how softly a joint comes to rest at its stop [1/s].
     """
 

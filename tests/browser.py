@@ -22,16 +22,15 @@ from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Playwright
 
 FAILED = pytest.StashKey[bool]()
 FLAGS = (
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--no-sandbox",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
+    *(
+        "--use-gl=angle",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--no-sandbox",
+        "--disable-quic",
+        "--no-first-run",
+    ),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage"),
 )
 _NAMES = ("google-chrome", "google-chrome-stable", "chromium", "chromium-browser", "microsoft-edge", "chrome", "msedge")
 _MAC = ("Google Chrome", "Chromium", "Microsoft Edge")
@@ -71,14 +70,13 @@ def installed_browser() -> str | None:
                 f"DUET_BROWSER={wanted} does not exist; name the executable of Chrome, Chromium or Edge, or unset it"
             )
         return path
-    candidates = [path for path in map(shutil.which, _NAMES) if path]
-    if sys.platform == "darwin":
-        roots = (Path("/Applications"), Path.home() / "Applications")
-        candidates += [str(root / f"{name}.app/Contents/MacOS/{name}") for root in roots for name in _MAC]
+    folders = [Path("/Applications"), Path.home() / "Applications"] if sys.platform == "darwin" else []
+    candidates = [Path(path) for path in map(shutil.which, _NAMES) if path]
+    candidates += [folder / f"{name}.app/Contents/MacOS/{name}" for folder in folders for name in _MAC]
     if sys.platform == "win32":
-        folders = [os.environ.get(name, "") for name in ("PROGRAMFILES", "PROGRAMFILES(X86)", "LOCALAPPDATA")]
-        candidates += [str(Path(folder) / name) for folder in folders if folder for name in _WINDOWS]
-    return next((path for path in candidates if Path(path).is_file()), None)
+        roots = (os.environ.get(name) for name in ("PROGRAMFILES", "PROGRAMFILES(X86)", "LOCALAPPDATA"))
+        candidates += [Path(root) / name for root in roots if root for name in _WINDOWS]
+    return next((str(path) for path in candidates if path.is_file()), None)
 
 
 def _run(command: Sequence[str]) -> str:
@@ -104,17 +102,14 @@ def launch(playwright: Playwright) -> Browser:
             tried.append(f"{path or 'Playwright’s own Chromium'}: {error.message.splitlines()[0]}")
             return None
 
-    found = installed_browser()
-    started = start(found) if found else start(None)
+    started = start(installed_browser())
     if started is None:
         tried.append(_run([sys.executable, "-m", "playwright", "install", "chromium"]))
         started = start(None)
-    is_debian_root = hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None
-    if started is None and is_debian_root:
+    if started is None and hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None:
         tried.append(_run(["apt-get", "update"]))
         tried.append(_run(["apt-get", "install", "-y", "--no-install-recommends", "chromium"]))
-        found = installed_browser()
-        started = start(found) if found else None
+        started = start(found) if (found := installed_browser()) else None
     if started is None:
         raise RuntimeError(
             "no browser for the browser tests; install Chrome, Chromium or Edge, or name one in DUET_BROWSER.\nTried:\n  "
@@ -138,6 +133,22 @@ def browser() -> Iterator[Browser]:
 PageAt = Callable[..., Page]
 
 
+def listen(page: Page, complaints: list[str], *expect: str) -> None:
+    """Note every console error and uncaught exception of a page, but for what matches one of the regular expressions."""
+    forgiven = re.compile("|".join((*_HARMLESS, *expect)))
+
+    def hear(kind: str, text: str) -> None:
+        if not forgiven.search(text):
+            complaints.append(f"{kind}: {text}")
+
+    def on_console(message: ConsoleMessage) -> None:
+        if message.type == "error":
+            hear("console", f"{message.text} {message.location.get('url', '')}")
+
+    page.on("console", on_console)
+    page.on("pageerror", lambda error: hear("uncaught", str(error)))
+
+
 @pytest.fixture
 def page_at(browser: Browser, request: pytest.FixtureRequest) -> Iterator[PageAt]:
     """`page_at(width, height, expect=(…))` opens an empty tab of that size.
@@ -145,25 +156,13 @@ def page_at(browser: Browser, request: pytest.FixtureRequest) -> Iterator[PageAt
     A console error or an uncaught exception in the page fails the test, unless it matches one of the regular expressions in
     `expect`. A failed test leaves a picture of every tab in the artefact folder.
     """
-    contexts, complaints, pages = [], [], []
+    complaints: list[str] = []
+    pages: list[Page] = []
 
     def open_page(width: int = 800, height: int = 600, *, expect: Sequence[str] = (), **options: Any) -> Page:
-        context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        context.set_default_timeout(60_000)
-        page = context.new_page()
-        forgiven = re.compile("|".join((*_HARMLESS, *expect)))
-
-        def on_console(message: ConsoleMessage) -> None:
-            if message.type == "error" and not forgiven.search(f"{message.text} {message.location.get('url', '')}"):
-                complaints.append(f"console: {message.text}")
-
-        def on_error(error: Error) -> None:
-            if not forgiven.search(str(error)):
-                complaints.append(f"uncaught: {error}")
-
-        page.on("console", on_console)
-        page.on("pageerror", on_error)
-        contexts.append(context)
+        page = browser.new_context(viewport={"width": width, "height": height}, **options).new_page()
+        page.context.set_default_timeout(60_000)
+        listen(page, complaints, *expect)
         pages.append(page)
         return page
 
@@ -175,8 +174,8 @@ def page_at(browser: Browser, request: pytest.FixtureRequest) -> Iterator[PageAt
                 screenshot(page, f"{name}-{index}")
             except Error as error:
                 print(f"no picture of tab {index}: {error.message}")
-    for context in contexts:
-        context.close()
+    for page in pages:
+        page.context.close()
     assert not complaints, "the page complained:\n" + "\n".join(complaints)
 
 
@@ -313,47 +312,20 @@ def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], ob
                 raise
 
 
-def drag_arrow(
-    page: Page,
-    origin: Sequence[float] | np.ndarray,
-    axis: int | Sequence[float],
-    scale: float,
-    distance: float,
-    *,
-    steps: int = 20,
-    grip: float = 0.6,
-    frames_per_step: int = 1,
-) -> None:
-    """Take an arrow of a gizmo with the mouse and pull it.
-
-    Args:
-        page: a tab wider than 576 px (below, viser's bottom sheet may cover the scene).
-        origin: where the gizmo is.
-        axis: 0, 1, 2, or a unit vector if the gizmo is turned.
-        scale: length of the arrow, as given to `add_transform_controls`.
-        distance: how far to pull, in metres along the arrow.
-        steps: number of mouse moves.
-        grip: where on the arrow to take hold, as a fraction of its length.
-        frames_per_step: drawn frames to wait for after every move.
-    """
-    direction = np.eye(3)[axis] if isinstance(axis, int) else np.asarray(axis, float)
-    start = np.asarray(origin, float) + direction * grip * scale
-    x0, y0 = world_to_px(page, start)
-    x1, y1 = world_to_px(page, start + direction * distance)
-    for x, y in ((x0, y0), (x1, y1)):
-        on_top = page.evaluate("([x, y]) => document.elementFromPoint(x, y) === __viserMutable.canvas", [x, y])
-        assert on_top, f"something covers the scene at ({x:.0f}, {y:.0f}) px"
-    mouse = page.mouse
+def drag_arrow(page: Page, origin: Sequence[float], axis: int, scale: float, distance: float, steps: int = 20) -> None:
+    """Take an arrow of a gizmo, `scale` long, at 0.6 of its length with the mouse, and pull it along by a distance [m]."""
+    along = np.eye(3)[axis]
+    grip = np.asarray(origin, float) + 0.6 * scale * along
     # The gizmo looks for the pointer when it moves, so it must have seen it on the arrow before the button goes down.
-    mouse.move(x0 - 3, y0 - 3)
+    x, y = world_to_px(page, grip)
+    page.mouse.move(x - 3, y - 3)
     wait_frames(page)
-    mouse.move(x0, y0)
-    wait_frames(page, 3)
-    mouse.down()
+    point_at(page, grip)
+    page.mouse.down()
     wait_frames(page)
     for step in range(1, steps + 1):
-        mouse.move(x0 + (x1 - x0) * step / steps, y0 + (y1 - y0) * step / steps)
-        wait_frames(page, frames_per_step)
+        page.mouse.move(*world_to_px(page, grip + along * distance * step / steps))
+        wait_frames(page, 1)
     wait_frames(page, 3)
-    mouse.up()
+    page.mouse.up()
     wait_frames(page)

@@ -21,7 +21,6 @@ def blocks(language: str) -> list[str]:
 
 
 def test_python_block_runs() -> None:
-    """The ten lines for a notebook do what they say."""
     (code,) = blocks("python")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
@@ -39,8 +38,7 @@ def test_the_two_commands_come_first_and_are_self_contained() -> None:
 
 
 @pytest.mark.parametrize("option", sorted(set(re.findall(r"(?<!\S)`?(--[a-z-]+)", README))))
-def test_options_exist(option: str) -> None:
-    """Every option that the README names is in some command's help."""
+def test_every_option_is_in_the_help_of_a_command(option: str) -> None:
     assert any(option in help_of(name) for name in COMMANDS)
 
 
@@ -52,7 +50,6 @@ def help_of(name: str) -> str:
 
 
 def test_the_link_in_the_readme_is_understood() -> None:
-    """Its query has no part that would be left out."""
     query = re.findall(r"http://127\.0\.0\.1:8080/\?(\S+?)`", README)[0]
     settings, problems = from_query(dict(part.split("=") for part in query.split("&")), Settings())
     assert problems == ()
@@ -60,7 +57,6 @@ def test_the_link_in_the_readme_is_understood() -> None:
 
 
 def test_every_key_is_in_the_table() -> None:
-    """The README's table of keys names every hotkey's key."""
     table = README[README.index("| key | does |") : README.index("Try this")]
     for hotkey in HOTKEYS:
         assert hotkey.shown in table, hotkey

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import threading
 from collections.abc import Callable, Coroutine
-from typing import Any, TypeVar
+from typing import Any
 
-import websockets
-
-from app.bench.headless_client import HeadlessClient, Received
-from app.bench.page_mirror import Mirror
-
-T = TypeVar("T")
+from app.bench.headless_client import HeadlessClient
 
 
 class BlockingClient:
-    """A `HeadlessClient` for synchronous code: its event loop runs in a separate thread.
-
-    Needed where the calling thread already has a running loop, as it does while Playwright's synchronous interface is open.
+    """A `HeadlessClient` with its event loop in a thread of its own, for code in a thread that already has a running loop (Playwright).
 
     Raises, when made:
         websockets.InvalidStatus: the server refuses the connection.
@@ -29,16 +23,13 @@ class BlockingClient:
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True, name="visitor")
         self._thread.start()
         try:
-            self.visitor = self._run(self._make(url, origin, query, camera, options))
+            self.visitor = HeadlessClient(url, origin, query, **options)
+            self._run(self.visitor.connect(camera=camera))
         except BaseException:
             self._end()
             raise
 
-    @staticmethod
-    async def _make(url: str, origin: str | None, query: str, camera: bool, options: dict[str, Any]) -> HeadlessClient:
-        return await HeadlessClient(url, origin, query, **options).connect(camera=camera)
-
-    def _run(self, work: Coroutine[Any, Any, T], timeout: float = 30.0) -> T:
+    def _run(self, work: Coroutine[Any, Any, Any], timeout: float = 30.0) -> Any:
         return asyncio.run_coroutine_threadsafe(work, self._loop).result(timeout)
 
     def _end(self) -> None:
@@ -46,50 +37,14 @@ class BlockingClient:
         self._thread.join(5.0)
         self._loop.close()
 
-    @property
-    def mirror(self) -> Mirror:
-        """The page so far."""
-        return self.visitor.mirror
-
-    @property
-    def received(self) -> Received:
-        """The counters."""
-        return self.visitor.received
-
-    @property
-    def closed(self) -> websockets.ConnectionClosed | None:
-        """Why the connection ended, None while it lives."""
-        return self.visitor.closed
-
-    def send(self, message: dict[str, Any]) -> None:
-        """See `HeadlessClient.send`."""
-        self._run(self.visitor.send(message))
-
-    def send_raw(self, data: bytes | str) -> None:
-        """See `HeadlessClient.send_raw`."""
-        self._run(self.visitor.send_raw(data))
-
-    def set_value(self, label: str, value: object) -> None:
-        """See `HeadlessClient.set_value`."""
-        self._run(self.visitor.set_value(label, value))
-
-    def click(self, label: str) -> None:
-        """See `HeadlessClient.click`."""
-        self._run(self.visitor.click(label))
-
-    def move_gizmo(
-        self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
-    ) -> None:
-        """See `HeadlessClient.move_gizmo`."""
-        self._run(self.visitor.move_gizmo(name, position, wxyz, phase=phase))
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of the client; a coroutine function as one that waits for its end."""
+        found = getattr(self.visitor, name)
+        return (lambda *args, **kwargs: self._run(found(*args, **kwargs))) if inspect.iscoroutinefunction(found) else found
 
     def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
         """See `HeadlessClient.wait_for`; the predicate runs in the visitor's thread."""
         self._run(self.visitor.wait_for(predicate, timeout), timeout + 5.0)
-
-    def break_off(self, unfinished: bytes = b"") -> None:
-        """See `HeadlessClient.break_off`."""
-        self._run(self.visitor.break_off(unfinished))
 
     def close(self) -> None:
         """Leave and end the thread. May be called twice."""

@@ -7,6 +7,7 @@ import contextlib
 import itertools
 import time
 from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import Final
 
 import msgspec
@@ -46,24 +47,22 @@ async def _paced(rate: float, seconds: float, send: Callable[[int], Awaitable[No
         await asyncio.sleep(max(ahead, 0.0))
 
 
-def _values(key: str, *choices: object, rate: float = FLOOD_RATE) -> Disturbance:
+async def _set(
+    visitor: HeadlessClient, seconds: float, key: str, choices: tuple[object, ...] = (), rate: float = FLOOD_RATE
+) -> None:
     """Set a control to the values in turn; without choices, to all of its own."""
     spec = specs(Settings)[key]
+    given = choices or tuple(choice for choice in spec.choices if choice != "own")
+    label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
+    uuid = visitor.mirror.labelled(label)["uuid"]
 
-    async def do(visitor: HeadlessClient, seconds: float) -> None:
-        given = choices or tuple(choice for choice in spec.choices if choice != "own")
+    async def send(number: int) -> None:
+        value = given[number % len(given)]
+        if spec.choices:
+            value = spec.choice_labels[spec.choices.index(str(value))]
+        await visitor.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
 
-        async def send(number: int) -> None:
-            value = given[number % len(given)]
-            if spec.choices:
-                value = spec.choice_labels[spec.choices.index(str(value))]
-            await visitor.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
-
-        label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
-        uuid = visitor.mirror.labelled(label)["uuid"]
-        await _paced(rate, seconds, send)
-
-    return do
+    await _paced(rate, seconds, send)
 
 
 async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
@@ -81,42 +80,30 @@ async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
     await _paced(REBUILD_RATE, seconds, send)
 
 
-def _key(shown: str) -> Disturbance:
+async def _press_key(visitor: HeadlessClient, seconds: float, shown: str) -> None:
     """Press a hotkey."""
-
-    async def do(visitor: HeadlessClient, seconds: float) -> None:
-        title = next(hotkey.title for hotkey in HOTKEYS if hotkey.shown == shown)
-        uuid = next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == title)
-        await _paced(FLOOD_RATE, seconds, lambda _: visitor.send({"type": "CommandTriggerMessage", "uuid": uuid}))
-
-    return do
+    title = next(hotkey.title for hotkey in HOTKEYS if hotkey.shown == shown)
+    uuid = next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == title)
+    await _paced(FLOOD_RATE, seconds, lambda _: visitor.send({"type": "CommandTriggerMessage", "uuid": uuid}))
 
 
-def _button(label: str) -> Disturbance:
+async def _press_button(visitor: HeadlessClient, seconds: float, label: str) -> None:
     """Press a button, even after its label has changed."""
-
-    async def do(visitor: HeadlessClient, seconds: float) -> None:
-        uuid = visitor.mirror.labelled(label, "GuiButtonMessage")["uuid"]
-        message = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
-        await _paced(FLOOD_RATE, seconds, lambda _: visitor.send(message))
-
-    return do
+    uuid = visitor.mirror.labelled(label, "GuiButtonMessage")["uuid"]
+    message = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
+    await _paced(FLOOD_RATE, seconds, lambda _: visitor.send(message))
 
 
-def _row(option: str) -> Disturbance:
+async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> None:
     """Press all buttons of a row in turn."""
+    row = next(e for e in visitor.mirror.gui.values() if option in (e.get("options") or ()))
 
-    async def do(visitor: HeadlessClient, seconds: float) -> None:
-        row = next(e for e in visitor.mirror.gui.values() if option in (e.get("options") or ()))
+    async def press(number: int) -> None:
+        # The labels change: the chosen one is marked.
+        value = row["options"][number % len(row["options"])]
+        await visitor.send({"type": "GuiUpdateMessage", "uuid": row["uuid"], "updates": {"value": value}})
 
-        async def press(number: int) -> None:
-            # The labels change: the chosen one is marked.
-            value = row["options"][number % len(row["options"])]
-            await visitor.send({"type": "GuiUpdateMessage", "uuid": row["uuid"], "updates": {"value": value}})
-
-        await _paced(FLOOD_RATE, seconds, press)
-
-    return do
+    await _paced(FLOOD_RATE, seconds, press)
 
 
 async def _drag(visitor: HeadlessClient, seconds: float) -> None:
@@ -128,77 +115,64 @@ async def _drag(visitor: HeadlessClient, seconds: float) -> None:
     await visitor.move_gizmo(name, phase="end")
 
 
-def _send_heavy(content: bytes) -> Disturbance:
-    """Send a large value to a control, each time over a new connection."""
+async def _send_heavy(visitor: HeadlessClient, seconds: float, content: bytes) -> None:
+    """Send a large value, encoded in msgpack, to a control, each time over a new connection."""
+    uuid = visitor.mirror.labelled("robot")["uuid"]
+    head = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": None}})
+    assert head.endswith(b"\xc0")
+    message = head[:-1] + content
 
-    async def do(visitor: HeadlessClient, seconds: float) -> None:
-        uuid = visitor.mirror.labelled("robot")["uuid"]
-        head = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": None}})
-        assert head.endswith(b"\xc0")
-        message = head[:-1] + content
+    async def send_one(number: int) -> None:
+        del number
+        other = await HeadlessClient(visitor.url, decode=False).connect(TIMEOUT)
+        with contextlib.suppress(Exception):
+            # The server closes the connection in the middle of the message.
+            await other.send_raw(message)
+        others.append(other)
 
-        async def send_one(number: int) -> None:
-            del number
-            other = await HeadlessClient(visitor.url, decode=False).connect(TIMEOUT)
-            with contextlib.suppress(Exception):
-                # The server closes the connection in the middle of the message.
-                await other.send_raw(message)
-            others.append(other)
-
-        others: list[HeadlessClient] = []
-        await _paced(HEAVY_COUNT / seconds, seconds, send_one)
-        for other in others:
-            with contextlib.suppress(Exception):
-                await other.close()
-
-    return do
+    others: list[HeadlessClient] = []
+    await _paced(HEAVY_COUNT / seconds, seconds, send_one)
+    for other in others:
+        with contextlib.suppress(Exception):
+            await other.close()
 
 
-def _array(length: int) -> bytes:
-    """Return a list of small numbers, one byte each, in msgpack."""
-    return b"\xdd" + length.to_bytes(4, "big") + bytes(length)
-
-
-def _enter_class(query: str = "") -> Disturbance:
+async def _enter_class(visitor: HeadlessClient, seconds: float, query: str = "") -> None:
     """Open the pages of a whole class by one link, evenly within `ENTRY_SECONDS`."""
+    pages: list[HeadlessClient] = []
 
-    async def do(visitor: HeadlessClient, seconds: float) -> None:
-        pages: list[HeadlessClient] = []
+    async def open_page(number: int) -> None:
+        # Each is a tab of its own, as it is in a class.
+        tab = f"{query}&resume={number:032x}".lstrip("&")
+        pages.append(await HeadlessClient(visitor.url, query=tab, decode=False).connect(TIMEOUT))
 
-        async def open_page(number: int) -> None:
-            # Each is a tab of its own, as it is in a class.
-            tab = f"{query}&resume={number:032x}".lstrip("&")
-            pages.append(await HeadlessClient(visitor.url, query=tab, decode=False).connect(TIMEOUT))
-
-        await _paced(CLASS_SIZE / ENTRY_SECONDS, ENTRY_SECONDS, open_page)
-        await asyncio.sleep(max(seconds - ENTRY_SECONDS, 0.0))
-        for page in pages:
-            await page.close()
-
-    return do
+    await _paced(CLASS_SIZE / ENTRY_SECONDS, ENTRY_SECONDS, open_page)
+    await asyncio.sleep(max(seconds - ENTRY_SECONDS, 0.0))
+    for page in pages:
+        await page.close()
 
 
 DISTURBANCES: Final[dict[str, Disturbance]] = {
     "nothing": lambda _, seconds: asyncio.sleep(seconds),
-    "600/s of a slider": _values("dm", 100.0, 150.0),
-    "600/s of a box": _values("autopilot", True, False),
-    "600/s of the law": _values("law"),
-    "600/s of the ghost": _values("ghost"),
-    "600/s of the plots": _row("λ(d)"),
+    "600/s of a slider": partial(_set, key="dm", choices=(100.0, 150.0)),
+    "600/s of a box": partial(_set, key="autopilot", choices=(True, False)),
+    "600/s of the law": partial(_set, key="law"),
+    "600/s of the ghost": partial(_set, key="ghost"),
+    "600/s of the plots": partial(_press_row, option="λ(d)"),
     "600/s of the hand": _drag,
-    "600/s of a single step": _key("."),
-    "600/s of a reset": _key("R"),
-    "600/s of the guided arm": _values("guided"),
-    "600/s of the scenes": _values("scene"),
-    "600/s of the lessons": _button("Lessons"),
-    "30/s of the scenes": _values("scene", rate=REBUILD_RATE),
-    "30/s of the robots": _values("robot", *ROBOTS, rate=REBUILD_RATE),
-    "30/s of the rigs": _values("rig", rate=REBUILD_RATE),
+    "600/s of a single step": partial(_press_key, shown="."),
+    "600/s of a reset": partial(_press_key, shown="R"),
+    "600/s of the guided arm": partial(_set, key="guided"),
+    "600/s of the scenes": partial(_set, key="scene"),
+    "600/s of the lessons": partial(_press_button, label="Lessons"),
+    "30/s of the scenes": partial(_set, key="scene", rate=REBUILD_RATE),
+    "30/s of the robots": partial(_set, key="robot", choices=ROBOTS, rate=REBUILD_RATE),
+    "30/s of the rigs": partial(_set, key="rig", rate=REBUILD_RATE),
     "30/s of the languages": _change_language,
-    "five lists of 15 MB": _send_heavy(_array(HEAVY_BYTES)),
-    "five texts of 15 MB": _send_heavy(b"\xdb" + HEAVY_BYTES.to_bytes(4, "big") + b"a" * HEAVY_BYTES),
-    "a class of 36 in 4 s, lecture": _enter_class(),
-    "a class of 36 in 4 s, a lesson each": _enter_class("lesson=1"),
-    "a class of 36 in 4 s, a run each": _enter_class(),
+    "five lists of 15 MB": partial(_send_heavy, content=b"\xdd" + HEAVY_BYTES.to_bytes(4, "big") + bytes(HEAVY_BYTES)),
+    "five texts of 15 MB": partial(_send_heavy, content=b"\xdb" + HEAVY_BYTES.to_bytes(4, "big") + b"a" * HEAVY_BYTES),
+    "a class of 36 in 4 s, lecture": _enter_class,
+    "a class of 36 in 4 s, a lesson each": partial(_enter_class, query="lesson=1"),
+    "a class of 36 in 4 s, a run each": _enter_class,
 }
 """Name → what the other visitor does."""

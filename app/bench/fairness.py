@@ -10,7 +10,7 @@ from typing import Final
 
 from app.bench.disturbances import CLASS_SIZE, DISTURBANCES
 from app.bench.headless_client import HeadlessClient
-from app.bench.processes import REQUEST, TIMEOUT, process, receive, request, serve_app
+from app.bench.processes import REQUEST, TIMEOUT, process, receive, request, run_async, serve_app
 from app.bench.visitors import SETTLING, WARM_UP
 
 LEAST_FRAMES: Final = 24.0
@@ -18,10 +18,6 @@ LEAST_FRAMES: Final = 24.0
 
 LONGEST_GAP: Final = 0.150
 """… and never waits longer for the next one [s]."""
-
-
-def _run_neighbour(pipe: Connection, url: str, seconds: float) -> None:
-    asyncio.run(_watch(pipe, url, seconds))
 
 
 async def _watch(pipe: Connection, url: str, seconds: float) -> None:
@@ -34,10 +30,6 @@ async def _watch(pipe: Connection, url: str, seconds: float) -> None:
         await asyncio.sleep(seconds)
         pipe.send((visitor.received.times, begin, time.perf_counter(), visitor.closed is None))
     await visitor.close()
-
-
-def _run_other(pipe: Connection, url: str, name: str, seconds: float) -> None:
-    asyncio.run(_disturb(pipe, url, name, seconds))
 
 
 async def _disturb(pipe: Connection, url: str, name: str, seconds: float) -> None:
@@ -59,7 +51,6 @@ def measure_neighbour(name: str, seconds: float) -> dict[str, float]:
     """Return what a neighbour sees during one of `DISTURBANCES`.
 
     Args:
-        name: of the disturbance.
         seconds: duration [s].
 
     Returns:
@@ -72,9 +63,9 @@ def measure_neighbour(name: str, seconds: float) -> dict[str, float]:
     lecture = name.endswith("lecture")
     with process(serve_app, lecture, CLASS_SIZE + 2) as server:
         url = receive(server)
-        with process(_run_neighbour, url, seconds) as neighbour:
+        with process(run_async, _watch, url, seconds) as neighbour:
             receive(neighbour)
-            with process(_run_other, url, name, seconds) as other:
+            with process(run_async, _disturb, url, name, seconds) as other:
                 receive(other)
                 cpu = request(server)[0]
                 neighbour.send(REQUEST)

@@ -37,16 +37,13 @@ class Received:
 
     Attributes:
         frames: websocket messages (viser calls them windows; one is one update of the page).
-        bytes: their size.
         messages: viser messages by type; stays empty unless frames are decoded.
-        lags: from the server's `perf_counter` at sending to ours at receipt, in seconds; means something on one machine only.
         times: when each frame came, on our `perf_counter` [s].
     """
 
     frames: int = 0
     bytes: int = 0
     messages: Counter[str] = field(default_factory=Counter)
-    lags: list[float] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
 
 
@@ -62,8 +59,6 @@ class HeadlessClient:
         language: what to send as Accept-Language; "" for none, as programs do.
 
     Attributes:
-        mirror: the page so far.
-        received: counters.
         closed: why the connection ended, None while it lives.
     """
 
@@ -125,8 +120,7 @@ class HeadlessClient:
                 self.received.bytes += len(frame)
                 self.received.times.append(time.perf_counter())
                 if self._decode:
-                    messages, sent_at = decode_frame(frame)
-                    self.received.lags.append(time.perf_counter() - sent_at)
+                    messages, _ = decode_frame(frame)
                     for message in messages:
                         self.received.messages[message["type"]] += 1
                         self.mirror.take(message)

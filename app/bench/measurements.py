@@ -1,7 +1,4 @@
-"""All figures of `lwr-duet bench`, as a table, and as ratios to those of an earlier run.
-
-Times on a machine that does other work mean little by themselves; ratios of two runs on the same machine do.
-"""
+"""All figures of `lwr-duet bench`, as a table, and as ratios to those of an earlier run on the same machine, which mean more than times."""
 
 import json
 import platform
@@ -55,7 +52,6 @@ def measure_fairness(seconds: float, names: Iterable[str] = tuple(DISTURBANCES))
 
     Args:
         seconds: duration of each [s].
-        names: of the measured ones.
     """
     return _described({name: measure_neighbour(name, seconds) for name in names})
 

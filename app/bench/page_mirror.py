@@ -1,7 +1,4 @@
-"""The page in a client without a browser, as the server's messages have built it.
-
-A frame is two 8-byte little-endian sizes, zstd-compressed msgpack, and raw arrays aligned to 8 bytes.
-"""
+"""The page as the server's frames have built it: two 8-byte little-endian sizes, zstd-compressed msgpack, raw arrays aligned to 8 bytes."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ import zstandard
 
 
 def decode_frame(frame: bytes) -> tuple[list[dict[str, Any]], float]:
-    """The messages in one frame, arrays as numpy, and the server's time stamp."""
+    """Return the messages in one frame, arrays as numpy, and the server's time stamp [s]."""
     size, packed = struct.unpack_from("<QQ", frame)
     body = zstandard.ZstdDecompressor().decompress(frame[16 : 16 + packed], max_output_size=size)
     content = msgspec.msgpack.decode(body)

@@ -1,7 +1,8 @@
 """The hold experiment without its person: what every method of `app.bench.peers` gets, and our own methods."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -97,6 +98,63 @@ def bake(settings: RunSettings, steps: int) -> Baked:
         simulation.place.copy(),
         simulation.place_rotation.copy(),
     )
+
+
+class GivenMotion:
+    """A task of a peer: joints with a given motion, Δq = q̇ dt, for the constraints of its `solve_ik`. `options`: of the peer's task."""
+
+    def __init__(self, columns: slice, nv: int, **options: Any) -> None:
+        self._jacobian = np.eye(nv)[columns]
+        self.displacement: Array = np.zeros(len(self._jacobian))
+        super().__init__(**options)
+
+    def compute_error(self, configuration: Any) -> Array:
+        """Return −Δq (n,), as the peers solve J Δq = −gain · error."""
+        return -self.displacement
+
+    def compute_jacobian(self, configuration: Any) -> Array:
+        """Return the rows of the identity that belong to the joints."""
+        return self._jacobian
+
+
+class PeerArm(ABC):
+    """The avoiding arm moved by a peer.
+
+    Args:
+        configuration: the peer's.
+        motion: of the guided arm.
+        unsolvable: raised where there is no solution.
+    """
+
+    def __init__(self, baked: Baked, configuration: Any, motion: GivenMotion, unsolvable: type[Exception]) -> None:
+        self._baked, self._dt, self._configuration = baked, baked.settings.dt, configuration
+        self._motion, self._unsolvable = motion, unsolvable
+        self.constraints: list[Any] = [motion]
+        self.positions = baked.room.start.copy()
+        self.unsolved = 0
+        """Steps without a solution; the arm stands still in them."""
+
+    @abstractmethod
+    def solve(self) -> Array:
+        """Return q̇ (nv,) of the next step [rad/s]."""
+
+    def prepare(self, step: int) -> None:
+        """Take over where the obstacle is and how it moves."""
+        baked = self._baked
+        self.positions[baked.guided] = baked.guided_positions[step]
+        self._motion.displacement = baked.guided_velocities[step] * self._dt
+
+    def advance(self, step: int) -> Array:
+        """Make one step."""
+        self._configuration.update(self.positions)
+        try:
+            velocities = self.solve()
+        except self._unsolvable:
+            self.unsolved += 1
+            velocities = np.zeros(len(self.positions))
+            velocities[self._baked.guided] = self._baked.guided_velocities[step]
+        self.positions = self._configuration.integrate(velocities, self._dt)
+        return velocities
 
 
 class BakedArm:

@@ -1,12 +1,8 @@
 """The hold experiment in mink (MuJoCo and a QP): `FrameTask` and `CollisionAvoidanceLimit`, on a MuJoCo model made of ours.
 
-Settings: the task's gain is the share of the error to be removed in one step, K dt; costs 1 per metre and per radian; damping 1e-3 as
-in mink's examples; pairs are looked at from 2 d_m. Joint stops are approached as ours are. The guided arm has no bounds, as its motion
-is given.
-
-Note: `CollisionAvoidanceLimit` bounds the displacement of a step by gain · (d − d_m) / dt, metres a second against metres, so
-that its documented range of gains, (0, 1], lets two bodies come closer than d_m within one step. `matched_gain` is what means
-10/s. Below d_m it forbids further approach and asks for no retreat.
+Settings: gain K dt of the task, costs 1 per metre and per radian, damping 1e-3 as in mink's examples, pairs from 2 d_m on, joint stops as
+ours. `CollisionAvoidanceLimit` bounds the displacement of a step by gain · (d − d_m) / dt, so that its documented range of gains, (0, 1],
+lets two bodies come closer than d_m within one step; `matched_gain` means 10/s. Below d_m it asks for no retreat.
 """
 
 from typing import Any, Final
@@ -17,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from mink.exceptions import NoSolutionFound
 
-from app.bench.peer_hold import PEER_GAIN, Baked
+from app.bench.peer_hold import PEER_GAIN, Baked, GivenMotion, PeerArm
 from controllers.kinematics import Array
 
 SOLVER: Final = "daqp"
@@ -32,10 +28,7 @@ def matched_gain(dt: float) -> float:
 
 
 def mujoco_model(baked: Baked) -> mujoco.MjModel:
-    """Return our model as MuJoCo's: the same joints, the same capsules under the same names, the avoiding hand as the site "hand".
-
-    Masses are of no account to kinematics; MuJoCo wants some.
-    """
+    """Return our model as MuJoCo's: the same joints, the same capsules under the same names, the avoiding hand as the site "hand"."""
     room = baked.room
     model = room.model
     spec = mujoco.MjSpec()
@@ -82,39 +75,20 @@ def _axes(model: pin.Model) -> list[Array]:
     return [pin.log3((model.jointPlacements[i].actInv(data.liMi[i])).rotation) for i in range(model.njoints)]
 
 
-class MinkGivenMotion(mink.Task):
-    """Joints with a given motion: Δq = q̇ dt, for the constraints of `mink.solve_ik`."""
-
-    def __init__(self, columns: slice, nv: int) -> None:
-        self._jacobian = np.eye(nv)[columns]
-        super().__init__(cost=np.ones(len(self._jacobian)))
-        self.displacement: Array = np.zeros(len(self._jacobian))
-
-    def compute_error(self, configuration: Any) -> Array:
-        """Return −Δq (n,), as mink solves J Δq = −gain · error."""
-        return -self.displacement
-
-    def compute_jacobian(self, configuration: Any) -> Array:
-        """Return the rows of the identity that belong to the joints."""
-        return self._jacobian
+class MinkGivenMotion(GivenMotion, mink.Task):
+    """The guided arm's motion for mink."""
 
 
-class MinkArm:
-    """The avoiding arm moved by mink.
-
-    Args:
-        baked: the experiment.
-        gain: of `CollisionAvoidanceLimit`.
-    """
+class MinkArm(PeerArm):
+    """The avoiding arm moved by mink. `gain`: of `CollisionAvoidanceLimit`."""
 
     def __init__(self, baked: Baked, gain: float) -> None:
         settings, room = baked.settings, baked.room
         model = mujoco_model(baked)
-        self._baked, self._dt = baked, settings.dt
-        self._configuration = mink.Configuration(model, room.start)
+        motion = MinkGivenMotion(baked.guided, model.nv, cost=np.ones(baked.guided.stop - baked.guided.start))
+        super().__init__(baked, mink.Configuration(model, room.start), motion, NoSolutionFound)
         self._task = mink.FrameTask("hand", "site", position_cost=1.0, orientation_cost=1.0, gain=settings.gain * settings.dt)
         self._task.set_target_from_configuration(self._configuration)
-        self._motion = MinkGivenMotion(baked.guided, model.nv)
         names = room.model.names
         speeds = {
             names[i]: float(room.model.velocityLimit[joint.idx_v])
@@ -127,39 +101,15 @@ class MinkArm:
             mink.VelocityLimit(model, speeds),
             self.limit,
         ]
-        self.positions = room.start.copy()
-        self.unsolved = 0
-        """Steps without a solution; the arm stands still in them."""
 
-    def prepare(self, step: int) -> None:
-        """Take over where the obstacle is and how it moves."""
-        baked = self._baked
-        self.positions[baked.guided] = baked.guided_positions[step]
-        self._motion.displacement = baked.guided_velocities[step] * self._dt
-
-    def advance(self, step: int) -> Array:
-        """Make one step."""
-        configuration = self._configuration
-        configuration.update(self.positions)
-        try:
-            velocities = mink.solve_ik(
-                configuration, [self._task], self._dt, SOLVER, damping=DAMPING, limits=self._limits, constraints=[self._motion]
-            )
-        except NoSolutionFound:
-            self.unsolved += 1
-            velocities = np.zeros(len(self.positions))
-            velocities[self._baked.guided] = self._baked.guided_velocities[step]
-        self.positions = configuration.integrate(velocities, self._dt)
-        return velocities
+    def solve(self) -> Array:
+        """Return q̇ (nv,) of the next step [rad/s]."""
+        posture, tasks, given = self._configuration, [self._task], self.constraints
+        return mink.solve_ik(posture, tasks, self._dt, SOLVER, damping=DAMPING, limits=self._limits, constraints=given)
 
 
 def collision_limit(baked: Baked, model: mujoco.MjModel, gain: float, reach: float) -> mink.CollisionAvoidanceLimit:
-    """Return mink's limit for our pairs.
-
-    Args:
-        gain: see the head of this file.
-        reach: distance from which pairs are looked at [m].
-    """
+    """Return mink's limit for our pairs. `gain`: see the head of this file; `reach`: distance from which pairs are looked at [m]."""
     bodies = baked.room.geometry.geometryObjects
     pairs = [([bodies[pair.first].name], [bodies[pair.second].name]) for pair in baked.room.geometry.collisionPairs]
     return mink.CollisionAvoidanceLimit(

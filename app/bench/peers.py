@@ -1,12 +1,8 @@
 """`lwr-duet bench --peers`: the hold experiment with two QP libraries beside our laws, in one interleaved run.
 
-Every method has the same two arms, capsules and pairs, the same pose to hold with the same gain, the same joint bounds, and the same
-obstacle: the guided arm's joints are taken from a run of ours. The peers know its velocity, as an equality constraint; our own
-laws do not, except where the name ends in "+w". What is timed is one whole step from q to the next q; ours includes writing it into the
-history.
-
-The methods are not equals. The peers solve a general quadratic programme with many options, ours are one row. Their settings are
-those of their documentation where they have a meaning here; every one of them is in `app.bench.peer_pink` and `app.bench.peer_mink`.
+Every method has the same arms, capsules, pairs, joint bounds and pose to hold, and the same obstacle: the guided arm's joints from a run
+of ours. The peers know its velocity, as an equality constraint; ours do so only where the name ends in "+w". A whole step is timed, ours
+with its record in the history. The peers solve a general quadratic programme, ours are one row.
 """
 
 import platform
@@ -77,18 +73,13 @@ def disagreement(mine: Engine, other: Engine, room: Room, postures: int = POSTUR
         q = random.uniform(model.lowerPositionLimit, model.upperPositionLimit)
         a, b = mine.distances(q), other.distances(q)
         if a.keys() != b.keys():
-            raise DuetError(
-                f"Peers: {_named(a.keys() ^ b.keys())} is a pair in one engine and not in the other; they cannot be compared."
-            )
+            pair = " / ".join(min(a.keys() ^ b.keys()))
+            raise DuetError(f"Peers: {pair} is a pair in one engine and not in the other; they cannot be compared.")
         distances += [abs(a[pair] - b[pair]) for pair in a]
         nearest = min(nearest, *a.values())
         poses += [float(np.abs(x - y).max()) for x, y in zip(mine.hand_pose(q), other.hand_pose(q), strict=True)]
     # Unlike Python's, numpy's maximum does not overlook a nan.
     return {"distance": float(np.max(distances)), "hand_pose": float(np.max(poses)), "nearest": nearest}
-
-
-def _named(pairs: set[tuple[str, str]]) -> str:
-    return " / ".join(min(pairs))
 
 
 def gate(baked: Baked, engines: dict[str, Engine]) -> dict[str, dict[str, float]]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import multiprocessing
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import Any, Final
@@ -58,6 +59,12 @@ def process(work: Callable[..., None], *arguments: Any) -> Iterator[Connection]:
         if process.pid is not None:
             process.kill()
             process.join()
+
+
+def run_async(pipe: Connection, work: Callable[..., Coroutine[Any, Any, None]], *arguments: Any) -> None:
+    """Run `work(pipe, *arguments)` to its end, or that of the parent."""
+    leave_with_parent()
+    asyncio.run(work(pipe, *arguments))
 
 
 def receive(pipe: Connection) -> Any:

@@ -32,16 +32,11 @@ def _scenes() -> dict[str, RunSettings]:
     base = RunSettings()
     single = replace(base, law=replace(base.law, pairs="single"))
     soft = replace(base, law=replace(base.law, pairs="soft"))
+    fast = replace(soft.law, nominal_velocity=1.0, critical_distance=0.3)
     return {
         "hold, single pair": single,
         "hold, soft minimum": soft,
-        RESTLESS: replace(
-            soft,
-            gain=20.0,
-            hand_speed=1.0,
-            limit_gain=1.0,
-            law=replace(soft.law, nominal_velocity=1.0, critical_distance=0.3),
-        ),
+        RESTLESS: replace(soft, gain=20.0, hand_speed=1.0, limit_gain=1.0, law=fast),
         "hold, pose, soft minimum": replace(soft, task="pose"),
         **{f"hold, {law}": replace(base, law=replace(base.law, law=law)) for law in get_args(LawName) if law != base.law.law},
         **{f"{scene}, soft minimum": replace(soft, scene=scene) for scene in get_args(SceneName) if scene != base.scene},
@@ -60,10 +55,7 @@ class _Restless:
 
 
 def measure_steps(steps: int) -> dict[str, dict[str, float]]:
-    """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a joint bound.
-
-    All scenes are interleaved in one run.
-    """
+    """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a bound, all interleaved."""
     runs: dict[str, tuple[Simulation, TargetSource]] = {}
     for name, settings in _scenes().items():
         simulation = Simulation(settings)

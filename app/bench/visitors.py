@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Final
 
 from app.bench.headless_client import HeadlessClient
-from app.bench.processes import REQUEST, TIMEOUT, process, receive, request, serve_app
+from app.bench.processes import REQUEST, TIMEOUT, process, receive, request, run_async, serve_app
 from app.bench.server_times import PARTS
-from scenes.children import leave_with_parent
 
 WARM_UP: Final = 60
 """Frames that every visitor receives before the measurement: by then their pages have been built."""
@@ -40,7 +39,6 @@ def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
 
     Args:
         seconds: duration of the measurement [s].
-        query: of the visitor's link.
 
     Returns:
         Also the time from the command until the server answers, and until the visitor has the arms [s].
@@ -88,12 +86,7 @@ def _cpu_seconds(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
-    leave_with_parent()
-    asyncio.run(_visit_all(pipe, url, queries))
-
-
-async def _visit_all(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
+async def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
     # Every visitor is a separate tab.
     tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
     visitors = [await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT) for tab in tabs]
@@ -126,16 +119,13 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
         url = receive(server)
         queries = tuple(CLASS[i // CLIENT_PROCESSES % len(CLASS)] if lecture else "" for i in range(visitors))
         shares = [queries[i::CLIENT_PROCESSES] for i in range(CLIENT_PROCESSES)]
-        with process(_visit, url, shares[0]) as here, process(_visit, url, shares[1]) as there:
+        with process(run_async, _visit, url, shares[0]) as here, process(run_async, _visit, url, shares[1]) as there:
             crowds = here, there
             for crowd in crowds:
                 receive(crowd)
             time.sleep(SETTLING)
-            (cpu, parts, _), got, begin = (
-                request(server),
-                [one for crowd in crowds for one in request(crowd)],
-                time.perf_counter(),
-            )
+            (cpu, parts, _), got = request(server), [one for crowd in crowds for one in request(crowd)]
+            begin = time.perf_counter()
             time.sleep(seconds)
             (cpu_end, parts_end, _), got_end = request(server), [one for crowd in crowds for one in request(crowd)]
             elapsed = time.perf_counter() - begin

@@ -12,12 +12,7 @@ import segno
 
 
 class Address(NamedTuple):
-    """The address of the lecture.
-
-    Attributes:
-        url: what students open.
-        private: whether only this computer can open it.
-    """
+    """The address of the lecture. `url`: what students open; `private`: whether only this computer can open it."""
 
     url: str
     private: bool

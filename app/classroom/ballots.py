@@ -8,12 +8,7 @@ QuestionId = tuple[str, str]
 
 
 class Tally(NamedTuple):
-    """How a class has answered.
-
-    Attributes:
-        counts: of every choice.
-        waiting: how many of the present students have not answered.
-    """
+    """How a class has answered. `counts`: of every choice; `waiting`: how many of the present students have not answered."""
 
     counts: tuple[int, ...]
     waiting: int
@@ -30,10 +25,7 @@ class Tally(NamedTuple):
 
 
 class Ballots:
-    """The answers of a class to every question so far, by the id of each student's tab.
-
-    An answer outlives its student's connection: it is there again after a reload, and still counts when the student has gone.
-    """
+    """The answers of a class to every question so far, by the id of each student's tab; an answer outlives its student's connection."""
 
     def __init__(self) -> None:
         self._answers: dict[QuestionId, dict[str, int]] = {}

@@ -8,11 +8,7 @@ HOLD: Final = 60.0
 
 
 class BreakoutPlaces:
-    """The breakout sessions that a class may have, by the id of each student's tab.
-
-    Args:
-        most: how many at once.
-    """
+    """The breakout sessions that a class may have, by the id of each student's tab. `most`: how many at once."""
 
     def __init__(self, most: int) -> None:
         self.most = most

@@ -27,21 +27,12 @@ SETTLE: Final = 0.25
 
 
 class BreakoutSessions:
-    """The students' own sessions beside the stage.
-
-    Args:
-        context: of the app.
-        room: the class.
-
-    Attributes:
-        waiting: how many students want to explore and have no place.
-    """
+    """The students' own sessions beside the stage."""
 
     def __init__(self, context: AppContext, room: Classroom) -> None:
         self._context, self._room = context, room
         self._errors = ThrottledLog(log)
         self._next = 0.0
-        self.waiting = 0
 
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
@@ -66,15 +57,11 @@ class BreakoutSessions:
             if wanted != (one.visitor is not None) and not one.moved:
                 one.moved = True
                 audiences.move(one.client)
-        self.waiting = sum(room.free and not room.places.holds(student) for student in room.here)
 
     def admit(
         self, participant: Participant, participants: Collection[Participant], stage: Settings, lessons: LessonSession
     ) -> Pieces:
-        """Give a student the session left in the store, or one with the student's last settings, or one like the stage's.
-
-        The page is built piece by piece; the participant has the session once the page is whole.
-        """
+        """Give a student the session left in the store, or one with the student's last settings, or one like the stage's."""
         for other in participants:
             if other is not participant and other.id == participant.id and other.visitor is not None:
                 # A lost connection may not have been noticed yet.
@@ -98,7 +85,7 @@ class BreakoutSessions:
     def frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
         """Advance and draw one student's session. `now`: wall time; `elapsed`: since the last frame [s]."""
         try:
-            visitor.halt(self._room.paused)
+            visitor.session.halt.set("teacher", self._room.paused)
             visitor.frame(now, elapsed, 1 + self._room.places.taken)
         except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.

@@ -1,11 +1,10 @@
 """The state of a class: the students who are present, the question on the stage, and the teacher's decisions."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from app.classroom.ballots import Ballots, QuestionId, Tally
 from app.classroom.breakout_places import BreakoutPlaces
-from app.lessons.lesson import Lesson, LessonBook, Step
+from app.lessons.lesson import Lesson, LessonBook, Question, Step
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.phases import Phase
 from app.lessons.progress import Progress, StepProgress, to_json
@@ -20,7 +19,6 @@ class Poll:
     Attributes:
         question: lesson and step.
         choices: what can be answered, as Markdown.
-        tally: the answers.
         open: whether answers are taken: until the reveal, or until the outcome is on the stage.
         revealed: whether everybody sees the tally.
         outcome: the measured result, line by line; empty before it is on the stage.
@@ -38,17 +36,8 @@ class Poll:
     verdicts: tuple[AnswerVerdict | None, ...] = ()
 
 
-class Headcount(NamedTuple):
-    """How many students there are in all, and in breakout sessions."""
-
-    all: int
-    exploring: int
-
-
-class _Texts(NamedTuple):
-    choices: tuple[str, ...]
-    outcome: tuple[str, ...] = ()
-    verdicts: tuple[AnswerVerdict | None, ...] = ()
+_Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
+"""Choices, outcome and verdicts of a poll."""
 
 
 class Classroom:
@@ -61,11 +50,13 @@ class Classroom:
         free: whether the students explore; otherwise they follow.
         paused: whether all sessions are paused.
         inviting: whether the address is on every screen.
+        waiting: how many students want to explore and have no place.
         ballots, places: the answers, and the breakout sessions' places.
     """
 
     def __init__(self, most: int) -> None:
         self.free = self.paused = self.inviting = False
+        self.waiting = 0
         self.ballots = Ballots()
         self.places = BreakoutPlaces(most)
         self._here: dict[int, str] = {}
@@ -87,9 +78,9 @@ class Classroom:
         return tuple(dict.fromkeys(self._here.values()))
 
     @property
-    def heads(self) -> Headcount:
-        """How many students there are."""
-        return Headcount(len(self.here), sum(map(self.places.holds, self.here)))
+    def heads(self) -> tuple[int, int]:
+        """How many students there are in all, and in breakout sessions."""
+        return len(self.here), sum(map(self.places.holds, self.here))
 
     # ---- follow me, or explore ---------------------------------------------------------------------------------------------
 
@@ -102,6 +93,7 @@ class Classroom:
         """While the class explores, give places to the students who are able to take one. `now`: the clock [s]."""
         if self.free:
             self.places.give(able, now)
+        self.waiting = sum(self.free and not self.places.holds(student) for student in self.here)
 
     # ---- the question ------------------------------------------------------------------------------------------------------
 
@@ -123,16 +115,16 @@ class Classroom:
         tally = self.ballots.tally(question, len(asked.choices), self.here)
         revealed = self.ballots.revealed(question)
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
-        texts = self._texts_of(lesson, step, known)
+        choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
         if known is None:
-            return Poll(question, texts.choices, tally, done.outcome is None and not revealed, revealed)
-        return Poll(question, texts.choices, tally, False, revealed, texts.outcome, asked.right, texts.verdicts)
+            return Poll(question, choices, tally, done.outcome is None and not revealed, revealed)
+        return Poll(question, choices, tally, False, revealed, outcome, asked.right, verdicts)
 
-    def _texts_of(self, lesson: Lesson, step: Step, outcome: StepOutcome | None) -> _Texts:
+    def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
         """Return the texts of a question, which are made once in every language and not in every frame."""
         cached = self._texts.get(lesson.language)
         if cached is None or cached[0] is not step or cached[1] is not outcome:
-            cached = self._texts[lesson.language] = step, outcome, _make_texts(lesson, step, outcome)
+            cached = self._texts[lesson.language] = step, outcome, _make_texts(lesson, step, asked, outcome)
         return cached[2]
 
     def answer(self, walk: Walkthrough | None, student: str, choice: int) -> bool:
@@ -150,16 +142,13 @@ class Classroom:
         return to_json(progress)
 
 
-def _make_texts(lesson: Lesson, step: Step, outcome: StepOutcome | None) -> _Texts:
-    question = step.question
-    if question is None:
-        return _Texts(())
-    choices = tuple(fill(step, choice.text, None, lesson.language) for choice in question.choices)
+def _make_texts(lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
+    choices = tuple(fill(step, choice.text, None, lesson.language) for choice in asked.choices)
     if outcome is None:
-        return _Texts(choices)
+        return choices, (), ()
     index = lesson.steps.index(step)
     verdicts = tuple(
         verdict(StepPosition(lesson, step, index, Phase.OBSERVE, StepProgress(choice=i, outcome=outcome), False))
         for i in range(len(choices))
     )
-    return _Texts(choices, outcome.lines(step, lesson.language), verdicts)
+    return choices, outcome.lines(step, lesson.language), verdicts

@@ -3,7 +3,7 @@
 from typing import Final
 
 from app.classroom.address import Address, qr_svg
-from app.classroom.classroom import Headcount, Poll
+from app.classroom.classroom import Classroom, Poll
 from app.i18n.speaking import N_, tr
 from app.text.html_element import element
 from app.text.lesson_text import inline_html, lesson_html
@@ -20,7 +20,6 @@ def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
     """Return the histogram of the class's answers; once the outcome is known, with the measured result beside it.
 
     Args:
-        poll: the question.
         mine: the reader's own answer.
         live: whether it is the teacher's, before the reveal.
     """
@@ -52,16 +51,17 @@ def _row(poll: Poll, index: int, mine: bool) -> str:
     )
 
 
-def heads_html(heads: Headcount, free: bool, paused: bool, waiting: int) -> str:
-    """Return how many students there are and what they do. `waiting`: how many want to explore and have no place."""
-    pills = [element("span", tr("students here: {count}", count=heads.all))]
-    if free:
-        pills.append(element("span", tr("exploring: {count}", count=heads.exploring), class_="go"))
-        if waiting:
-            pills.append(element("span", tr("without a place: {count}", count=waiting), class_="halt"))
-    elif heads.all:
+def heads_html(room: Classroom) -> str:
+    """Return how many students there are and what they do."""
+    present, exploring = room.heads
+    pills = [element("span", tr("students here: {count}", count=present))]
+    if room.free:
+        pills.append(element("span", tr("exploring: {count}", count=exploring), class_="go"))
+        if room.waiting:
+            pills.append(element("span", tr("without a place: {count}", count=room.waiting), class_="halt"))
+    elif present:
         pills.append(element("span", tr("all follow"), class_="go"))
-    if paused:
+    if room.paused:
         pills.append(element("span", tr("everybody is paused"), class_="halt"))
     return element("div", "", element("div", "", *pills, class_="duet-heads", role="status"), class_="duet-class duet-lesson")
 

@@ -16,11 +16,10 @@ MOST: Final = 1000
 
 
 class Leader:
-    """Decides which browsers may lead.
+    """Decides which browsers may lead: those with the key; without a key the first tab.
 
-    Without a key the first tab leads, and holds the lead for `HOLD` after it has disconnected. Then a tab that is opened afterwards gets
-    it, such as the teacher's on another computer. A tab that was in the class before never does, so that no student comes to lead by
-    waiting, or by a lost connection. `admits` and `gone` belong to the network's thread.
+    That tab holds the lead for `HOLD` after it has disconnected. Then only a tab that was not in the class before gets it, so that no
+    student comes to lead by waiting. `admits` and `gone` belong to the network's thread.
 
     Args:
         key: the teacher's; None for none.

@@ -7,18 +7,15 @@ import viser
 
 from app.classroom.address import Address
 from app.classroom.breakout_sessions import BreakoutSessions
-from app.classroom.classroom import Classroom, Poll
+from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
 from app.classroom.participant import Participant
 from app.classroom.stage_audiences import StageAudiences
 from app.classroom.stage_controls import StageControls
-from app.classroom.student_answers import is_narrow
 from app.classroom.teacher_control import TeacherControl
-from app.classroom.teacher_panel import ClassState
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.connections import Connections
-from app.hosting.session_store import tab_id
 from app.hosting.teacher_key import is_teacher
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
@@ -29,7 +26,6 @@ from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
 from app.web.audiences import Audiences
-from app.web.request import request_query
 
 log = logging.getLogger("duet.lecture")
 
@@ -37,12 +33,7 @@ log = logging.getLogger("duet.lecture")
 class LectureHost:
     """All tabs see one stage, each in its own language and look. A teacher has the controls: by the key, or without a key in the first tab.
 
-    Args:
-        context: of the app.
-
     Attributes:
-        session, lessons: the stage's.
-        room: the class.
         control: carries out the teacher's actions.
         participants: all browsers, by client id.
     """
@@ -56,9 +47,7 @@ class LectureHost:
         self.control = TeacherControl(self.room, self.session, self.lessons, self._breakouts.hurry)
         self.controls = StageControls(context, self.session, self.lessons, self.control)
         self.participants: dict[int, Participant] = {}
-        self.stage = StageAudiences(
-            context, self.session, self.lessons, self.room, self.control, lambda: list(self.participants.values())
-        )
+        self.stage = StageAudiences(context, self.session, self.lessons, self.room, self.control, self.participants)
         self._errors = ThrottledLog(log)
         self._leader = Leader(context.key)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
@@ -105,7 +94,7 @@ class LectureHost:
         if self.controls.operator is not None and self.controls.language_changed:
             self._build(self.controls.operator, self.controls.build_operator_page)
         set_language(self.controls.language)
-        frame = make_frame(self.session, self.lessons, now, elapsed)
+        frame = make_frame(self.session, self.lessons.decide, now, elapsed)
         if self.room.paused and not self.room.free and not self.session.paused:
             # The teacher has pressed Run on the stage.
             self.room.paused = False
@@ -114,7 +103,7 @@ class LectureHost:
         for client_id, one in list(self.participants.items()):
             if one.visitor is not None:
                 set_language(one.visitor.language)
-                one.show(self.room, self._state(None), None, one.visitor.view, one.visitor.lessons)
+                one.show(self.room, None, None, one.visitor.view, one.visitor.lessons)
                 self._breakouts.frame(client_id, one.visitor, now, elapsed)
 
     def _show_stage(self, frame: Frame) -> None:
@@ -133,10 +122,9 @@ class LectureHost:
             set_language(page.language)
             poll = self.control.poll(page.book)
             page.show(frame, poll, self._invitation)
-            state = self._state(poll)
             for one in self.stage.watchers(audience):
                 mine = None if poll is None or one.answers is None else self.room.ballots.answer_of(poll.question, one.id)
-                one.show(self.room, state, mine, page.view, self.lessons)
+                one.show(self.room, poll, mine, page.view, self.lessons)
             page.flush()
 
     def _show_teacher(self, teacher: Participant, frame: Frame) -> None:
@@ -148,16 +136,12 @@ class LectureHost:
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():
                 operation.show(frame)
-        teacher.show(self.room, self._state(poll), None, page.view, self.lessons)
+        teacher.show(self.room, poll, None, page.view, self.lessons)
         page.flush()
 
     @property
     def _invitation(self) -> Address | None:
         return self.controls.address if self.room.inviting else None
-
-    def _state(self, poll: Poll | None) -> ClassState:
-        room = self.room
-        return ClassState(room.heads, room.free, room.paused, room.inviting, self._breakouts.waiting, poll)
 
     # ---- connections -------------------------------------------------------------------------------------------------------
 
@@ -181,19 +165,9 @@ class LectureHost:
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""
-        client_id, query = client.client_id, request_query(client)
-        tab = tab_id(query)
-        participant = Participant(
-            client,
-            query,
-            id=tab or f"tab {client_id}",
-            lasting=tab is not None,
-            screen="screen" in query,
-            teacher=self._leader.holds(client_id),
-            narrow=is_narrow(client),
-            audience=self.audiences.audience_of(client_id),
-        )
-        if not participant.teacher and participant.audience is None and self._breakouts.expects(query):
+        client_id = client.client_id
+        participant = Participant(client, self._leader.holds(client_id), self.audiences.audience_of(client_id))
+        if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             yield from self._breakouts.admit(participant, self.participants.values(), self.session.settings, self.lessons)
             self.participants[client_id] = participant
             self.room.enter(client_id, participant.id)

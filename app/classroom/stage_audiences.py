@@ -1,6 +1,6 @@
 """The stage as students and projectors watch it: drawn once for every audience, that is, for every look."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Iterator
 
 import viser
 
@@ -15,19 +15,15 @@ from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.key_notice import name_mistake
 from app.session.session import Session
-from app.web.audience import Audience
-from app.web.audiences import Audiences
+from app.web.audiences import Audience, Audiences
 
 
 class StageAudiences:
     """The stage's pages for the audiences.
 
     Args:
-        context: of the app.
-        session, lessons: the stage's.
-        room: the class.
         control: takes the students' answers.
-        participants: returns all participants.
+        participants: by client id.
 
     Attributes:
         pages: the stage's page for every audience.
@@ -40,7 +36,7 @@ class StageAudiences:
         lessons: LessonSession,
         room: Classroom,
         control: TeacherControl,
-        participants: Callable[[], Collection[Participant]],
+        participants: dict[int, Participant],
     ) -> None:
         self._context, self._session, self._lessons, self._control = context, session, lessons, control
         self._room, self._participants = room, participants
@@ -52,14 +48,15 @@ class StageAudiences:
 
     def watchers(self, audience: Audience) -> Iterator[Participant]:
         """Yield the participants of an audience."""
-        return (one for one in self._participants() if one.audience is audience)
+        return (one for one in list(self._participants.values()) if one.audience is audience)
 
     def _build(self, audience: Audience) -> StagePage:
+        look, book = audience.look, self._context.book
+
         def clients() -> list[viser.ClientHandle]:
             return [one.client for one in self.watchers(audience)]
 
-        look = audience.look
-        return StagePage(audience, self._session, self._lessons, self._context.book, look.language, look, clients)
+        return StagePage(audience, self._session, self._lessons, book, look.language, look, clients)
 
     def admit(self, watcher: Participant) -> None:
         """Welcome a student or a projector, and give a student banner and answers."""

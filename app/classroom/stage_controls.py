@@ -22,14 +22,11 @@ class StageControls:
     """Builds the teachers' pages; one of them, the operator's, has the controls. The stage has the operator's language.
 
     Args:
-        context: of the app.
-        session, lessons: the stage's.
         control: carries out the teacher's actions.
 
     Attributes:
         operator: the participant who has the controls, or None.
         operation: the controls; None while there is no operator.
-        language: of the stage.
         address: for the students; None until a teacher has come.
     """
 

@@ -1,4 +1,4 @@
-"""The stage of a lecture in the language and look of one audience, or of one teacher."""
+"""The stage of a lecture in the language and look of one audience, or of one teacher; over it the class's answers and the address."""
 
 from collections.abc import Callable
 
@@ -6,16 +6,17 @@ import viser
 
 from app.classroom.address import Address
 from app.classroom.classroom import Poll
-from app.classroom.stage_overlays import StageOverlays
+from app.classroom.classroom_html import overlay_html, poll_html
 from app.i18n.speaking import set_language
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
+from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
-from app.web.audience import Audience
+from app.web.audiences import Audience
 
 
 class StagePage:
@@ -23,14 +24,11 @@ class StagePage:
 
     Args:
         host: the audience, or the teacher's client.
-        session, lessons: the stage's.
         book: the lessons, in English.
-        language: of the page.
         look: of the page; None for that of the stage's settings, which is the operator's.
         clients: returns the clients to which the camera belongs.
 
     Attributes:
-        view: of the stage.
         language, book: of the page, and the lessons in it.
     """
 
@@ -49,19 +47,31 @@ class StagePage:
         set_language(language)
         with host.atomic():
             self.view = View(host, session, clients, lessons, look, self.book, folds=False)
-            self._overlays = StageOverlays(host.gui, self.view)
+            self._addresses = [host.gui.add_html("")]
+            with self.view.plots_tab:
+                # A folded panel is not on the page; one of several is.
+                self._addresses.append(host.gui.add_html(""))
+        self._poll: viser.GuiHtmlHandle | None = None
 
     def show(self, frame: Frame, poll: Poll | None, inviting: Address | None) -> None:
         """Draw a frame.
 
         Args:
-            frame: of the stage's session.
-            poll: the question on the stage, in this language.
+            poll: the question on the stage, in this language; its tally is shown after the reveal.
             inviting: the address, while it is on every screen.
         """
         with self._host.atomic():
             self.view.show(frame)
-            self._overlays.show(poll, inviting)
+            tab, gui = self.view.lesson_panel.tab, self._host.gui
+            if self._poll is None and tab is not None:
+                with tab:
+                    self._poll = gui.add_html("", order=ORDER["verdict"] - 0.5)
+                    self._addresses.append(gui.add_html("", order=0.2))
+            if self._poll is not None:
+                self._poll.content = poll_html(poll) if poll is not None and poll.revealed else ""
+            address = "" if inviting is None else overlay_html(inviting)
+            for handle in self._addresses:
+                handle.content = address
 
     def flush(self) -> None:
         """Send the frame at once."""

@@ -29,11 +29,7 @@ def is_narrow(client: viser.ClientHandle) -> bool:
 
 
 class Banner:
-    """One line at the top of a page: what the teacher has decided.
-
-    Args:
-        gui: of one student.
-    """
+    """One line at the top of a page: what the teacher has decided."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._gui = gui
@@ -55,7 +51,6 @@ class Answers:
     """The buttons, keys and texts for one student's answers.
 
     Args:
-        client: the student's.
         panel: of the lessons, on the stage.
         answer: called with the index of a choice, on the network's thread.
     """

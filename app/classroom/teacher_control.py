@@ -16,9 +16,6 @@ class TeacherControl:
     """All methods but `post` and `post_answer` belong to the stage's thread.
 
     Args:
-        room: the class.
-        session: the stage's.
-        lessons: the stage's.
         decided: called after every action.
 
     Attributes:

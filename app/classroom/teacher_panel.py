@@ -1,13 +1,12 @@
 """The teacher's panel of a lecture: the class, the notes, and the address. Only the teacher's browser is sent any of it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Final, Literal
 
 import viser
 
 from app.classroom.address import Address
-from app.classroom.classroom import Headcount, Poll
+from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import heads_html, join_html, poll_html
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
@@ -29,32 +28,11 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, Action], ...]] = (
 """Label, key with Alt and Shift, action."""
 
 
-@dataclass(frozen=True)
-class ClassState:
-    """The class as the teacher's panel shows it.
-
-    Attributes:
-        heads: how many there are.
-        free, paused, inviting: see `Classroom`.
-        waiting: how many want to explore and have no place.
-        poll: the question on the stage; None if there is none.
-    """
-
-    heads: Headcount
-    free: bool
-    paused: bool
-    inviting: bool
-    waiting: int
-    poll: Poll | None
-
-
 class TeacherPanel:
     """A teacher's tabs.
 
     Args:
-        client: the teacher's.
         act: called with the teacher's actions, on the network's thread.
-        address: for the students.
         notes: Markdown by lesson id; None for a teacher without a key.
     """
 
@@ -90,7 +68,8 @@ class TeacherPanel:
             self._invite = self._button(tr("Show it on every screen"), "invite", None, viser.Icon.QRCODE)
         for name, key, action in COMMANDS:
             self._command(name, key, action)
-        self._shown: ClassState | None = None
+        self._free = False
+        self._shown: object = None
 
     def _button(
         self, label: str, action: Action, color: Literal["gray"] | None, icon: viser.IconName | None
@@ -116,23 +95,22 @@ class TeacherPanel:
         @command.on_trigger
         async def _(event: viser.CommandEvent) -> None:
             del event
-            free = self._shown is not None and self._shown.free
-            self._act("follow" if action == "free" and free else action)
+            self._act("follow" if action == "free" and self._free else action)
 
-    def show(self, state: ClassState, lessons: LessonSession) -> None:
-        """Update all tabs. `lessons`: the stage's."""
+    def show(self, room: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
+        """Update all tabs. `poll`: the question on the stage; `lessons`: the stage's."""
         if self._notes is not None:
             self._notes.show(lessons)
-        before, self._shown = self._shown, state
-        if state == before:
+        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, poll
+        if shown == self._shown:
             return
-        poll = state.poll
-        self._heads.content = heads_html(state.heads, state.free, state.paused, state.waiting)
-        self._mode.mark(1 if state.free else 0)
+        self._shown, self._free = shown, room.free
+        self._heads.content = heads_html(room)
+        self._mode.show(1 if room.free else 0)
         # Before the reveal only the teacher sees the tally; afterwards it is on the stage, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._reveal.visible = poll is not None and not poll.revealed
         self._reveal.disabled = poll is None or not poll.tally.answered
         self._again.visible = poll is not None and (poll.revealed or not poll.open)
-        self._pause.label = tr("Let everybody go on") if state.paused else tr("Pause everybody")
-        self._invite.label = tr("Hide it again") if state.inviting else tr("Show it on every screen")
+        self._pause.label = tr("Let everybody go on") if room.paused else tr("Pause everybody")
+        self._invite.label = tr("Hide it again") if room.inviting else tr("Show it on every screen")

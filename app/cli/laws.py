@@ -34,11 +34,8 @@ def new_law(command: NewLaw) -> int:
         BadSetting: the file exists, or cannot be written.
     """
     path = command.path
-    text = (
-        (Path(__file__).parents[1] / "custom_law" / "template.py")
-        .read_text(encoding="utf-8")
-        .replace("my_law.py", readable(path.name))
-    )
+    template = Path(__file__).parents[1] / "custom_law" / "template.py"
+    text = template.read_text(encoding="utf-8").replace("my_law.py", readable(path.name))
     if os.path.lexists(path):
         raise BadSetting(f"{path} is there already and is left alone; give another name.")
     try:

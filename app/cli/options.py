@@ -10,10 +10,7 @@ from scenes.settings import RunSettings, Spec, changed, specs, values
 
 
 def _options(tree: type, name: str) -> type:
-    """Return a dataclass with one text option for every setting of a tree.
-
-    Text, so that a bad value gets the one line that names the choices, here as in a link.
-    """
+    """Return a dataclass with a text option for every setting of a tree: a bad text gets the line that names the choices, as in a link."""
     fields: list[tuple[str, Any, Any]] = []
     for key, spec in specs(tree).items():
         default = values(tree())[key]

@@ -5,7 +5,6 @@ import json
 import math
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Final
 
 from tqdm import tqdm
 
@@ -16,9 +15,6 @@ from controllers.errors import BadInputFile, BadSetting
 from scenes.files import readable
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings, values
-
-MOST_STEPS: Final = 1_000_000
-"""Longest run; every step of it is kept, at 312 bytes each."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +48,12 @@ def run(command: RunCommand) -> int:
     """
     with ending_at_once():
         from app.custom_law.custom_law import CustomLaw
+        from scenes.headless import check_length
         from scenes.headless import run as simulate
         from scenes.recording import write_table
 
     settings: RunSettings = chosen(command.settings, RunSettings())
-    longest = MOST_STEPS * settings.dt
-    if not 0.0 < command.seconds <= longest:
-        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to {longest:g} (or a larger dt).")
+    check_length(settings, command.seconds)
     source = _target_source(command, settings)
     if command.csv is not None and not command.csv.parent.is_dir():
         raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.parent}; make it first.")

@@ -6,7 +6,7 @@ import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import tyro
 from tqdm import tqdm
@@ -15,10 +15,6 @@ from app.cli.options import Flat, RunOptions, chosen
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings
-
-if TYPE_CHECKING:
-    from app.sweep.sweep_files import SweepFiles
-    from scenes.grids import Grid
 
 
 @dataclass(frozen=True)
@@ -51,6 +47,7 @@ def sweep(command: Sweep) -> int:
         from app.sweep.heatmaps import draw_maps
         from app.sweep.sweep_files import SweepFiles
         from scenes.grids import read_grid
+        from scenes.sweep import run_points
 
     settings: RunSettings = chosen(command.settings, RunSettings())
     if command.workers < 0:
@@ -58,7 +55,14 @@ def sweep(command: Sweep) -> int:
     grid = read_grid(settings, command.over, command.seconds)
     files = SweepFiles(command.out, grid, command.format)
     try:
-        _complete(grid, files, command.workers or _cores())
+        missing = files.missing()
+        if missing:
+            kept = grid.size - len(missing)
+            with files.recording() as add, tqdm(total=grid.size, initial=kept, unit="run", disable=None, leave=False) as bar:
+                for index, figures in run_points(grid, missing, command.workers or _cores()):
+                    add(index, figures)
+                    bar.update()
+        files.finish()
     except KeyboardInterrupt:
         print(f"{len(files.rows)} of {grid.size} runs are in {files.part}; the same command goes on from there.", file=sys.stderr)
         return INTERRUPTED
@@ -70,19 +74,6 @@ def sweep(command: Sweep) -> int:
         if not drawn:
             print("No maps: too many values for panels side by side; sweep fewer settings at once.", file=sys.stderr)
     return 0
-
-
-def _complete(grid: Grid, files: SweepFiles, workers: int) -> None:
-    from scenes.sweep import run_points
-
-    missing = files.missing()
-    kept = grid.size - len(missing)
-    if missing:
-        with files.recording() as add, tqdm(total=grid.size, initial=kept, unit="run", disable=None, leave=False) as bar:
-            for index, figures in run_points(grid, missing, workers):
-                add(index, figures)
-                bar.update()
-    files.finish()
 
 
 def _cores() -> int:

@@ -81,7 +81,6 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Id of the process."""
         return self._process.pid
 
     def end(self) -> None:

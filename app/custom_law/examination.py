@@ -30,7 +30,6 @@ class ExaminationProgress(NamedTuple):
 
     @property
     def finished(self) -> bool:
-        """Whether all of them have been made."""
         return len(self.verdicts) == len(TRIALS)
 
 
@@ -50,7 +49,7 @@ class Examination:
     def __init__(self, path: Path, background: JobPool, wake: Callable[[], None]) -> None:
         self._path, self._background, self._wake = path, background, wake
         self._jobs: list[Job] = []
-        self.progress = ExaminationProgress(readable(path.name))
+        self.progress = self._none = ExaminationProgress(readable(path.name))
 
     def begin(self) -> None:
         """Make all tests on the file as it is now, whatever is saved meanwhile; tests that are under way are given up.
@@ -63,7 +62,7 @@ class Examination:
         self._jobs = [
             self._background.submit(self, name, examine_one, self._path, text, name, wake=self._wake) for name in TRIALS
         ]
-        self.progress = ExaminationProgress(readable(self._path.name), running=True)
+        self.progress = self._none._replace(running=True)
 
     def advance(self) -> bool:
         """Take in what is known by now; return whether that is news."""
@@ -74,17 +73,16 @@ class Examination:
             if job.state in ("failed", "dropped"):
                 self.drop()
                 message = job.message or LazyText("The tests were given up; make them again.")
-                self.progress = ExaminationProgress(readable(self._path.name), tuple(verdicts), message=message)
+                self.progress = self._none._replace(verdicts=tuple(verdicts), message=message)
                 return True
             if job.state != "done":
                 break
             verdicts.append(job.result)
         news = len(verdicts) != len(self.progress.verdicts)
-        self.progress = ExaminationProgress(readable(self._path.name), tuple(verdicts), len(verdicts) < len(self._jobs))
+        self.progress = self._none._replace(verdicts=tuple(verdicts), running=len(verdicts) < len(self._jobs))
         return news
 
     def drop(self) -> None:
-        """Give up what is under way."""
         self._background.cancel(self)
         if self.progress.running:
-            self.progress = ExaminationProgress(readable(self._path.name))
+            self.progress = self._none

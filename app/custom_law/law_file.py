@@ -11,8 +11,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.custom_law.student_situation import Array, Situation, one_joint
+from app.custom_law.student_situation import Array, one_joint
 from controllers.errors import LazyText, joined
+from controllers.laws.situation import Situation
 
 FILENAME: Final = "<own law>"
 """What the file is called in tracebacks: plain letters, whatever its real name, so that every tool can print it."""

@@ -28,7 +28,7 @@ class LawProblem(NamedTuple):
 
     Attributes:
         text: one line for its author: file, line if it is known, what is wrong, what was expected.
-        line: of the file, counted from 1; None if it cannot be told.
+        line: of the file, counted from 1; None if unknown.
     """
 
     text: str
@@ -36,7 +36,6 @@ class LawProblem(NamedTuple):
 
 
 def problem_of(name: str, what: str, line: int | None = None) -> LawProblem:
-    """Return the problem of a file."""
     if line is None:
         return LawProblem(LazyText("{name}: {what}", name=name, what=what))
     return LawProblem(LazyText("{name}, line {line}: {what}", name=name, line=line, what=what), line)

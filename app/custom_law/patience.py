@@ -27,7 +27,6 @@ class Patience:
 
     @property
     def over(self) -> bool:
-        """Whether the limit is exceeded."""
         waited = time.monotonic() - self._begin
         if waited <= self.limit:
             return False

@@ -59,7 +59,6 @@ class LawProcess:
 
     @property
     def pid(self) -> int:
-        """Id of the process."""
         return self._child.pid
 
     def end(self) -> None:
@@ -93,7 +92,6 @@ class LawProcess:
 
     @property
     def busy(self) -> bool:
-        """Whether any question waits for its answer."""
         return bool(self._asked)
 
     def asked(self, kind: type[Question]) -> bool:

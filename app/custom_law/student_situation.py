@@ -1,40 +1,12 @@
-"""The situation for a student's law: `controllers.laws.situation.Situation` without its libraries.
-
-The law's process imports only NumPy and msgspec, so that it starts in a tenth of a second and takes little memory. A test compares
-the two.
-"""
-
-from typing import NamedTuple
+"""Situations for the charts of a student's law."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.laws.situation import Situation
+
 Array = NDArray[np.float64]
-
-
-class Situation(NamedTuple):
-    """One arm, one tick; fields and units as in `controllers.laws.situation.Situation`.
-
-    Every array belongs to the law: it may keep or change them.
-    """
-
-    positions: Array
-    nominal: Array
-    row: Array
-    distance: float
-    approach: float
-    task_jacobian: Array | None = None
-    lower: Array | None = None
-    upper: Array | None = None
-    rows: Array | None = None
-    distances: Array | None = None
-    approaches: Array | None = None
-
-    @property
-    def pull(self) -> float:
-        """u = −J_d q̇_n [m/s]: how fast the task pulls the arm towards the obstacle."""
-        return -float(self.row.dot(self.nominal))
-
+"""As in `controllers.kinematics`, whose libraries the law's process does without."""
 
 JOINTS = 7
 """Of the arm in `one_joint`: laws like to build 7 × 7 matrices."""

@@ -33,11 +33,7 @@ class Candidate(Law, Protocol):
     """
 
     @property
-    def problem(self) -> LawProblem | None:
-        """See there."""
-        ...
+    def problem(self) -> LawProblem | None: ...
 
     @property
-    def seconds(self) -> float:
-        """See there."""
-        ...
+    def seconds(self) -> float: ...

@@ -25,6 +25,7 @@ from app.custom_law.arena import (
     stop_if_failed,
 )
 from app.custom_law.trial_result import Candidate, TrialResult
+from app.i18n.speaking import N_
 from controllers.errors import LazyText
 from scenes.history import COLUMN
 from scenes.recording import pair_label
@@ -74,6 +75,11 @@ Outcome = tuple[bool, str, dict[str, float]]
 """Passed, reason, numbers."""
 
 
+def _outcome(passed: bool, held: str, failed: str, numbers: dict[str, float], **parts: object) -> Outcome:
+    """Return the outcome with one of two reasons. `parts`: of both templates."""
+    return passed, LazyText(held if passed else failed, **parts), numbers
+
+
 def keeps_its_distance(law: Candidate) -> Outcome:
     """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
     simulation = enter("hold", law)
@@ -85,10 +91,9 @@ def keeps_its_distance(law: Candidate) -> Outcome:
     parts = {"limit": _mm(CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
     numbers = {"d_min": float(d[i]), "d_m": CRITICAL_DISTANCE, "time_below": float(np.count_nonzero(d < CRITICAL_DISTANCE)) * DT}
     missing = CRITICAL_DISTANCE - float(d[i])
-    if missing > SLACK:
-        failed = LazyText("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.", by=_mm(missing), **parts)
-        return False, failed, numbers
-    return True, LazyText("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.", **parts), numbers
+    held = N_("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.")
+    failed = N_("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.")
+    return _outcome(missing <= SLACK, held, failed, numbers, by=_mm(missing), **parts)
 
 
 def leaves_the_task_alone(law: Candidate) -> Outcome:
@@ -106,15 +111,10 @@ def leaves_the_task_alone(law: Candidate) -> Outcome:
     table = play(beside, law, [None] * round(REST / DT))
     error, d = largest_error(table), float(table[0, COLUMN["d"]])
     numbers |= {"beside_a_ball": error, "d": d}
-    parts = {"limit": _mm(UNHARMED), "d": _mm(d), "error": _mm(error)}
-    if error > UNHARMED:
-        failed = LazyText(
-            "|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}.",
-            by=_mm(error - UNHARMED),
-            **parts,
-        )
-        return False, failed, numbers
-    return True, LazyText("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.", **parts), numbers
+    parts = {"limit": _mm(UNHARMED), "by": _mm(error - UNHARMED), "d": _mm(d), "error": _mm(error)}
+    held = N_("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.")
+    failed = N_("|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}.")
+    return _outcome(error <= UNHARMED, held, failed, numbers, **parts)
 
 
 def gets_out(law: Candidate) -> Outcome:
@@ -130,19 +130,10 @@ def gets_out(law: Candidate) -> Outcome:
         "time": (int(inside[-1]) + 1) * DT if len(inside) else 0.0,
     }
     missing = CRITICAL_DISTANCE - numbers["d_min_after"]
-    parts = {"start": _mm(d[0]), "limit": _mm(CRITICAL_DISTANCE), "after": ESCAPE}
-    if missing > SLACK:
-        failed = LazyText(
-            "from d = {start}, d ≥ {limit} after {after:g} s fails by {by}: d = {d}.",
-            by=_mm(missing),
-            d=_mm(numbers["d_min_after"]),
-            **parts,
-        )
-        return False, failed, numbers
-    held = LazyText(
-        "from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.", time=numbers["time"], **parts
-    )
-    return True, held, numbers
+    parts = {"start": _mm(d[0]), "limit": _mm(CRITICAL_DISTANCE), "after": ESCAPE, "by": _mm(missing), "time": numbers["time"]}
+    held = N_("from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.")
+    failed = N_("from d = {start}, d ≥ {limit} after {after:g} s fails by {by}: d = {d}.")
+    return _outcome(missing <= SLACK, held, failed, numbers, d=_mm(numbers["d_min_after"]), **parts)
 
 
 def is_smooth(law: Candidate) -> Outcome:
@@ -156,17 +147,10 @@ def is_smooth(law: Candidate) -> Outcome:
     share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
     numbers = {"dq_step_10ms": largest[0], "dq_step_5ms": largest[1], "share": share}
     steps = LazyText("{before:.3g} rad/s at dt = 10 ms, {after:.3g} at 5 ms", before=largest[0], after=largest[1])
-    parts = {"limit": HALVED, "share": share, "steps": steps}
-    if share > HALVED:
-        stays, leaves = LazyText("a jump stays, however small dt"), LazyText("a smooth q̇ leaves 50 %")
-        failed = LazyText(
-            "largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.",
-            word=stays if share > 0.85 else leaves,
-            **parts,
-        )
-        return False, failed, numbers
-    held = LazyText("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).", **parts)
-    return True, held, numbers
+    word = LazyText("a jump stays, however small dt") if share > 0.85 else LazyText("a smooth q̇ leaves 50 %")
+    held = N_("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).")
+    failed = N_("largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.")
+    return _outcome(share <= HALVED, held, failed, numbers, limit=HALVED, share=share, steps=steps, word=word)
 
 
 def is_bounded(law: Candidate) -> Outcome:
@@ -180,16 +164,10 @@ def is_bounded(law: Candidate) -> Outcome:
             worst = speed
             where = f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
     numbers = {"dq_max": worst, "bound": TOP_SPEED}
-    parts = {"limit": TOP_SPEED, "worst": worst}
-    if worst > TOP_SPEED * (1.0 + 1e-9):
-        failed = LazyText(
-            "|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.",
-            by=worst - TOP_SPEED,
-            where=where,
-            **parts,
-        )
-        return False, failed, numbers
-    return True, LazyText("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.", **parts), numbers
+    parts = {"limit": TOP_SPEED, "worst": worst, "by": worst - TOP_SPEED, "where": where}
+    held = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.")
+    failed = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.")
+    return _outcome(worst <= TOP_SPEED * (1.0 + 1e-9), held, failed, numbers, **parts)
 
 
 def is_quick(law: Candidate) -> Outcome:

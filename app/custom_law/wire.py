@@ -11,8 +11,9 @@ from msgspec import MsgspecError, Struct
 from msgspec.msgpack import Decoder, Encoder
 from msgspec.structs import astuple
 
-from app.custom_law.student_situation import Array, Situation
+from app.custom_law.student_situation import Array
 from controllers.errors import LazyText
+from controllers.laws.situation import Situation
 
 BROKEN: Final = 76
 """Exit code of the law's process when the connection no longer works (EX_PROTOCOL)."""
@@ -126,7 +127,6 @@ class Numbers(Struct, tag=True, array_like=True):
     seconds: float | None = None
 
     def array(self) -> Array:
-        """Return the numbers (k,)."""
         return np.frombuffer(self.values).copy()
 
 

@@ -57,7 +57,6 @@ def csv_bytes(recorded: Recorded, seconds: float, table: Array | None = None, st
 
     Raises:
         BadSetting: it cannot be made here.
-        Stopped: see there.
     """
     table = newest(recorded, rerun(recorded, stopped=stopped).table if table is None else table, seconds)
     if stopped():

@@ -1,11 +1,10 @@
-"""Jobs of the exports: their language, the names of the files, and why an export is not available."""
+"""Jobs of the exports: their language, and the names of the files."""
 
 from typing import Any
 
 from app.export.player import player_html
 from app.i18n.speaking import set_language
 from app.settings import Language
-from controllers.errors import LazyText
 from scenes.inputs import Recorded
 
 
@@ -28,10 +27,3 @@ def file_name(recorded: Recorded, seconds: float) -> str:
     end = recorded.begin + recorded.seconds
     begin = max(recorded.begin, end - seconds)
     return f"duet-{recorded.settings.scene}-{begin:.0f}-{end:.0f}s"
-
-
-def not_again(law: str) -> LazyText:
-    """Return why a run with a custom law cannot be computed again. `law`: name of its file."""
-    return LazyText(
-        "{law} runs in its own process, so this run cannot be computed again. The table and the pictures are available.", law=law
-    )

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.export.report_html import Plot, ReportEntry, lowered, report_html
+from app.export.report_html import ReportEntry, lowered, report_html
 from app.i18n.speaking import set_language, tr
 from app.lessons.lesson import Lesson, Step
 from app.lessons.phases import phases_of
@@ -42,7 +42,6 @@ class Done:
 
     @property
     def step(self) -> Step:
-        """The step."""
         return self.lesson.steps[self.index]
 
 
@@ -65,7 +64,6 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
 
     Raises:
         BadSetting: a run cannot be made again here.
-        Stopped: see there.
     """
     set_language(language)
     entries: list[ReportEntry] = []
@@ -78,7 +76,7 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
         last = run or last
     about = f"{tr('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
     settings = None if last is None else Settings(run=last)
-    return report_html(report_title(done), entries, settings, (), None, about=about, rich=rich_html).encode()
+    return report_html(report_title(done), entries, settings, about=about, rich=rich_html).encode()
 
 
 def rich_html(text: str) -> str:
@@ -109,13 +107,12 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         words=progress.words,
         chapter=tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
         settings=_settings(run) if run is not None else "",
-        plots=(Plot(_svg(recorded, step, name, stopped)),) if recorded is not None else (),
+        plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
     )
     return entry, run
 
 
 def _settings(run: RunSettings) -> str:
-    """Return the settings that differ from the defaults."""
     first = values(RunSettings())
     return settings_text(tuple((key, value) for key, value in values(run).items() if value != first[key]))
 

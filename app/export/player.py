@@ -49,7 +49,6 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped:
 
     Raises:
         BadSetting: it cannot be made here.
-        Stopped: see there.
     """
     whole = rerun(recorded, stopped=stopped).table
     panels = Curves(recorded, newest(recorded, whole, seconds), page.theme, stopped).panels(page.details)

@@ -66,7 +66,6 @@ def picture_bytes(
 
     Raises:
         BadSetting: it cannot be made here.
-        Stopped: see there.
     """
     # The style belongs to this picture, not to others that are drawn in this process.
     with matplotlib.rc_context(STYLE):

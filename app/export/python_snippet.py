@@ -44,89 +44,103 @@ def as_python(
         seconds: what is wanted of it.
         name: of the files that belong to the program, without an ending.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
-
-    Raises:
-        Stopped: see there.
     """
     steps = newest_steps(recorded, seconds)
     if is_fresh(whole, stopped):
-        lines = _fresh(whole.settings, whole.seconds, whole.steps, steps)
-        return Snippet(_lines(*lines, *_plot(whole.settings, name, "[settings.law.critical_distance] * len(table)")))
+        run = whole.settings
+        given = settings_python(run)
+        text = FRESH.format(
+            names="LawSettings, RunSettings" if "LawSettings(" in given else "RunSettings",
+            given=given,
+            kept=f", and its last {steps * run.dt:.6g} s are kept" if steps < whole.steps else "",
+            seconds=whole.seconds,
+            steps=steps,
+        )
+        return Snippet(text + _plot(run, name, "[settings.law.critical_distance] * len(table)"))
     piece = newest_piece(recorded, seconds, stopped)
-    data = recorded_bytes(piece)
-    text = base64.b64encode(data).decode()
-    span = f"from t = {piece.begin:.6g} s to {piece.begin + piece.seconds:.6g} s"
-    about = f"# The run {span}: its state at the beginning, all inputs and settings"
+    text, inputs = base64.b64encode(recorded_bytes(piece)).decode(), None
+    template = IN_TEXT
     if len(text) > MOST_CHARACTERS:
-        file = name + SUFFIX
-        head = (
-            "from pathlib import Path",
-            "",
-            *_PLOT,
-            _COLUMN,
-            "from scenes.inputs_file import read_recorded",
-            "from scenes.rerun import rerun",
-            "",
-            f"{about},",
-            "# which stand in a file that was saved with these lines.",
-            f"recorded = read_recorded(Path({file!r}))",
-        )
-        inputs = saved_bytes(piece, stopped=stopped)
-    else:
-        head = (
-            "import base64",
-            "",
-            *_PLOT,
-            _COLUMN,
-            "from scenes.inputs_file import recorded_from",
-            "from scenes.rerun import rerun",
-            "",
-            f"{about}.",
-            f'inputs = "{text}"',
-            'recorded = recorded_from(base64.b64decode(inputs), "the inputs above")',
-        )
-        inputs = None
+        template, inputs = IN_FILE, saved_bytes(piece, stopped=stopped)
+    head = template.format(begin=piece.begin, end=piece.begin + piece.seconds, text=text, file=name + SUFFIX)
     d_m = "[part.settings.law.critical_distance for part in recorded.stretches for _ in range(part.targets.steps)]"
-    return Snippet(_lines(*head, *_AGAIN, *_plot(piece.settings, name, d_m)), inputs)
+    return Snippet(head + AGAIN + _plot(piece.settings, name, d_m), inputs)
 
 
-_PLOT: Final = ("import matplotlib.pyplot as plt", "")
-_COLUMN: Final = "from scenes.history import COLUMN"
+FRESH: Final = """\
+import matplotlib.pyplot as plt
 
-_AGAIN: Final = (
-    "again = rerun(recorded)",
-    "print(again.summary)",
-    "table = again.table  # one row a step, see scenes.history.SCALARS",
-)
+from scenes.headless import run, summarise
+from scenes.history import COLUMN
+from scenes.settings import {names}
+
+settings = {given}
+# The settings say it all: the run is made from its start{kept}.
+done = run(settings, seconds={seconds!r})
+table = done.table[-{steps}:]  # one row a step, see scenes.history.SCALARS
+print(summarise(done.simulation, table))
+"""
+
+IN_TEXT: Final = """\
+import base64
+
+import matplotlib.pyplot as plt
+
+from scenes.history import COLUMN
+from scenes.inputs_file import recorded_from
+from scenes.rerun import rerun
+
+# The run from t = {begin:.6g} s to {end:.6g} s: its state at the beginning, all inputs and settings.
+inputs = "{text}"
+recorded = recorded_from(base64.b64decode(inputs), "the inputs above")
+"""
+
+IN_FILE: Final = """\
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+
+from scenes.history import COLUMN
+from scenes.inputs_file import read_recorded
+from scenes.rerun import rerun
+
+# The run from t = {begin:.6g} s to {end:.6g} s: its state at the beginning, all inputs and settings,
+# which stand in a file that was saved with these lines.
+recorded = read_recorded(Path({file!r}))
+"""
+
+AGAIN: Final = """\
+again = rerun(recorded)
+print(again.summary)
+table = again.table  # one row a step, see scenes.history.SCALARS
+"""
+
+DISTANCE_AND_ERROR: Final = """
+d_m = {d_m}
+t, d, e2 = (table[:, COLUMN[name]] for name in ("t", "d", "e2"))
+figure, (upper, lower) = plt.subplots(2, sharex=True)
+upper.plot(t, 1000 * d, label="d")
+upper.plot(t, [1000 * each for each in d_m], "--", label="$d_m$")
+upper.set(ylabel="distance [mm]")
+upper.legend()
+"""
+
+ERROR: Final = """
+t, e2 = table[:, COLUMN["t"]], table[:, COLUMN["e2"]]
+figure, lower = plt.subplots()
+"""
+
+END: Final = """\
+lower.plot(t, e2)
+lower.set(xlabel="t [s]", ylabel="e² [{unit}]")
+figure.savefig("{name}.png")  # A notebook shows it by itself, too.
+"""
 
 
-def _plot(settings: RunSettings, name: str, d_m: str) -> tuple[str, ...]:
+def _plot(settings: RunSettings, name: str, d_m: str) -> str:
     """Return the lines that draw d over time with d_m (an expression), and e²; of an arm alone, e²."""
-    unit = EXPERIMENTS[settings.scene].error_unit
-    end = (
-        f'lower.set(xlabel="t [s]", ylabel="e² [{unit}]")',
-        f'figure.savefig("{name}.png")  # A notebook shows it by itself, too.',
-    )
-    if settings.scene not in OBSTACLE:
-        return (
-            "",
-            't, e2 = table[:, COLUMN["t"]], table[:, COLUMN["e2"]]',
-            "figure, lower = plt.subplots()",
-            "lower.plot(t, e2)",
-            *end,
-        )
-    return (
-        "",
-        f"d_m = {d_m}",
-        't, d, e2 = (table[:, COLUMN[name]] for name in ("t", "d", "e2"))',
-        "figure, (upper, lower) = plt.subplots(2, sharex=True)",
-        'upper.plot(t, 1000 * d, label="d")',
-        'upper.plot(t, [1000 * each for each in d_m], "--", label="$d_m$")',
-        'upper.set(ylabel="distance [mm]")',
-        "upper.legend()",
-        "lower.plot(t, e2)",
-        *end,
-    )
+    above = DISTANCE_AND_ERROR.format(d_m=d_m) if settings.scene in OBSTACLE else ERROR
+    return above + END.format(unit=EXPERIMENTS[settings.scene].error_unit, name=name)
 
 
 def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
@@ -134,9 +148,6 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
 
     Args:
         stopped: see `as_python`.
-
-    Raises:
-        Stopped: see there.
     """
     stretch, *others = recorded.stretches
     if recorded.snapshot.steps or others:
@@ -158,25 +169,6 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
     return True
 
 
-def _fresh(settings: RunSettings, seconds: float, made: int, steps: int) -> tuple[str, ...]:
-    """Return the lines that make a run of so many seconds and steps from its start, and keep the last steps of it."""
-    given = settings_python(settings)
-    names = "LawSettings, RunSettings" if "LawSettings(" in given else "RunSettings"
-    kept = f", and its last {steps * settings.dt:.6g} s are kept" if steps < made else ""
-    return (
-        *_PLOT,
-        "from scenes.headless import run, summarise",
-        _COLUMN,
-        f"from scenes.settings import {names}",
-        "",
-        f"settings = {given}",
-        f"# The settings say it all: the run is made from its start{kept}.",
-        f"done = run(settings, seconds={seconds!r})",
-        f"table = done.table[-{steps}:]  # one row a step, see scenes.history.SCALARS",
-        "print(summarise(done.simulation, table))",
-    )
-
-
 def settings_python(settings: Any) -> str:
     """Return an expression for a tree of settings; what is as usual is left out."""
     usual = type(settings)()
@@ -186,7 +178,3 @@ def settings_python(settings: Any) -> str:
         if value != getattr(usual, f.name):
             parts.append(f"{f.name}={settings_python(value) if is_dataclass(value) else repr(value)}")
     return f"{type(settings).__name__}({', '.join(parts)})"
-
-
-def _lines(*lines: str) -> str:
-    return "\n".join(lines) + "\n"

@@ -129,7 +129,6 @@ class Curves:
 
     @property
     def settings(self) -> RunSettings:
-        """The settings at the end."""
         return self._recorded.stretches[-1].settings
 
     def panels(self, details: Details, only: tuple[str, ...] = ()) -> tuple[Panel, ...]:

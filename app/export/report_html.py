@@ -4,7 +4,7 @@ import html
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -36,7 +36,7 @@ class ReportEntry:
         words: what the student wrote.
         chapter: under which it stands, such as the lesson's title; a heading where it is another one than before.
         settings: of the run, as a person reads them.
-        plots: of the run.
+        plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
     """
 
     title: str
@@ -51,28 +51,13 @@ class ReportEntry:
     words: str = ""
     chapter: str = ""
     settings: str = ""
-    plots: Sequence["Plot"] = ()
-
-
-@dataclass(frozen=True)
-class Plot:
-    """A picture.
-
-    Attributes:
-        svg: an <svg> element, as `app.export.plot_pictures.inline_svg` makes it.
-        caption: what it shows.
-    """
-
-    svg: str
-    caption: str = ""
+    plot: str = ""
 
 
 def report_html(
     title: str,
     entries: Sequence[ReportEntry],
     settings: Settings | None,
-    plots: Sequence[Plot] = (),
-    own_words: str | None = "",
     *,
     about: str = "",
     rich: Callable[[str], str] = html.escape,
@@ -83,8 +68,6 @@ def report_html(
         title: of the report.
         entries: the steps, in order.
         settings: of the last run; None to leave them out.
-        plots: pictures.
-        own_words: what the student wrote about all of it; "" leaves lines to write on by hand, None leaves it out.
         about: one line under the title, such as a name and a date.
         rich: makes HTML of a text of the lesson's author (question, prediction, verdict, outcome, judgement), for formulas; the
             title, `about` and all words of the student are escaped whatever it is.
@@ -95,22 +78,12 @@ def report_html(
     parts = [f"<h1>{html.escape(title)}</h1>"]
     made = f"{tr('Made by Duet')} {made_here()['duet']}"
     parts.append(f'<p class="about">{html.escape(f"{about} · {made}" if about else made)}</p>')
-    if not any(entry.chapter for entry in entries):
-        parts.append(f"<h2>{html.escape(tr('Predictions and outcomes'))}</h2>")
-    for before, entry in zip((None, *entries), entries, strict=False):
-        if entry.chapter and (before is None or entry.chapter != before.chapter):
+    for before, entry in zip(("", *(entry.chapter for entry in entries)), entries, strict=False):
+        if entry.chapter not in ("", before):
             parts.append(f'<h2 class="chapter">{html.escape(entry.chapter)}</h2>')
         parts.append(_entry(entry, rich))
-    if not entries:
-        parts.append(f"<p>{html.escape(tr('Nothing was answered yet.'))}</p>")
-    if plots:
-        parts.append(f"<h2>{html.escape(tr('Plots'))}</h2>")
-        parts += [_figure(plot) for plot in plots]
     if settings is not None:
         parts.append(f"<h2>{html.escape(tr('Settings of the last run'))}</h2>{_table(settings)}")
-    if own_words is not None:
-        parts.append(f"<h2>{html.escape(tr('In my own words'))}</h2>")
-        parts.append(f'<p class="words">{html.escape(own_words)}</p>' if own_words.strip() else '<p class="lines"></p>')
     style = Path(__file__).with_name("report.css").read_text(encoding="utf-8")
     return (
         f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
@@ -122,37 +95,33 @@ def report_html(
     )
 
 
-@dataclass
-class _Rows:
-    """Pairs of a list of descriptions."""
-
-    parts: list[str] = field(default_factory=list)
-
-    def add(self, name: str, content: str) -> None:
-        self.parts.append(f"<dt>{html.escape(name)}</dt><dd>{content}</dd>")
-
-
 def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
-    rows = _Rows()
+    parts: list[str] = []
+
+    def add(name: str, content: str) -> None:
+        parts.append(f"<dt>{html.escape(name)}</dt><dd>{content}</dd>")
+
     if entry.question:
-        rows.add(tr("Question"), rich(entry.question))
+        add(tr("Question"), rich(entry.question))
     if entry.prediction:
         mark = "" if entry.right is None else _mark(entry.right, tr("right"), tr("not so"))
-        rows.add(tr("Prediction"), mark + rich(entry.prediction))
+        add(tr("Prediction"), mark + rich(entry.prediction))
     if entry.outcome:
-        rows.add(tr("Measured"), _list([rich(line) for line in entry.outcome]))
+        add(tr("Measured"), _list([rich(line) for line in entry.outcome]))
     if entry.verdict:
-        rows.add(tr("Verdict"), rich(entry.verdict))
+        add(tr("Verdict"), rich(entry.verdict))
     if entry.passed is not None:
         tries = f"{html.escape(tr('attempts'))}: {entry.attempts}" if entry.attempts else ""
         lines = [("✓ " if met else "✗ ") + rich(line) for line, met in entry.judgements]
-        rows.add(tr("Challenge"), _mark(entry.passed, tr("passed"), tr("not passed")) + tries + (_list(lines) if lines else ""))
+        add(tr("Challenge"), _mark(entry.passed, tr("passed"), tr("not passed")) + tries + (_list(lines) if lines else ""))
     if entry.settings:
-        rows.add(tr("Settings"), lowered(html.escape(entry.settings)))
+        add(tr("Settings"), lowered(html.escape(entry.settings)))
     if entry.words.strip():
-        rows.add(tr("In my own words"), f'<span class="words">{html.escape(entry.words)}</span>')
-    plots = "".join(_figure(plot) for plot in entry.plots)
-    return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(rows.parts)}</dl>{plots}</article>"
+        add(tr("In my own words"), f'<span class="words">{html.escape(entry.words)}</span>')
+    if entry.plot:
+        _check_svg(entry.plot)
+    plot = f"<figure>{entry.plot}</figure>" if entry.plot else ""
+    return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(parts)}</dl>{plot}</article>"
 
 
 def _colours() -> str:
@@ -168,12 +137,6 @@ def _mark(good: bool, yes: str, no: str) -> str:
 
 def _list(lines: list[str]) -> str:
     return f"<ul>{''.join(f'<li>{line}</li>' for line in lines)}</ul>"
-
-
-def _figure(plot: Plot) -> str:
-    _check_svg(plot.svg)
-    caption = f"<figcaption>{html.escape(plot.caption)}</figcaption>" if plot.caption else ""
-    return f"<figure>{plot.svg}{caption}</figure>"
 
 
 _FOREIGN: Final = frozenset({"script", "foreignObject", "iframe", "image", "a", "animate", "set"})

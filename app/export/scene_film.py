@@ -94,7 +94,6 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
 
     Raises:
         BadSetting: it cannot be made here.
-        Stopped: see there.
     """
     replay = Replay(recorded)
     first = math.ceil(max(replay.begin, replay.end - seconds) * RATE - 1e-6)

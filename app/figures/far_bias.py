@@ -15,7 +15,6 @@ class Still:
     """A source without a target."""
 
     def target(self, time: float) -> HandTarget | None:
-        """Return None."""
         del time
 
 
@@ -36,7 +35,6 @@ def expected(run: Run) -> float:
 
 
 def draw(plan: Plan) -> Drawn:
-    """Far bias over n."""
     orders = plan.either((1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0), (2.0, 6.0))
     length = plan.either(60.0, 20.0)
     base = plan.settings({"pairs": "soft"}, rig="table")

@@ -31,7 +31,6 @@ GHOST: Final = 0.34
 
 
 def draw(plan: Plan) -> Drawn:
-    """Fig. 1."""
     settings = plan.settings({"pairs": "single"}, scene="ball", point="hand", ball="still")
     length = REST + TRAVEL + REST
     run = plan.shared(settings, length)

@@ -14,7 +14,6 @@ ORDERS = (1, 2, 10)
 
 
 def draw(plan: Plan) -> Drawn:
-    """Fig. 2."""
     distances = np.linspace(0.0, 1.0, plan.either(1001, 101))
     curves = [[activation(float(d), CRITICAL_DISTANCE, n) for d in distances] for n in ORDERS]
     figure = sheet(2.9)

@@ -53,7 +53,6 @@ ARROWS: Final = (
 
 
 def draw(plan: Plan) -> Drawn:
-    """Fig. 4."""
     del plan
     figure = sheet(3.35, 6.0)
     figure.set_layout_engine("none")

@@ -5,7 +5,8 @@ import numpy as np
 from app.figures.drawn_figure import Drawn, shown
 from app.figures.figure_style import COLOURS, DASHES, stack, tag
 from app.figures.run_plan import Plan
-from controllers import budget
+from app.plots.time_plots import CEILING
+from app.plots.time_series import resting
 from controllers.kinematics import Array
 from scenes.headless import Run
 from scenes.history import COLUMN
@@ -22,34 +23,27 @@ def seconds(plan: Plan) -> float:
     return plan.either(50.0, 12.0)
 
 
-def resting(run: Run) -> Array:
+def resting_distances(run: Run) -> Array:
     """Return d* (rows,) for the pull and the approach of every step; nan where nothing is at rest below 0.5 m."""
-    law, table = run.simulation.settings.law, run.table
-    pulls, approaches = table[:, COLUMN["u"]].tolist(), table[:, COLUMN["w_law"]].tolist()
-    rest = np.array(
-        [
-            budget.resting_distance(law.critical_distance, law.order, law.nominal_velocity, u, w)
-            for u, w in zip(pulls, approaches, strict=True)
-        ]
-    )
+    table = run.table[:, [COLUMN["u"], COLUMN["w_law"]]].tolist()
+    rest = np.array([resting(run.simulation.settings, u, w, None) for u, w in table])
     return np.where(rest < LONGEST, rest, np.nan)
 
 
 def draw(plan: Plan) -> Drawn:
-    """Fig. 5."""
     single = plan.settings({"pairs": "single"})
     length = seconds(plan)
     paper = plan.shared(single, length)
     ours = plan.shared(plan.settings({"pairs": "soft"}), length)
     time, d, e2 = (paper.table[:, COLUMN[name]] for name in ("t", "d", "e2"))
-    rest = resting(paper)
+    rest = resting_distances(paper)
     figure, (upper, lower) = stack(4.0, 2)
     critical = single.law.critical_distance
     upper.plot(time, rest, color=COLOURS.resting, linestyle=DASHES[2], linewidth=1.2, label="$d^*$")
     upper.plot(time, d, color=COLOURS.distance, label="$d$")
     upper.axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3, label="$d_m$")
     tag(upper, "$d_m$", 0.004 * length, critical - 0.028, COLOURS.critical, fontsize=12)
-    upper.set(ylim=(0, 0.4), yticks=np.arange(0, 0.41, 0.1), ylabel="distance [m]")
+    upper.set(ylim=(0, CEILING), yticks=np.arange(0, CEILING + 0.01, 0.1), ylabel="distance [m]")
     upper.legend(handles=upper.lines[1::-1], loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.13), borderaxespad=0.0)
     lower.plot(time, e2, color=COLOURS.error)
     lower.set(xlim=(0, length), ylim=(0, None), ylabel="squared error $e^2$ [m²]", xlabel="time [s]")

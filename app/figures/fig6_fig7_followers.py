@@ -24,7 +24,6 @@ SHOWN: Final = 4
 
 
 def master_slave(plan: Plan) -> Drawn:
-    """Fig. 6."""
     settings = plan.settings({"pairs": "single"}, scene="master_slave")
     length = plan.either(30.0, 8.0)
     run = plan.shared(settings, length)
@@ -56,7 +55,6 @@ def master_slave(plan: Plan) -> Drawn:
 
 
 def imitation(plan: Plan) -> Drawn:
-    """Fig. 7."""
     settings = imitation_settings(plan)
     length = imitation_seconds(plan)
     run = plan.shared(settings, length)

@@ -37,7 +37,6 @@ OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 
 
 def film(plan: Plan) -> Drawn:
-    """Fig. 8."""
     settings, length = imitation_settings(plan), imitation_seconds(plan)
     run = plan.shared(settings, length)
     picked = _moments(run.table[:, COLUMN["d"]])
@@ -73,7 +72,6 @@ def _moments(d: Array) -> list[int]:
 
 
 def still(plan: Plan) -> Drawn:
-    """Fig. 3."""
     settings, length = plan.settings({"pairs": "single"}), hold.seconds(plan)
     run = plan.shared(settings, length)
     # Just before the arms are nearest: both are well seen, and λ too.

@@ -91,8 +91,3 @@ def tag(axes: Axes, text: str, x: float, y: float, colour: str, **more: Any) -> 
     """Write a line's name beside it, in its colour."""
     options: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 10.0}
     axes.text(x, y, text, color=colour, **(options | more))
-
-
-def letter(axes: Axes, text: str) -> None:
-    """Write the name of a panel above it."""
-    axes.set_title(text, pad=5.0)

@@ -109,7 +109,7 @@ def variants() -> dict[str, dict[str, Any]]:
         found[label.replace("d_m", "$d_m$")] = {"law": law}
         if law == "barrier_qp":
             # A barrier function needs the obstacle's speed.
-            found["Barrier QP, told $w$"] = {"law": law, "feed_forward": True}
+            found["Barrier QP with $w$"] = {"law": law, "feed_forward": True}
     return found
 
 

@@ -17,7 +17,6 @@ LOOKS: Final[dict[Treatment, tuple[str, str, object, str]]] = {
 
 
 def draw(plan: Plan) -> Drawn:
-    """Pair switches and the largest step of q̇ over dt."""
     steps = plan.either((0.02, 0.01, 0.005, 0.0025, 0.00125), (0.02, 0.005))
     length = plan.either(46.0, 12.0)
     base = plan.settings(rig="table")

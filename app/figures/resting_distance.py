@@ -24,7 +24,6 @@ def closed_form(n: float, v: float, w: float) -> float:
 
 
 def draw(plan: Plan) -> Drawn:
-    """d* over n, over v and over w."""
     sweeps = {
         "n": (np.linspace(1, 20, 200), plan.either((1, 2, 3, 4, 6, 8, 10, 14, 20), (4, 10)), "order $n$", (1, 20)),
         "v": (np.linspace(0.02, 0.6, 200), plan.either((0.05, 0.1, 0.2, 0.3, 0.4, 0.5), (0.1, 0.3)), "speed $v$ [m/s]", (0, 0.6)),

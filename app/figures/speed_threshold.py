@@ -36,7 +36,6 @@ class Hurried:
 
 
 def draw(plan: Plan) -> Drawn:
-    """d_min over v/w."""
     paces = plan.either((0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 3.8), (1.0, 3.8))
     base = plan.settings(rig="table", hand_speed=1.0)
     v, critical = base.law.nominal_velocity, base.law.critical_distance

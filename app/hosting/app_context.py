@@ -17,7 +17,6 @@ class AppContext:
     """The parts that all hosts and visitors share.
 
     Attributes:
-        server: viser's.
         start: settings of a link without a query.
         jobs: computes in the background for all sessions.
         sources: input sources beside the built-in ones.

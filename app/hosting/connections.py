@@ -9,12 +9,7 @@ from app.web.server import DuetServer
 
 
 class Connections:
-    """Collects connections and disconnections on the network's thread for the frame loop's.
-
-    Args:
-        server: viser's.
-        wake: asks for a frame at once.
-    """
+    """Collects connections and disconnections on the network's thread for the frame loop's. `wake`: asks for a frame at once."""
 
     def __init__(self, server: DuetServer, wake: Callable[[], None]) -> None:
         self._arrivals: list[viser.ClientHandle] = []

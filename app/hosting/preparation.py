@@ -30,12 +30,7 @@ ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
 
 
 class Preparation:
-    """Reads or makes every item once, in a thread of its own.
-
-    Args:
-        book: the lessons.
-        jobs: makes what is not stored.
-    """
+    """Reads or makes every item once, in a thread of its own. `jobs`: makes what is not stored."""
 
     def __init__(self, book: LessonBook, jobs: JobPool) -> None:
         self._book, self._jobs = book, jobs
@@ -76,18 +71,14 @@ def drawn() -> Iterator[Callable[[], object]]:
         for rig in ROOMS:
             yield partial(_furnish, rig, coarse)
         for name in get_args(RobotName):
+            yield partial(robot, name)
             for palette in PALETTES:
-                yield partial(_draw, name, palette, coarse)
+                yield partial(robot_glbs, name, palette, coarse=coarse)
     yield body_parts
 
 
 def _furnish(rig: str, coarse: bool) -> None:
     furniture_glb(ROOMS[rig], coarse)
-
-
-def _draw(name: RobotName, palette: str, coarse: bool) -> None:
-    robot(name)
-    robot_glbs(name, palette, coarse=coarse)
 
 
 def make(draw: Callable[[], object], stopped: Callable[[], bool]) -> None:

@@ -11,7 +11,7 @@ from app.hosting.session_store import same_tab, tab_id
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import Visitor, open_visitor
 from app.page.panels.key_notice import name_mistake
-from app.page.panels.notes_panel import NotesPanel
+from app.page.panels.notes_panel import NotesView, notes_tab
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
@@ -22,19 +22,12 @@ log = logging.getLogger("duet.hosts")
 
 
 class PrivateHost:
-    """Every tab has its own session.
-
-    Args:
-        context: of the app.
-
-    Attributes:
-        visitors: by client id, once their pages are built.
-    """
+    """Every tab has its own session. `visitors`: by client id, once their pages are built."""
 
     def __init__(self, context: AppContext) -> None:
         self._context = context
         self.visitors: dict[int, Visitor] = {}
-        self._notes: dict[int, tuple[View, NotesPanel]] = {}
+        self._notes: dict[int, tuple[View, NotesView]] = {}
         self._errors = ThrottledLog(log)
         self.admission = Admission(self._admit, lambda _: log.exception("a visitor's page could not be built"))
         self.connections = Connections(context.server, context.wake)
@@ -106,5 +99,5 @@ class PrivateHost:
             return
         with visitor.client.atomic():
             if client_id not in self._notes or self._notes[client_id][0] is not visitor.view:
-                self._notes[client_id] = visitor.view, NotesPanel(visitor.client.gui, self._context.notes)
+                self._notes[client_id] = visitor.view, notes_tab(visitor.client.gui, self._context.notes)
             self._notes[client_id][1].show(visitor.lessons)

@@ -12,8 +12,6 @@ def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecor
     """Open the lesson of a link, or resume a visitor's record; return a message for every part of the link that is not possible.
 
     Args:
-        run: the lessons.
-        query: of the link.
         record: of the visitor; by the same lesson link its lesson is open again, by another one only its progress counts.
     """
     lesson, step = lesson_link(query)

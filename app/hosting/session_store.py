@@ -51,8 +51,6 @@ class VisitorRecord:
     """Settings and progress of a visitor, as plain data.
 
     Attributes:
-        query: of the visitor's link.
-        settings: of the session.
         lessons: progress in the lessons; None if none was ever opened.
     """
 

@@ -52,12 +52,7 @@ class Guesses:
         self._wrong: dict[str, float] = {}
 
     def turn_away(self, address: str, query: Mapping[str, str]) -> str:
-        """Return why a browser is turned away for now; "" if it may come in, with a right or a wrong key.
-
-        Args:
-            address: of the browser.
-            query: of its link.
-        """
+        """Return why a browser is turned away for now; "" if it may come in, with a right or a wrong key."""
         if self._key is None or not query.get("key"):
             return ""
         now = self._clock()

@@ -26,19 +26,13 @@ class Visitor:
     """A session with its page. The page is there once `build` has come to its end.
 
     Args:
-        context: of the app.
-        client: the visitor's.
-        settings: of a new session.
         problems: what is wrong with the visitor's link.
         record: what the visitor left behind.
         parked: the visitor's own session and lessons, claimed from the store; None for new ones.
 
     Attributes:
-        client, query: the visitor's.
-        session, lessons: the visitor's.
         is_back: whether the session was claimed from the store.
         superseded: whether the same tab has connected again meanwhile.
-        language: of the page.
     """
 
     def __init__(
@@ -96,16 +90,12 @@ class Visitor:
             self.operation = Operation(self.client, self.session, self.view)
             self.view.welcome(self.client)
 
-    def halt(self, halted: bool) -> None:
-        """Stop the session for the teacher, or let it go on as it did before."""
-        self.session.halt.set("teacher", halted)
-
     def frame(self, now: float, elapsed: float, sessions: int) -> None:
         """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]; `sessions`: that have a frame at this time."""
         set_language(self.language)
         if language_of(self.session.settings, self._browser) != self.language:
             self._translate()
-        frame = make_frame(self.session, self.lessons, now, elapsed, budget_of(sessions))
+        frame = make_frame(self.session, self.lessons.decide, now, elapsed, budget_of(sessions))
         with self.client.atomic():
             self.view.show(frame)
             self.operation.show(frame)
@@ -118,7 +108,7 @@ class Visitor:
     def leave(self) -> None:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
         self.session.posts.drop()
-        self.halt(False)
+        self.session.halt.set("teacher", False)
         self.save()
         self.operation.close()
         if self.superseded:

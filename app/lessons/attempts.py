@@ -61,10 +61,9 @@ def attempted(
         mixed: see `RunWatch`.
     """
     attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said, language)
+    note, seconds = "", f"{challenge.setup.seconds:g} s"
     if challenge.criteria and mixed:
         note = N_("The settings changed during the run. Reset, then run again, so that all of it is under the same settings.")
-        return replace(attempt, passed=False, note=words_of(language)(note))
-    if challenge.criteria and not yours and not finished:
+    elif challenge.criteria and not yours and not finished:
         note = N_("The run is not over yet. Let it go on to {seconds}, then try again.")
-        return replace(attempt, passed=False, note=words_of(language)(note, seconds=f"{challenge.setup.seconds:g} s"))
-    return attempt
+    return replace(attempt, passed=False, note=words_of(language)(note, seconds=seconds)) if note else attempt

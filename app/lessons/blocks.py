@@ -4,7 +4,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeGuard, TypeVar
 
 from app.lessons.markdown import DataBlock, Fault
 from controllers.errors import BadSetting
@@ -53,13 +53,18 @@ class Table:
         return key in self._data
 
     def any(self, key: str, default: Any = None) -> Any:
-        """Take a value of whatever kind."""
+        """Take a value of whatever kind; with `NEEDED` as its default it must be there."""
         self._known.append(key)
-        return self._data.pop(key, default)
+        if key in self._data:
+            return self._data.pop(key)
+        if default is NEEDED:
+            where = f" to {self._path}" if self._path else ""
+            raise self.fault(key, f"{key} is missing; add it{where}.")
+        return default
 
     def text(self, key: str, default: str = NEEDED, most: int = 200) -> str:
         """Take a text; without a default it must be there."""
-        value = self._take(key, default)
+        value = self.any(key, default)
         if not isinstance(value, str):
             raise self.fault(key, f"{key} = {shown(value)} is not a text; write it in quotes.")
         if len(value) > most:
@@ -75,7 +80,7 @@ class Table:
 
     def number(self, key: str, default: float = NEEDED, low: float = -LARGEST, high: float = LARGEST) -> float:
         """Take a number within bounds."""
-        value = self._take(key, default)
+        value = self.any(key, default)
         if not is_number(value) or not low <= value <= high:
             raise self.fault(key, f"{key} = {shown(value)} is not possible; give a number from {low:g} to {high:g}.")
         return float(value)
@@ -89,14 +94,14 @@ class Table:
 
     def flag(self, key: str) -> bool:
         """Take true or false; false if it is not there."""
-        value = self._take(key, False)
+        value = self.any(key, False)
         if not isinstance(value, bool):
             raise self.fault(key, f"{key} = {shown(value)} is neither true nor false.")
         return value
 
     def numbers(self, key: str, count: int | None = None) -> tuple[float, ...]:
         """Take a list of finite numbers, of a certain length if that is given."""
-        value = self._take(key, ())
+        value = self.any(key, ())
         if not isinstance(value, (list, tuple)) or not all(is_number(x) and abs(x) <= LARGEST for x in value):
             raise self.fault(key, f"{key} = {shown(value)} is not a list of numbers; write it like [0.0, 1.0, 0.0].")
         if count is not None and len(value) != count:
@@ -105,7 +110,7 @@ class Table:
 
     def words(self, key: str, choices: Iterable[str], most: int) -> tuple[str, ...]:
         """Take a list of different words out of a few."""
-        value, choices = self._take(key, ()), tuple(choices)
+        value, choices = self.any(key, ()), tuple(choices)
         if isinstance(value, str):
             value = [value]
         if not isinstance(value, (list, tuple)) or not all(isinstance(x, str) for x in value):
@@ -121,7 +126,7 @@ class Table:
 
     def table(self, key: str) -> "Table | None":
         """Take a table; None if there is none."""
-        value = self._take(key, None)
+        value = self.any(key)
         if value is None:
             return None
         if not isinstance(value, dict):
@@ -132,7 +137,7 @@ class Table:
 
     def tables(self, key: str) -> "list[Table]":
         """Take a list of tables, perhaps none."""
-        value = self._take(key, ())
+        value = self.any(key, ())
         if isinstance(value, dict) or not isinstance(value, (list, tuple)) or not all(isinstance(x, dict) for x in value):
             raise self.fault(key, f"{key} = {shown(value)} is not a list of tables; begin each with [[{self._child(key)}]].")
         return [self._sub(key, entry, i) for i, entry in enumerate(value)]
@@ -159,15 +164,6 @@ class Table:
         except BadSetting as error:
             raise self.fault(key, str(error)) from None
 
-    def _take(self, key: str, default: object) -> Any:
-        self._known.append(key)
-        if key in self._data:
-            return self._data.pop(key)
-        if default is NEEDED:
-            where = f" to {self._path}" if self._path else ""
-            raise self.fault(key, f"{key} is missing; add it{where}.")
-        return default
-
     def _child(self, key: str) -> str:
         return f"{self._path}.{key}" if self._path else key
 
@@ -193,7 +189,7 @@ class Table:
         return Table(data, lines, lines[0][0], path)
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[int | float]:
     """Return whether a value of TOML is a number that is not nan."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isnan(value)
 

@@ -4,7 +4,7 @@ import re
 from functools import partial
 from typing import Final, get_args
 
-from app.lessons.blocks import Table, shown
+from app.lessons.blocks import Table, is_number, shown
 from app.lessons.law_challenge import TESTS
 from app.lessons.lesson import Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.measures import QUANTITIES, checked_parameters, read_parameters
@@ -144,7 +144,7 @@ def read_trials(
 def _said(table: Table, value: object, measurements: tuple[Measurement, ...]) -> float | str:
     if isinstance(value, str) and value in [m.id for m in measurements]:
         return value
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and value == value:
+    if is_number(value):
         return float(value)
     ids = ", ".join(m.id for m in measurements) or "none"
     raise table.fault("forecasts", f"forecasts: {shown(value)} is neither a number nor a measurement of the step ({ids}).")

@@ -51,17 +51,14 @@ class StandIn:
         return float("nan")
 
 
-def judgement_of(verdict: TrialResult) -> Judgement:
-    """Return a verdict as an inequality of a challenge; one that fails says why it is asked for."""
-    why = "" if verdict.passed else f" {WHY[verdict.name]}"
-    name = verdict.name[0].upper() + verdict.name[1:]
-    return Judgement(verdict.name, verdict.passed, f"{name}: {verdict.reason}{why}", None)
-
-
 def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
-    """Return how a controller did."""
-    judgements = tuple(judgement_of(verdict) for verdict in verdicts)
-    return Attempt(bool(judgements) and all(j.passed for j in judgements), judgements)
+    """Return how a controller did; a test that fails says why it is asked for."""
+    judgements: list[Judgement] = []
+    for verdict in verdicts:
+        why = "" if verdict.passed else f" {WHY[verdict.name]}"
+        text = f"{verdict.name[0].upper()}{verdict.name[1:]}: {verdict.reason}{why}"
+        judgements.append(Judgement(verdict.name, verdict.passed, text, None))
+    return Attempt.of(judgements)
 
 
 def examine(law: StandIn, only: Sequence[str] = TESTS) -> Attempt:

@@ -42,26 +42,10 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
     lessons: list[Lesson] = []
     problems: list[LessonProblem] = []
     for path in files:
-        name = _NAME.match(path.name)
-        if name is None:
-            message = "the name of a lesson is like 01-redundancy.md, of a translation like 01-redundancy.de.md."
-            problems.append(LessonProblem(path.name, 1, message))
-        elif name[3] is None:
-            try:
-                lesson = _read(path, int(name[1]), name[2])
-                if any(other.id == lesson.id or other.number == lesson.number for other in lessons):
-                    raise Fault(1, "another lesson has the same number or name; every lesson has its own.")
-                lessons.append(lesson)
-            except Fault as fault:
-                problems.append(LessonProblem(path.name, fault.line, fault.message))
-        elif name[3] not in (*LANGUAGES[1:], "notes"):
-            problems.append(
-                LessonProblem(path.name, 1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}.")
-            )
-        elif not os.path.lexists(folder / f"{name[1]}-{name[2]}.md"):
-            problems.append(LessonProblem(path.name, 1, f"belongs to {name[1]}-{name[2]}.md, which is not there."))
-        elif name[3] == "notes":
-            problems += _pictures_of_notes(path)
+        try:
+            problems += _load(path, lessons)
+        except Fault as fault:
+            problems.append(LessonProblem(path.name, fault.line, fault.message))
     if language != "en":
         lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
     if not lessons and not problems:
@@ -69,6 +53,28 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
             LessonProblem(str(folder), 1, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
         )
     return LessonBook(tuple(sorted(lessons, key=lambda lesson: lesson.number)), tuple(problems))
+
+
+def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
+    """Add the lesson of a file, or yield what is wrong with a teacher's notes.
+
+    Raises:
+        Fault: the file cannot be read, or does not belong here.
+    """
+    name = _NAME.match(path.name)
+    if name is None:
+        raise Fault(1, "the name of a lesson is like 01-redundancy.md, of a translation like 01-redundancy.de.md.")
+    if name[3] is None:
+        lesson = _read(path, int(name[1]), name[2])
+        if any(other.id == lesson.id or other.number == lesson.number for other in lessons):
+            raise Fault(1, "another lesson has the same number or name; every lesson has its own.")
+        lessons.append(lesson)
+    elif name[3] not in (*LANGUAGES[1:], "notes"):
+        raise Fault(1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}.")
+    elif not os.path.lexists(path.with_name(f"{name[1]}-{name[2]}.md")):
+        raise Fault(1, f"belongs to {name[1]}-{name[2]}.md, which is not there.")
+    elif name[3] == "notes":
+        yield from _pictures_of_notes(path)
 
 
 def load_notes(folder: Path = FOLDER) -> dict[str, str]:

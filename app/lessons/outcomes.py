@@ -132,6 +132,11 @@ class Attempt:
     judgements: tuple[Judgement, ...]
     note: str = ""
 
+    @classmethod
+    def of(cls, judgements: Sequence[Judgement]) -> "Attempt":
+        """Return an attempt that passes if there are inequalities and all hold."""
+        return cls(bool(judgements) and all(j.passed for j in judgements), tuple(judgements))
+
     @property
     def failed(self) -> tuple[str, ...]:
         """Identities of the inequalities that are missed."""
@@ -157,7 +162,7 @@ def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]
     for i, forecast in enumerate(challenge.forecasts):
         number = said[i] if i < len(said) else None
         judgements.append(_foretold(forecast, number, challenge.setup, language))
-    return Attempt(all(j.passed for j in judgements) and bool(judgements), tuple(judgements))
+    return Attempt.of(judgements)
 
 
 def judged(criterion: Criterion, value: Value, seconds: float, language: Language = "en") -> Judgement:

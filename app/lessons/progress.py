@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
 from app.lessons.measures import Value
@@ -67,31 +67,18 @@ class Progress:
 
 def to_json(progress: Progress) -> str:
     """Return everything as text."""
-    return json.dumps(
-        {
-            "version": VERSION,
-            "lesson": progress.lesson,
-            "step": progress.step,
-            "phase": progress.phase,
-            "steps": [
-                {
-                    "lesson": lesson,
-                    "step": step,
-                    "choice": p.choice,
-                    "outcome": _outcome_data(p.outcome),
-                    "why": _outcome_data(p.why),
-                    "hints": p.hints,
-                    "attempts": p.attempts,
-                    "passed": p.passed,
-                    "last": _attempt_data(p.last),
-                    "words": p.words,
-                }
-                for (lesson, step), p in progress.steps.items()
-                if not p.untouched
-            ],
-        },
-        allow_nan=False,
-    )
+    steps = [{"lesson": lesson, "step": step, **asdict(p)} for (lesson, step), p in progress.steps.items() if not p.untouched]
+    whole = {"lesson": progress.lesson, "step": progress.step, "phase": progress.phase, "steps": steps}
+    return json.dumps({"version": VERSION, **_plain(whole)}, allow_nan=False)
+
+
+def _plain(data: Any) -> Any:
+    """Return data with text in place of infinity, a distance where nothing can be met, which JSON does not know."""
+    if isinstance(data, dict):
+        return {key: _plain(value) for key, value in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [_plain(value) for value in data]
+    return str(data) if isinstance(data, float) and math.isinf(data) else data
 
 
 def from_json(text: str) -> Progress:
@@ -127,15 +114,6 @@ def _count(value: object, most: int) -> int | None:
     return value if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most else None
 
 
-def _outcome_data(outcome: StepOutcome | None) -> dict[str, Any] | None:
-    if outcome is None:
-        return None
-    # JSON knows no infinity, which is a distance where nothing can be met.
-    values = [[str(v) if v is not None and math.isinf(v) else v for v in row] for row in outcome.values]
-    unlike = [list(pair) for pair in outcome.unlike]
-    return {"values": values, "complete": outcome.complete, "reference": outcome.reference, "unlike": unlike}
-
-
 def _outcome(data: object) -> StepOutcome | None:
     if not isinstance(data, dict) or not isinstance(data.get("values"), list):
         return None
@@ -167,16 +145,6 @@ def _pairs(data: object) -> Pairs:
         and isinstance(pair[1], (str, int, float))
         and (not known[pair[0]].choices or pair[1] in known[pair[0]].choices)
     )
-
-
-def _attempt_data(attempt: Attempt | None) -> dict[str, Any] | None:
-    if attempt is None:
-        return None
-    judgements = [
-        {"id": j.id, "passed": j.passed, "text": j.text, "value": j.value if j.value is None or math.isfinite(j.value) else None}
-        for j in attempt.judgements
-    ]
-    return {"passed": attempt.passed, "note": attempt.note, "judgements": judgements}
 
 
 def _attempt(data: object) -> Attempt | None:

@@ -25,28 +25,28 @@ def begin(simulation: Simulation, setup: Setup) -> None:
     simulation.reset(start_positions(simulation.room, setup.start))
 
 
-def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None) -> TargetSource:
+def person_of(
+    simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None, given: Input | None = None
+) -> TargetSource:
     """Return the target source of a simulation that has just begun; without targets where the student moves.
 
     Args:
         kept: what the student did in earlier steps, by name.
+        given: who moves; None for the setup's input.
     """
-    return _person(simulation, setup, setup.input, kept or {})
-
-
-def _person(simulation: Simulation, setup: Setup, given: Input, kept: Mapping[str, TargetSource]) -> TargetSource:
+    given = given or setup.input
     match given.kind:
         case "autopilot":
             return simulation.source()
         case "script":
-            return script(given.name, given.parameters).person(simulation)
+            return script(given.name, given.parameters, simulation)
         case "file":
             return read_inputs(setup.folder / given.name)
         case "kept":
-            if given.name in kept:
+            if kept and given.name in kept:
                 return kept[given.name]
             assert given.fallback is not None
-            return _person(simulation, setup, given.fallback, kept)
+            return person_of(simulation, setup, kept, given.fallback)
         case _:
             return NoSource()
 

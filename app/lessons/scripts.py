@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Literal, Protocol
+from typing import Any, Final, Literal
 
 import numpy as np
 import pinocchio as pin
@@ -18,28 +18,19 @@ from scenes.room import BALL_RADIUS, POINT_RADIUS
 from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget, Target
 
-HAND_SCENES: Final = ("hold", "master_slave")
-BALL_SCENES: Final = ("ball",)
-SOLO_SCENES: Final = ("solo",)
-
-
-class Script(Protocol):
-    """What a script is: a frozen dataclass of its parameters."""
-
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who does it, in a simulation that has just begun."""
-        ...
+Motion = Callable[[float], Target]
+"""The target at a time [s]."""
 
 
 @dataclass(frozen=True)
 class ScriptedSource:
     """A person with a target that is a function of time."""
 
-    target_at: Callable[[float], Target | None]
+    motion: Motion
 
     def target(self, time: float) -> Target | None:
         """Return the target at a time [s]."""
-        return self.target_at(time)
+        return self.motion(time)
 
 
 def _hand(simulation: Simulation) -> Array:
@@ -47,46 +38,35 @@ def _hand(simulation: Simulation) -> Array:
     return simulation.kinematics.hand_pose(simulation.guided).translation.copy()
 
 
-@dataclass(frozen=True)
-class Push:
+def push(
+    simulation: Simulation,
+    speed: float,
+    at: Literal["hand", "wrist", "elbow"] = "hand",
+    after: float = 1.0,
+    seconds: float = 60.0,
+) -> Motion:
     """Your hand goes straight for the other arm's hand, wrist or elbow at a constant speed, and on past it.
 
     Parameters: speed [m/s]; at; after, how long it waits first [s]; seconds, how long it pushes before it stays where it is.
     """
-
-    speed: float
-    at: Literal["hand", "wrist", "elbow"] = "hand"
-    after: float = 1.0
-    seconds: float = 60.0
-
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who pushes."""
-        begin, kinematics, other = _hand(simulation), simulation.kinematics, simulation.avoiding
-        goal = {
-            "hand": kinematics.hand_pose(other).translation.copy(),
-            "wrist": kinematics.joint_point(other.wrist),
-            "elbow": kinematics.joint_point(other.elbow),
-        }[self.at]
-        way = (goal - begin) / max(float(np.linalg.norm(goal - begin)), 1e-9) * self.speed
-        return ScriptedSource(lambda time: HandTarget(begin + way * min(max(time - self.after, 0.0), self.seconds)))
+    begin, kinematics, other = _hand(simulation), simulation.kinematics, simulation.avoiding
+    goal = {
+        "hand": kinematics.hand_pose(other).translation.copy(),
+        "wrist": kinematics.joint_point(other.wrist),
+        "elbow": kinematics.joint_point(other.elbow),
+    }[at]
+    way = (goal - begin) / max(float(np.linalg.norm(goal - begin)), 1e-9) * speed
+    return lambda time: HandTarget(begin + way * min(max(time - after, 0.0), seconds))
 
 
-@dataclass(frozen=True)
-class PushAndBack:
+def push_and_back(simulation: Simulation, share: float = 0.7, seconds: float = 3.0, rest: float = 1.0) -> Motion:
     """Your hand goes for the other arm's hand by a share of the way, softly, waits, and comes back; again and again.
 
     Parameters: share of the way; seconds for the way there [s]; rest, how long it waits at either end [s].
     """
-
-    share: float = 0.7
-    seconds: float = 3.0
-    rest: float = 1.0
-
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who pushes and draws back."""
-        begin = _hand(simulation)
-        way = (simulation.kinematics.hand_pose(simulation.avoiding).translation.copy() - begin) * self.share
-        return ScriptedSource(lambda time: HandTarget(begin + way * to_and_fro(time, self.seconds, self.rest)))
+    begin = _hand(simulation)
+    way = (simulation.kinematics.hand_pose(simulation.avoiding).translation.copy() - begin) * share
+    return lambda time: HandTarget(begin + way * to_and_fro(time, seconds, rest))
 
 
 def to_and_fro(time: float, seconds: float, rest: float) -> float:
@@ -96,124 +76,73 @@ def to_and_fro(time: float, seconds: float, rest: float) -> float:
     return 1.0 - share if int(leg) % 2 else share
 
 
-@dataclass(frozen=True)
-class HandTo:
+def hand_to(simulation: Simulation, x: float = 0.0, y: float = 0.0, z: float = 0.0, speed: float = 0.1) -> Motion:
     """Your hand, or the one that keeps its place in a room of one arm, goes by a way at a constant speed, and stays there.
 
     Parameters: x, y, z of the way [m]; speed [m/s].
     """
-
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
-    speed: float = 0.1
-
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who leads the hand."""
-        begin, way = _hand(simulation), np.array([self.x, self.y, self.z])
-        length = float(np.linalg.norm(way))
-        return ScriptedSource(lambda time: HandTarget(begin + way * (min(self.speed * time, length) / length if length else 0.0)))
+    begin, way = _hand(simulation), np.array([x, y, z])
+    length = float(np.linalg.norm(way))
+    return lambda time: HandTarget(begin + way * (min(speed * time, length) / length if length else 0.0))
 
 
-@dataclass(frozen=True)
-class HandCircle:
+def hand_circle(simulation: Simulation, radius: float = 0.1, period: float = 6.0) -> Motion:
     """Your hand draws an upright circle about its place at the start. Parameters: radius [m]; period, of a round [s]."""
-
-    radius: float = 0.1
-    period: float = 6.0
-
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who draws."""
-        begin = _hand(simulation)
-        return ScriptedSource(lambda time: HandTarget(begin + _circle(time, self.radius, self.period, along_y=True)))
+    begin = _hand(simulation)
+    return lambda time: HandTarget(begin + _circle(time, radius, period, along_y=True))
 
 
-@dataclass(frozen=True)
-class ElbowTo:
+def elbow_to(simulation: Simulation, angle: float = 0.4, period: float = 8.0) -> Motion:
     """The elbow swings to one side, then to the other, and on like this, while the hand is held where it is.
 
     Parameters: angle to either side about the line from shoulder to wrist [rad]; period, there, across and back [s].
     """
+    kinematics, arm = simulation.kinematics, simulation.avoiding
+    kinematics.update(simulation.positions)
+    pose = kinematics.hand_pose(arm)
+    hand, rotation = pose.translation.copy(), pose.rotation.copy()
+    shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
+    axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
 
-    angle: float = 0.4
-    period: float = 8.0
+    def motion(time: float) -> Target:
+        turn = pin.exp3(axis * (angle * np.sin(2.0 * np.pi * time / max(period, 1e-3))))
+        return HandTarget(hand, rotation, shoulder + turn @ (elbow - shoulder))
 
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who pulls at the elbow."""
-        kinematics, arm = simulation.kinematics, simulation.avoiding
-        kinematics.update(simulation.positions)
-        pose = kinematics.hand_pose(arm)
-        hand, rotation = pose.translation.copy(), pose.rotation.copy()
-        shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
-        axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
-
-        def target_at(time: float) -> Target:
-            turn = pin.exp3(axis * (self.angle * np.sin(2.0 * np.pi * time / max(self.period, 1e-3))))
-            return HandTarget(hand, rotation, shoulder + turn @ (elbow - shoulder))
-
-        return ScriptedSource(target_at)
+    return motion
 
 
-@dataclass(frozen=True)
-class BallTo:
+def ball_to(simulation: Simulation, place: RoomPlace, speed: float = 0.2, after: float = 0.0) -> Motion:
     """The ball goes straight to a place at a constant speed, and stays there.
 
     Parameters: place; speed [m/s]; after, how long it waits first [s].
     """
+    begin = _ball(simulation)
+    way = ball_centre(simulation.room, place) - begin
+    length = float(np.linalg.norm(way))
 
-    place: RoomPlace
-    speed: float = 0.2
-    after: float = 0.0
+    def motion(time: float) -> Target:
+        gone = min(speed * max(time - after, 0.0), length)
+        return BallTarget(begin + way * (gone / length if length else 0.0))
 
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who carries the ball."""
-        begin = _ball(simulation)
-        way = ball_centre(simulation.room, self.place) - begin
-        length = float(np.linalg.norm(way))
-
-        def target_at(time: float) -> Target:
-            gone = min(self.speed * max(time - self.after, 0.0), length)
-            return BallTarget(begin + way * (gone / length if length else 0.0))
-
-        return ScriptedSource(target_at)
+    return motion
 
 
-@dataclass(frozen=True)
-class BallPush:
+def ball_push(simulation: Simulation, speed: float, after: float = 0.5, gap: float = -1.0) -> Motion:
     """The ball goes straight for the hand, as it stands at the start, at a constant speed, and on past it.
 
     Parameters: speed [m/s]; after, how long it waits first [s]; gap, where it stops [m], negative for beyond the hand.
     """
-
-    speed: float
-    after: float = 0.5
-    gap: float = -1.0
-
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who pushes the ball."""
-        begin = _ball(simulation)
-        goal = _hand(simulation)
-        way = goal - begin
-        distance = max(float(np.linalg.norm(way)), 1e-9)
-        longest = max(distance - self.gap - BALL_RADIUS - POINT_RADIUS, 0.0)
-
-        def target_at(time: float) -> Target:
-            return BallTarget(begin + way * (min(self.speed * max(time - self.after, 0.0), longest) / distance))
-
-        return ScriptedSource(target_at)
+    begin = _ball(simulation)
+    way = _hand(simulation) - begin
+    distance = max(float(np.linalg.norm(way)), 1e-9)
+    longest = max(distance - gap - BALL_RADIUS - POINT_RADIUS, 0.0)
+    return lambda time: BallTarget(begin + way * (min(speed * max(time - after, 0.0), longest) / distance))
 
 
-@dataclass(frozen=True)
-class BallCircle:
+def ball_circle(simulation: Simulation, radius: float = 0.15, period: float = 6.0) -> Motion:
     """The ball goes round in an upright circle that begins where it lies. Parameters: radius [m]; period, of a round [s]."""
-
-    radius: float = 0.15
-    period: float = 6.0
-
-    def person(self, simulation: Simulation) -> TargetSource:
-        """Return who carries the ball."""
-        begin = _ball(simulation)
-        return ScriptedSource(lambda time: BallTarget(begin + _circle(time, self.radius, self.period, along_y=False)))
+    begin = _ball(simulation)
+    return lambda time: BallTarget(begin + _circle(time, radius, period, along_y=False))
 
 
 def _circle(time: float, radius: float, period: float, along_y: bool) -> Array:
@@ -230,21 +159,26 @@ def _ball(simulation: Simulation) -> Array:
 
 @dataclass(frozen=True)
 class ScriptEntry:
-    """A script and where it has something to move."""
+    """A script, a function of a simulation that has just begun and its parameters, and the scenes where it has something to move."""
 
-    make: type
+    make: Callable[..., Motion]
     scenes: tuple[str, ...]
+
+    @property
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        """Return its parameters by name."""
+        return dict(list(inspect.signature(self.make).parameters.items())[1:])
 
 
 SCRIPTS: Final[dict[str, ScriptEntry]] = {
-    "push": ScriptEntry(Push, HAND_SCENES),
-    "push_and_back": ScriptEntry(PushAndBack, HAND_SCENES),
-    "hand_to": ScriptEntry(HandTo, HAND_SCENES + SOLO_SCENES),
-    "hand_circle": ScriptEntry(HandCircle, HAND_SCENES + SOLO_SCENES),
-    "elbow_to": ScriptEntry(ElbowTo, SOLO_SCENES),
-    "ball_to": ScriptEntry(BallTo, BALL_SCENES),
-    "ball_push": ScriptEntry(BallPush, BALL_SCENES),
-    "ball_circle": ScriptEntry(BallCircle, BALL_SCENES),
+    "push": ScriptEntry(push, ("hold", "master_slave")),
+    "push_and_back": ScriptEntry(push_and_back, ("hold", "master_slave")),
+    "hand_to": ScriptEntry(hand_to, ("hold", "master_slave", "solo")),
+    "hand_circle": ScriptEntry(hand_circle, ("hold", "master_slave", "solo")),
+    "elbow_to": ScriptEntry(elbow_to, ("solo",)),
+    "ball_to": ScriptEntry(ball_to, ("ball",)),
+    "ball_push": ScriptEntry(ball_push, ("ball",)),
+    "ball_circle": ScriptEntry(ball_circle, ("ball",)),
 }
 """All, by name."""
 
@@ -262,7 +196,7 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
         fitting = ", ".join(other for other, one in SCRIPTS.items() if scene in one.scenes) or "none: nothing can be moved there"
         raise BadSetting(f"The script {name} has nothing to move in the scene {scene}; choose from {fitting}.")
     places = {key: value for key, value in given.items() if isinstance(value, RoomPlace)}
-    wanted = dict(inspect.signature(known.make).parameters)
+    wanted = known.parameters
     for key in places:
         if key not in wanted or wanted[key].annotation is not RoomPlace:
             raise BadSetting(f"script {name}: {key} is not a place; choose from {', '.join(wanted)}.")
@@ -274,6 +208,6 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
     return (*numbers, *places.items())
 
 
-def script(name: str, parameters: tuple[tuple[str, Any], ...]) -> Script:
-    """Return a script with checked parameters."""
-    return SCRIPTS[name].make(**dict(parameters))
+def script(name: str, parameters: tuple[tuple[str, Any], ...], simulation: Simulation) -> TargetSource:
+    """Return the target source of a script with checked parameters, in a simulation that has just begun."""
+    return ScriptedSource(SCRIPTS[name].make(simulation, **dict(parameters)))

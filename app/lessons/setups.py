@@ -7,7 +7,7 @@ from typing import Any, Final, cast, get_args
 from app.lessons.blocks import NEEDED, Table, is_number, shown
 from app.lessons.markdown import Fault
 from app.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
-from app.lessons.runs import LONGEST, Input, Pairs, Setup, merged
+from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup, merged
 from app.lessons.scripts import checked_script
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
@@ -34,12 +34,9 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
     Raises:
         Fault: an unknown key, or a value that is not possible.
     """
-    if key:
-        given = table.table(key)
-        if given is None:
-            return ()
-    else:
-        given = table
+    given = table.table(key) if key else table
+    if given is None:
+        return ()
     found, settings = [], Settings()
     for name, value in given.rest().items():
         if not isinstance(value, (str, bool)) and not is_number(value):
@@ -64,10 +61,10 @@ def read_setup(table: Table, folder: Path, changes: Pairs, base: Setup | None = 
     line = "settings" if table.has("settings") else "seconds"
     changes = merged(changes, read_changes(table))
     seconds = table.number("seconds", base.seconds if base else USUAL, SHORTEST, LONGEST)
-    setup = Setup(changes, Input("autopilot"), None, seconds, folder)
+    setup = Setup(changes, AUTOPILOT, None, seconds, folder)
     table.checked(line, lambda: room_of(setup.run))
     start = read_start(table) if table.has("start") else base.start if base else None
-    given = read_input(table, setup) if table.has("input") else base.input if base else Input("autopilot")
+    given = read_input(table, setup) if table.has("input") else base.input if base else AUTOPILOT
     setup = Setup(changes, given, start, seconds, folder)
     table.checked("start" if start else line, lambda: start_positions(room_of(setup.run), start))
     if given.kind == "script":
@@ -109,13 +106,11 @@ def read_input(table: Table, setup: Setup) -> Input:
     if isinstance(value, str):
         if value in PLAIN:
             return Input(cast(Any, value))
-        raise table.fault(
-            "input", f"input = {shown(value)} is not possible; choose from {', '.join(PLAIN)}, or {{ script = … }}."
-        )
+        remedy = f"choose from {', '.join(PLAIN)}, or {{ script = … }}."
+        raise table.fault("input", f"input = {shown(value)} is not possible; {remedy}")
     if not isinstance(value, dict):
-        raise table.fault(
-            "input", f'input = {shown(value)} is not possible; write "yours" or {{ script = "push", speed = 0.2 }}.'
-        )
+        remedy = 'write "yours" or { script = "push", speed = 0.2 }.'
+        raise table.fault("input", f"input = {shown(value)} is not possible; {remedy}")
     return _read_input(table, dict(value), setup)
 
 

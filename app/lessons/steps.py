@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, cast, get_args
 
-from app.lessons.blocks import NEEDED, Table, read_block, shown
+from app.lessons.blocks import NEEDED, Table, is_number, read_block, shown
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
 from app.lessons.lesson import (
     HINTS,
@@ -95,7 +95,14 @@ def read_step(part: StepPart, common: Common) -> Step:
     texts = _checked_texts(part, question, challenge)
     hints = _hints(part, challenge)
     trials = read_trials(table, setup, challenge, measurements)
-    numbers = tuple(_number(name) for name in table.words("numbers", _live(), MOST_NUMBERS))
+    live = [name for name, found in QUANTITIES.items() if found.live and not found.parameters]
+    numbers = tuple(
+        Measurement(name, name, (), QUANTITIES[name].shown, QUANTITIES[name].digits)
+        for name in table.words("numbers", live, MOST_NUMBERS)
+    )
+    marks = table.numbers("marks")
+    if marks and setup.run.scene != "solo":
+        raise table.fault("marks", "marks for the elbow need the scene solo.")
     step = Step(
         id,
         part.title,
@@ -112,27 +119,11 @@ def read_step(part: StepPart, common: Common) -> Step:
         cast(Camera, table.choice("camera", get_args(Camera), "room")),
         table.words("plots", PLOTS[setup.run.scene], MOST_PLOTS),
         numbers,
-        _marks(table, setup),
+        marks,
     )
     table.close()
     _check_lines(part, step)
     return step
-
-
-def _live() -> tuple[str, ...]:
-    return tuple(name for name, q in QUANTITIES.items() if q.live and not q.parameters)
-
-
-def _number(name: str) -> Measurement:
-    found = QUANTITIES[name]
-    return Measurement(name, name, (), found.shown, found.digits)
-
-
-def _marks(table: Table, setup: Setup) -> tuple[float, ...]:
-    marks = table.numbers("marks")
-    if marks and setup.run.scene != "solo":
-        raise table.fault("marks", "marks for the elbow need the scene solo.")
-    return marks
 
 
 def _question(part: StepPart, table: Table, setup: Setup, measurements: tuple[Measurement, ...]) -> Question | None:
@@ -175,15 +166,14 @@ def _expects(table: Table, count: int) -> tuple[Expectation, ...]:
     if not isinstance(values, list) or len(values) != count:
         raise table.fault("expects", f"{message}; the step has {count} answers.")
     if all(isinstance(x, list) and len(x) == 2 for x in values):
-        ranges = [_range(table, x) for x in values]
-        return tuple(ranges)
-    if any(isinstance(x, (list, bool, str, dict)) or not isinstance(x, (int, float)) or x != x for x in values):
+        return tuple(_range(table, x) for x in values)
+    if not all(is_number(x) for x in values):
         raise table.fault("expects", f"{message}, all of one kind.")
     return tuple(float(x) for x in values)
 
 
 def _range(table: Table, values: list[Any]) -> tuple[float, float]:
-    if any(isinstance(x, bool) or not isinstance(x, (int, float)) or x != x for x in values) or not values[0] < values[1]:
+    if not all(is_number(x) for x in values) or not values[0] < values[1]:
         raise table.fault("expects", f"{shown(values)} is not a range; write [low, high] with low < high, inf is possible.")
     return float(values[0]), float(values[1])
 
@@ -204,8 +194,8 @@ def step_texts(part: StepPart, step: Step) -> dict[str, str]:
 
 
 def _checked_texts(part: StepPart, question: Question | None, challenge: Challenge | None) -> dict[str, str]:
-    texts = {name: part.sections[name].text if name in part.sections else "" for name in ("Goal", "Do", "Observe", "Explain")}
-    texts["Challenge"] = part.sections["Challenge"].text if "Challenge" in part.sections else ""
+    names = ("Goal", "Do", "Observe", "Explain", "Challenge")
+    texts = {name: part.sections[name].text if name in part.sections else "" for name in names}
     needed = ["Goal", "Do", *(["Explain"] if question is not None else []), *(["Challenge"] if challenge is not None else [])]
     for name in needed:
         if not texts[name]:
@@ -228,11 +218,10 @@ def _hints(part: StepPart, challenge: Challenge | None) -> tuple[str, ...]:
 
 
 def _check_lines(part: StepPart, step: Step) -> None:
-    sections: list[SheetPart] = list(part.sections.values())
     folder = step.setup.folder
     for problem in picture_problems(part.title, folder, False):
         raise Fault(part.line, problem)
-    for section in sections:
+    for section in part.sections.values():
         # Answers are buttons, and hints are a list.
         listed = section.title == "Hints"
         for number, line in enumerate(section.lines, section.line + 1):

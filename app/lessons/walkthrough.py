@@ -40,6 +40,8 @@ class Walkthrough:
 
     Attributes:
         run_id: goes up whenever a fresh run has to begin.
+        phase: where in the step.
+        showing: whether the run that shows why the answer is wrong is on.
 
     Raises:
         BadSetting: the book holds no lesson.
@@ -54,8 +56,8 @@ class Walkthrough:
         self.run_id = 0
         self._progress = progress or Progress()
         self._at = Bookmark(book)
-        self._phase = Phase.DO
-        self._showing = False
+        self.phase = Phase.DO
+        self.showing = False
         self._kept: dict[str, TargetSource] = dict(kept or {})
         self._watch = RunWatch()
         self._running: tuple[Bookmark, Setup] | None = None
@@ -74,11 +76,6 @@ class Walkthrough:
         return self._at.step
 
     @property
-    def phase(self) -> Phase:
-        """Return where in the step."""
-        return self._phase
-
-    @property
     def phases(self) -> tuple[Phase, ...]:
         """Return which phases the present step has."""
         return phases_of(self.step)
@@ -93,9 +90,14 @@ class Walkthrough:
         return self._progress.steps.get((lesson, step), StepProgress())
 
     @property
+    def begun(self) -> bool:
+        """Return whether anything was done in any lesson."""
+        return any(not done.untouched for done in self._progress.steps.values())
+
+    @property
     def locked(self) -> bool:
         """Return whether Run is locked: a question waits for its answer."""
-        return self._phase is Phase.PREDICT
+        return self.phase is Phase.PREDICT
 
     def go(self, lesson: str | int, step: int = 0) -> None:
         """Go to a step: by a link, or because the teacher does. What was done there is still there.
@@ -111,24 +113,24 @@ class Walkthrough:
     def choose(self, answer: int) -> bool:
         """Choose an answer, from 0; it may be changed until the outcome is known. Returns whether it was taken."""
         question = self.step.question
-        if question is None or not 0 <= answer < len(question.choices) or self._phase not in (Phase.PREDICT, Phase.DO):
+        if question is None or not 0 <= answer < len(question.choices) or self.phase not in (Phase.PREDICT, Phase.DO):
             return False
         if self.done.outcome is not None:
             return False
         self.done.choice = answer
-        if self._phase is Phase.PREDICT:
+        if self.phase is Phase.PREDICT:
             self._enter(Phase.DO)
         return True
 
     def next(self) -> bool:
         """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered first."""
-        if self._showing:
+        if self.showing:
             self._end_why()
             return True
-        phases, place = self.phases, self.phases.index(self._phase)
+        phases, place = self.phases, self.phases.index(self.phase)
         if self.locked and self.done.choice is None:
             return False
-        if self._phase is Phase.DO and self.done.outcome is None and self.step.measurements:
+        if self.phase is Phase.DO and self.done.outcome is None and self.step.measurements:
             # A student who skips the run sees the outcome of the reference run.
             self.done.outcome = reference(self.step, self.step.setup)
         if place + 1 < len(phases):
@@ -143,7 +145,7 @@ class Walkthrough:
 
     def back(self) -> bool:
         """Go back: to the phase before, or the end of the step before. Returns whether there was something. Nothing is forgotten."""
-        if self._showing:
+        if self.showing:
             self._end_why()
             return True
         before = self._before()
@@ -164,23 +166,18 @@ class Walkthrough:
             self.done.words = done.words
         self._enter(self.phases[0])
 
-    def reset_all(self) -> None:
-        """Forget all progress and go to the first step."""
-        self._progress = Progress()
-        self._kept.clear()
-        self._at = Bookmark(self.book)
-        self._enter(self.phases[0])
-
     def run_again(self) -> None:
         """Restart the present run; nothing else changes."""
-        self._begin()
+        self.run_id += 1
+        self._running = self._at, self.setup
+        self._watch.begin()
 
     def show_why(self) -> bool:
         """Begin the run that shows why the answer is wrong. Returns whether there is one."""
-        if self._showing or not has_why(self._place()):
+        if self.showing or not has_why(self._place()):
             return False
-        self._showing = True
-        self._begin()
+        self.showing = True
+        self.run_again()
         return True
 
     def hint(self) -> str | None:
@@ -201,9 +198,9 @@ class Walkthrough:
     def setup(self) -> Setup:
         """Return the present run."""
         question, choice = self.step.question, self.done.choice
-        if self._showing and question is not None and choice is not None:
+        if self.showing and question is not None and choice is not None:
             return question.choices[choice].why or self.step.setup
-        if self._phase is Phase.CHALLENGE and self.step.challenge is not None:
+        if self.phase is Phase.CHALLENGE and self.step.challenge is not None:
             return self.step.challenge.setup
         return self.step.setup
 
@@ -237,11 +234,6 @@ class Walkthrough:
         evidence = Evidence(simulation, newest=LIVE_ROWS)
         return tuple((m, measure(evidence, m.name, m.parameters)) for m in self.step.numbers)
 
-    def prepare(self) -> None:
-        """Make the further runs that the present step compares with; perhaps in another thread, so that `observe` need not wait."""
-        if self.step.measurements:
-            reference(self.step, self.step.setup)
-
     def watch(self, simulation: Simulation) -> None:
         """Take note of the run, once a frame: settings that change in the middle of it spoil it for a challenge."""
         self._watch.see(simulation)
@@ -252,12 +244,12 @@ class Walkthrough:
 
     def observe(self, simulation: Simulation) -> StepOutcome:
         """Measure the present run. At its end the outcome is kept, and a run that is not the student's own goes on to OBSERVE."""
-        setup = self.setup if self._phase is not Phase.CHALLENGE else self.step.setup
+        setup = self.setup if self.phase is not Phase.CHALLENGE else self.step.setup
         until = inf if self.yours else setup.seconds
         outcome = observed(self.step, setup, Evidence(simulation, until), simulation.time)
-        if outcome.complete and self._showing:
+        if outcome.complete and self.showing:
             self.done.why = outcome
-        elif outcome.complete and self._phase is Phase.DO:
+        elif outcome.complete and self.phase is Phase.DO:
             self.done.outcome = outcome
             if not self.yours:
                 self.next()
@@ -273,7 +265,7 @@ class Walkthrough:
             person: what the student did in this run, as someone who does it again; kept for a later step that asks for it.
         """
         challenge = self.step.challenge
-        if challenge is None or self._phase is not Phase.CHALLENGE or challenge.custom_law:
+        if challenge is None or self.phase is not Phase.CHALLENGE or challenge.custom_law:
             return None
         attempt = attempted(
             challenge,
@@ -292,9 +284,9 @@ class Walkthrough:
     def attempt_custom_law(self, judgements: Sequence[Judgement]) -> Attempt | None:
         """Take note of how a controller of the student's own did in the tests of `own_law`."""
         challenge = self.step.challenge
-        if challenge is None or self._phase is not Phase.CHALLENGE or not challenge.custom_law:
+        if challenge is None or self.phase is not Phase.CHALLENGE or not challenge.custom_law:
             return None
-        attempt = Attempt(bool(judgements) and all(j.passed for j in judgements), tuple(judgements))
+        attempt = Attempt.of(judgements)
         self._note(attempt)
         return attempt
 
@@ -319,8 +311,8 @@ class Walkthrough:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
         last = self._at.after() is None
         waits = self.locked and self.done.choice is None
-        can_next = not waits and (self._showing or self._phase is not self.phases[-1] or not last)
-        can_back = self._showing or self._before() is not None or self._at.before() is not None
+        can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
+        can_back = self.showing or self._before() is not None or self._at.before() is not None
         return make_view(self._place(book), self.yours, can_next, can_back)
 
     @property
@@ -331,7 +323,7 @@ class Walkthrough:
     def to_json(self) -> str:
         """Return everything that survives a reload."""
         progress = self._progress
-        progress.lesson, progress.step, progress.phase = self.lesson.id, self.step.id, self._phase.value
+        progress.lesson, progress.step, progress.phase = self.lesson.id, self.step.id, self.phase.value
         return to_json(progress)
 
     @classmethod
@@ -351,27 +343,22 @@ class Walkthrough:
 
     def _enter(self, phase: Phase) -> None:
         """Be in a phase of the present step; a run begins where it is another than before."""
-        self._phase, self._showing = phase, False
+        self.phase, self.showing = phase, False
         # Looking back from EXPLAIN to OBSERVE leaves the run alone; the other phases restart it.
         if phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (self._at, self.setup):
-            self._begin()
-
-    def _begin(self) -> None:
-        self.run_id += 1
-        self._running = self._at, self.setup
-        self._watch.begin()
+            self.run_again()
 
     def _end_why(self) -> None:
-        self._showing = False
-        self._begin()
+        self.showing = False
+        self.run_again()
 
     def _place(self, book: LessonBook | None = None) -> StepPosition:
         at = self.in_book(book)
-        return StepPosition(at.lesson, at.step, at.step_index, self._phase, self.done, self._showing)
+        return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.showing)
 
     def _before(self) -> Phase | None:
         """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""
-        place = self.phases.index(self._phase)
+        place = self.phases.index(self.phase)
         if place == 0 or (self.phases[place - 1] is Phase.PREDICT and self.done.outcome is not None):
             return None
         return self.phases[place - 1]

@@ -11,26 +11,17 @@ from app.page.handles.gizmos import NUDGE, SWING, Gizmos
 from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import HOTKEYS, Hotkey
+from app.page.panels.hotkeys import HOTKEYS
 from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_chooser import DetailsChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.view import View
-from app.session.actions import (
-    Action,
-    ChangeSpeed,
-    FirstView,
-    Nudge,
-    Pause,
-    Reset,
-    SetSetting,
-    SingleStep,
-    SwingElbow,
-    Toggle,
-    control_of,
-)
+from app.session import actions
+from app.session.clock import next_speed
 from app.session.frame import Frame
+from app.session.input_source import with_joint
 from app.session.session import Session
+from controllers.errors import BadSetting
 
 
 class Operation:
@@ -43,8 +34,8 @@ class Operation:
     """
 
     def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
-        self._client, self._session, self._view, self._lessons = client, session, view, view.lessons
-        self._controls = Controls(client.gui, session, self.act, self._notify)
+        self._client, self._session, self._view = client, session, view
+        self._controls = Controls(client.gui, session, self.post, self._notify)
         self._keep: ReplayBar | None = None
         with client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
             if session.background is not None:
@@ -53,67 +44,71 @@ class Operation:
             self._lab: LabReportBox | None = None
             if self._keep is not None:
                 self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
-        self._chooser = DetailsChooser(client.gui, session, view.plots_tab)
-        self._gizmos = Gizmos(client.scene, session)
+        self._chooser = DetailsChooser(client.gui, view.lessons, view.plots_tab, self.post)
+        self._gizmos = Gizmos(client.scene, session, view.lessons, self.post)
         self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._notify)
-        self._commands = [self._command(hotkey) for hotkey in HOTKEYS]
+        for hotkey in HOTKEYS:
+            hotkey.add_to(client.gui, self.post)
 
-    def _command(self, hotkey: Hotkey[Action]) -> viser.CommandHandle:
-        command = self._client.gui.add_command(
-            hotkey.title,
-            description=tr("Key: {key}", key=hotkey.shown) if hotkey.relayed else None,
-            hotkey=hotkey.key,
-            modifier=hotkey.modifier,
-            icon=hotkey.icon,
-        )
+    def post(self, action: actions.Action) -> None:
+        """Have an action done at the beginning of one of the next frames; may be called from any thread."""
+        self._session.post(lambda: self.act(action), actions.control_of(action))
 
-        @command.on_trigger
-        async def _(event: viser.CommandEvent) -> None:
-            del event
-            self._session.post(lambda: self.act(hotkey.action), control_of(hotkey.action))
-
-        return command
-
-    def act(self, action: Action) -> None:
+    def act(self, action: actions.Action) -> None:
         """Do what a hotkey or a button asks for: the replay's and the lesson's meaning of it go first; on the session's thread."""
         if self._keep is not None and self._keep.take(action):
             return
-        if isinstance(action, Reset):
+        if isinstance(action, actions.Reset):
             self._gizmos.forget_drag()
         if self._desk.take(action):
             return
         session = self._session
         match action:
-            case Pause():
+            case actions.Pause():
                 session.toggle_pause()
-            case SingleStep():
+            case actions.SingleStep():
                 session.single_step()
-            case Reset():
+            case actions.Reset():
                 session.reset()
-            case ChangeSpeed(by):
-                session.change_speed(by)
-            case SetSetting(key, value):
-                session.change(key, value)
-            case Toggle(what):
+            case actions.ChangeSpeed(by):
+                session.change("speed", next_speed(session.settings.page.speed, by))
+            case actions.SetSetting(key, value):
+                self._set(key, value)
+            case actions.ChooseScene(scene):
+                self._set("scene", scene)
+            case actions.MoveJoint(joint, angle):
+                held = with_joint(session.simulation, session.held, joint, angle)
+                if held is not None:
+                    session.hold(held)
+            case actions.Drag():
+                self._gizmos.drag(action)
+            case actions.Toggle(what):
                 self._toggle(what)
-            case Nudge():
+            case actions.Nudge():
                 self._gizmos.nudge(self._in_view(action))
-            case SwingElbow(sign):
+            case actions.SwingElbow(sign):
                 self._gizmos.swing(sign * SWING)
-            case FirstView():
+            case actions.FirstView():
                 self._view.look(self._client)
 
+    def _set(self, key: str, value: object) -> None:
+        try:
+            self._session.change(key, value)
+        except BadSetting as error:
+            self._notify("This value is not possible", str(error))
+            self._controls.forget(key)
+
     def _toggle(self, what: Literal["autopilot", "avoidance", "ghost"]) -> None:
-        session, settings = self._session, self._session.settings
+        session, run, page = self._session, self._session.settings.run, self._session.settings.page
         match what:
             case "autopilot":
-                session.change("autopilot", not settings.page.autopilot)
+                session.change("autopilot", not page.autopilot)
             case "avoidance":
-                session.change("law", "unprotected" if settings.run.law.law == "smooth_priority" else "smooth_priority")
+                session.change("law", "unprotected" if run.law.law == "smooth_priority" else "smooth_priority")
             case "ghost":
-                session.change("ghost", "frozen" if settings.page.ghost == "off" else "off")
+                session.change("ghost", "frozen" if page.ghost == "off" else "off")
 
-    def _in_view(self, nudge: Nudge) -> np.ndarray:
+    def _in_view(self, nudge: actions.Nudge) -> np.ndarray:
         """Return a nudge (3,) in the world [m]: across the visitor's view, up, and away from them, along the floor."""
         camera = self._client.camera
         forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
@@ -141,17 +136,9 @@ class Operation:
 
     def show(self, frame: Frame) -> None:
         """Bring controls and handles up to date."""
-        self._controls.show(frame)
-        self._chooser.show(self._lessons.open)
-        if self._keep is not None:
-            self._keep.show(frame)
-        self._link.show(frame)
-        self._desk.show(frame)
-        if self._lab is not None:
-            self._lab.show()
-        # A replay cannot be taken hold of.
-        self._gizmos.offer(not frame.replayed and not self._lessons.hands_off)
-        self._gizmos.show()
+        for panel in (self._controls, self._chooser, self._keep, self._link, self._desk, self._lab, self._gizmos):
+            if panel is not None:
+                panel.show(frame)
 
     def close(self) -> None:
         """Go back to live, and drop every export that is being made."""

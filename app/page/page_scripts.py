@@ -5,7 +5,7 @@ from pathlib import Path
 from app.i18n.client_texts import ICON_NAMES, LOADING, NO_PICTURE, WHAT_TO_SWITCH_ON, WHAT_WORKS
 from app.page import STATIC
 from app.page.panels.hotkeys import HOTKEYS
-from app.page.replay_box import KEY
+from app.page.panels.replay_bar import KEY
 from app.settings import PageSettings
 from app.web.index_page import MARK
 from app.web.page_assets import PageAssets, software_rendering

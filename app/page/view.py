@@ -77,28 +77,27 @@ class View:
         page = self._page
         gui = host.gui
         self._style = gui.add_html(style_sheet(page.profile))
-        self._readout = Readout(gui, page)
+        self._readout = Readout(gui)
         gui.set_panel_label(scene_label(session.settings.run))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
-        self._plots_panel = gui.add_panel()
-        self.plots_tab = self._plots_panel.add_tab(tr("Live plots"), viser.Icon.CHART_LINE)
+        plots_panel = gui.add_panel()
+        self.plots_tab = plots_panel.add_tab(tr("Live plots"), viser.Icon.CHART_LINE)
         with self.plots_tab:
             # A folded panel takes its style sheet with it; either one keeps the other dressed.
             self._style_too = gui.add_html(style_sheet(page.profile), order=-1.0)
             gui.add_html(mark_html(spoken()), order=-1.0)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
-        self._plots_panel.float(x=14, y=-14, width=760)
-        if isinstance(host, viser.ClientHandle) and canvas_size(host)[1] < LOW_CANVAS:
-            self._plots_panel.minimize()
+        plots_panel.float(x=14, y=-14, width=760)
+        private = isinstance(host, viser.ClientHandle)
+        if private and canvas_size(host)[1] < LOW_CANVAS:
+            plots_panel.minimize()
         self._look = page.theme, page.profile
-        self._sheet: tuple[object, ...] = page.profile, False, ""
         self._experiment = experiment_of(session.simulation)
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._configure_theme()
         self._stage = Stage(host.scene, page)
-        private = isinstance(host, viser.ClientHandle)
-        narrow = isinstance(host, viser.ClientHandle) and canvas_size(host)[0] < NARROW
+        narrow = private and canvas_size(host)[0] < NARROW
         width = (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile)
         self.lesson_panel = LessonPanel(
             gui, self.lessons, width, private, narrow and folds, lambda: style_sheet(self._page.profile), book
@@ -153,11 +152,8 @@ class View:
         """Draw a frame."""
         page = self._page
         self._simulation = frame.simulation
-        sheet = page.profile, frame.replayed, frame.shown.replayed_file
-        if self._sheet != sheet:
-            self._sheet = sheet
-            replay = replay_style(frame.shown.replayed_file) if frame.replayed else ""
-            self._style.content = self._style_too.content = style_sheet(page.profile) + replay
+        replay = replay_style(frame.shown.replayed_file) if frame.replayed else ""
+        self._style.content = self._style_too.content = style_sheet(page.profile) + replay
         if self._look != (page.theme, page.profile):
             self._change_look()
         experiment = experiment_of(frame.simulation)
@@ -189,7 +185,6 @@ class View:
         self._look = page.theme, page.profile
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self._plots.dress(page)
-        self._readout.dress(page)
         self._configure_theme()
 
 

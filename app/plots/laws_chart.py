@@ -35,7 +35,6 @@ _SPANS: Final = (0.2, 0.4, 0.6, 0.8, 1.2, 1.6, 2.4)
 
 @lru_cache(maxsize=16)
 def all_laws(settings: LawSettings) -> dict[LawName, Law]:
-    """Return every law, with the same settings."""
     return {name: make_law(replace(settings, law=name)) for name in LAW_NAMES}
 
 

@@ -86,7 +86,6 @@ class RollingSeries:
         self._last_pair = -1.0
 
     def clear(self) -> None:
-        """Remove all bins."""
         self._bins[:] = np.nan
         self._seen, self._last_row, self._last_bin, self._last_pair = 0, None, -1, -1.0
 
@@ -153,11 +152,6 @@ class RollingSeries:
             b[c["qd1"] : c["qd1"] + DRIVEN] = desired[own][:DRIVEN]
             b[c["other_q1"] : c["other_q1"] + DRIVEN] = q[other][:DRIVEN]
             b[c["other_qd1"] : c["other_qd1"] + DRIVEN] = desired[other][:DRIVEN]
-
-    @property
-    def last_bin(self) -> int:
-        """Number of the newest bin, −1 if there is none."""
-        return self._last_bin
 
     def series(self, columns: tuple[int, ...], scale: float = 1.0) -> tuple[Array, ...]:
         """Return time and the columns asked for, oldest first, in equal lengths; columns times `scale`."""

@@ -49,7 +49,6 @@ class RunOutcome:
 
     @property
     def steps(self) -> int:
-        """Number of steps."""
         return len(self.hashes)
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from app.recording.replay import Replay
 from app.session.clock import Pace
+from app.session.student_law import LawStatus
 from app.session.trade_off import TradeOffMap
 from app.settings import Settings
 from scenes.simulation import Simulation
@@ -20,16 +21,14 @@ class Past:
         file: name of the loaded file that is replayed; "" for the session's own run.
     """
 
-    ghost = held = what_if = smoothness = custom_law = own_ghost = custom_law_slow = None
-    custom_law_away = custom_law_waits = False
-    custom_law_problem = ""
+    ghost = held = what_if = None
+    student_law = LawStatus()
 
     def __init__(self, replay: Replay, settings: Settings, trade_off: TradeOffMap | None = None, file: str = "") -> None:
         self._replay, self._live, self.trade_off, self.replayed_file = replay, settings, trade_off, file
 
     @property
     def simulation(self) -> Simulation:
-        """As it was."""
         return self._replay.simulation
 
     @property

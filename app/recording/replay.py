@@ -74,7 +74,6 @@ def film(recorded: Recorded, stopped: Callable[[], bool] = never) -> RecordedFil
 
     Raises:
         BadSetting: it cannot be made here.
-        Stopped: see there.
     """
     steps = recorded.steps
     spacing = max(SPACING, -(-steps // MOST_STATES))
@@ -156,7 +155,6 @@ class Replay:
 
     @property
     def steps(self) -> int:
-        """How many steps there are."""
         return self._starts[-1]
 
     @property
@@ -166,7 +164,6 @@ class Replay:
 
     @property
     def time(self) -> float:
-        """This moment [s]."""
         return self.moment(self._made)
 
     @property

@@ -93,7 +93,6 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
 
     Raises:
         BadSetting: made again, the run ends elsewhere: what is saved would not be what was seen.
-        Stopped: see there.
     """
     table = rerun(recorded, stopped=stopped).table
     if last is not None and table[-1].tobytes() != last:

@@ -35,7 +35,6 @@ class Job:
     """One request.
 
     Attributes:
-        ticket: its number.
         owner, kind, function, arguments, urgent, wake: see `JobPool.submit`.
         state: "dropped" if the result is no longer wanted.
         result: of the function, once it is done.

@@ -13,7 +13,6 @@ def written(path: Path, option: str) -> Iterator[Path]:
     """Yield a draft that replaces `path` once it is written; see `scenes.files.replacing`.
 
     Args:
-        path: of the file.
         option: the command's option that names it or its folder.
 
     Raises:

@@ -64,7 +64,6 @@ class ActionQueue:
         self._rebuilding = True
 
     def drop(self) -> None:
-        """Forget what waits."""
         with self._lock:
             self._waiting.clear()
 

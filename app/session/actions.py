@@ -1,8 +1,11 @@
-"""What a visitor can ask for with a key or a button of the clock, as typed values; each is done on the session's thread."""
+"""What a visitor can ask for with a key, a control or a handle, as typed values; each is done on the session's thread."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Literal
+
+from controllers.kinematics import Array
+from scenes.settings import SceneName
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,40 @@ class SetSetting:
 
 
 @dataclass(frozen=True)
+class ChooseScene:
+    """Change to another experiment; in a lesson, choose the answer of its number."""
+
+    scene: SceneName
+
+
+@dataclass(frozen=True)
+class MoveJoint:
+    """Hold the guided arm with one joint, counted from 0, at an angle [rad]."""
+
+    joint: int
+    angle: float
+
+
+@dataclass(frozen=True, eq=False)
+class Drag:
+    """Pull at a handle of the stage.
+
+    Attributes:
+        handle: its name.
+        phase: "start", "update" or "end".
+        place: where it is pulled to (3,) [m]; None where the browser sent nothing possible.
+        turn: how it is turned (3, 3); None where it cannot be, or as above.
+        taken: where the mouse took hold of it (3,) [m]; None where that does not matter.
+    """
+
+    handle: str
+    phase: str
+    place: Array | None = None
+    turn: Array | None = None
+    taken: Array | None = None
+
+
+@dataclass(frozen=True)
 class Toggle:
     """Switch the autopilot, the avoidance or the ghost on or off."""
 
@@ -63,7 +100,20 @@ class FirstView:
     """Point the visitor's camera as at the start."""
 
 
-Action = Pause | SingleStep | Reset | ChangeSpeed | SetSetting | Toggle | Nudge | SwingElbow | FirstView
+Action = (
+    Pause
+    | SingleStep
+    | Reset
+    | ChangeSpeed
+    | SetSetting
+    | ChooseScene
+    | MoveJoint
+    | Drag
+    | Toggle
+    | Nudge
+    | SwingElbow
+    | FirstView
+)
 
 
 def control_of(action: Action) -> Hashable:
@@ -71,6 +121,12 @@ def control_of(action: Action) -> Hashable:
     match action:
         case SetSetting(key):
             return key
+        case ChooseScene():
+            return "scene"
+        case MoveJoint(joint):
+            return "joint", joint
+        case Drag(handle, phase):
+            return handle, phase
         case Reset() | FirstView():
             return type(action)
         case _:

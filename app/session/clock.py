@@ -55,7 +55,6 @@ class Clock:
         self._slowness = 0.0
 
     def forget(self) -> None:
-        """Owe nothing."""
         self._debt = 0.0
 
     def due(self, elapsed: float, dt: float, speed: float) -> int:

@@ -1,8 +1,8 @@
 """One frame of a session, from what the visitor asked for to what the page draws."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 from app.session.clock import BUDGET, Pace
 from app.session.contact import Contact, contact
@@ -12,14 +12,6 @@ from app.settings import Settings
 from scenes.history import Sample
 from scenes.simulation import Simulation
 from scenes.targets import Target
-
-
-class Decider(Protocol):
-    """A lesson, which may change the run between the actions and the steps."""
-
-    def decide(self) -> None:
-        """Begin, stop or measure the run where the lesson asks for it."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +25,6 @@ class Frame:
         sample: the newest step.
         settings: of the run that is shown, and of the page.
         pace: how fast it goes.
-        moved: whether another moment is shown than in the frame before.
     """
 
     now: float
@@ -43,12 +34,19 @@ class Frame:
     sample: Sample
     settings: Settings
     pace: Pace
-    moved: bool
 
     @property
     def replayed(self) -> bool:
         """Whether this is no live run."""
         return self.shown.replay_time is not None
+
+    @cached_property
+    def state(self) -> tuple[object, ...]:
+        """All that words and numbers are made of, to compare: two frames of the same state read the same."""
+        shown, simulation, ghost = self.shown, self.simulation, self.ghost
+        steps = simulation.history.count, ghost is not None and ghost.history.count
+        run = simulation, ghost, *steps, self.sample.positions.tobytes(), self.settings, self.pace
+        return *run, shown.student_law, shown.replay_time, shown.held is None
 
     @cached_property
     def contact(self) -> Contact:
@@ -61,29 +59,27 @@ class Frame:
         return self.shown.target()
 
 
-def make_frame(session: Session, lesson: Decider, now: float, elapsed: float, budget: float = BUDGET) -> Frame:
+def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed: float, budget: float = BUDGET) -> Frame:
     """Advance a session by one frame, and return what the page draws.
 
     Args:
         session: what is advanced.
-        lesson: decides on its run.
+        decide: begins, stops or measures the run where a lesson asks for it.
         now: wall time [s].
         elapsed: wall time since the last frame [s].
         budget: wall time after which no further step is made [s].
     """
     session.take_actions(elapsed)
-    lesson.decide()
-    moved = session.step(elapsed, budget) > 0
+    decide()
+    session.step(elapsed, budget)
     shown: Shown = session
     if session.player is not None:
-        replay_moved = session.player.advance(elapsed)
-        past = session.player.past
-        if past is not None:
-            shown, moved = past, replay_moved
-    return freeze(shown, now, moved)
+        session.player.advance(elapsed)
+        shown = session.player.past or session
+    return freeze(shown, now)
 
 
-def freeze(shown: Shown, now: float, moved: bool = False) -> Frame:
-    """Return the present moment of a run as a frame. `now`: wall time [s]; `moved`: see `Frame`."""
+def freeze(shown: Shown, now: float) -> Frame:
+    """Return the present moment of a run as a frame. `now`: wall time [s]."""
     simulation = shown.simulation
-    return Frame(now, shown, simulation, shown.ghost, simulation.sample(), shown.settings, shown.pace, moved)
+    return Frame(now, shown, simulation, shown.ghost, simulation.sample(), shown.settings, shown.pace)

@@ -9,7 +9,7 @@ from scenes.roles import TargetSource
 from scenes.room import BALL_ROOM
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-from scenes.targets import BallTarget, HandTarget, Target
+from scenes.targets import BallTarget, HandTarget, JointTarget, Target
 
 LONGEST_REACH: Final = 0.3
 """A key held down runs no further ahead of what it moves [m]."""
@@ -35,6 +35,10 @@ class InputSource:
     def restart(self) -> None:
         """Start the source from its beginning at the next step."""
         self._active = None
+
+    def let_go(self) -> None:
+        """Drop what the visitor holds, and start the source from its beginning at the next step."""
+        self.held = self._active = None
 
     def target(self, simulation: Simulation, autopilot: bool) -> Target | None:
         """Return the active source's target, or None. `autopilot`: whether a source stands in for the visitor."""
@@ -67,6 +71,23 @@ def nudged(simulation: Simulation, held: Target | None, way: Array) -> Target | 
     if not isinstance(held, HandTarget):
         held = HandTarget(pose.translation.copy(), pose.rotation.copy())
     return HandTarget(ahead(held.position, way, pose.translation), held.rotation)
+
+
+def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: float) -> JointTarget | None:
+    """Return what the visitor holds after a move of one joint of the guided arm; None where no slave follows its joints.
+
+    Args:
+        simulation: the run.
+        held: what they hold now.
+        joint: counted from 0.
+        angle: where to, within the joint's limits at most [rad].
+    """
+    model, columns = simulation.room.model, simulation.guided.joints
+    if simulation.settings.scene != "master_slave" or joint >= columns.stop - columns.start:
+        return None
+    wanted = held.positions.copy() if isinstance(held, JointTarget) else simulation.positions[columns].copy()
+    wanted[joint] = np.clip(angle, model.lowerPositionLimit[columns][joint], model.upperPositionLimit[columns][joint])
+    return JointTarget(wanted)
 
 
 def ahead(place: Array, way: Array, here: Array) -> Array:

@@ -6,10 +6,10 @@ from typing import Final
 
 from app.custom_law.time_share import LawTimeShare
 from controllers.errors import BadInputFile, BadSetting
-from scenes.person.bvh import BvhMotion, read_bvh
+from scenes.person.bvh import read_bvh
 from scenes.person.camera import CameraSource
 from scenes.person.film import open_camera, open_detector, open_video
-from scenes.person.source import PersonSource
+from scenes.person.source import PersonSource, SampledAngles
 from scenes.targets import AnglesTarget
 
 MODEL_REMEDY: Final = "name a pose_landmarker model of MediaPipe (a .task file) with --pose-model FILE"
@@ -31,7 +31,7 @@ class PersonTarget:
         return AnglesTarget(self._source.angles(time % self._loop if self._loop else time))
 
 
-def from_bvh(motion: BvhMotion) -> PersonTarget:
+def from_bvh(motion: SampledAngles) -> PersonTarget:
     """Return the person of a BVH file, again and again."""
     return PersonTarget(motion, max(motion.duration, 1e-3))
 

@@ -94,3 +94,12 @@ def matters(key: str, settings: Settings) -> bool:
     if run.scene not in when.scenes or run.law.law not in when.laws:
         return False
     return when.also is None or when.also(settings)
+
+
+def built_of(settings: Settings) -> tuple[object, ...]:
+    """Return what room, arms, handles and page are made of: where another one is chosen, something of them is built again."""
+    run, page = settings.run, settings.page
+    return (
+        *(run.scene, run.robot, run.rig, run.point, run.guided, run.path),
+        *(page.language, page.theme, page.profile, page.picture, page.ghost, page.details, page.source),
+    )

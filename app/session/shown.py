@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from app.session.clock import Pace
-from app.session.studies import Smoothness
+from app.session.student_law import LawStatus
 from app.session.trade_off import TradeOffMap
 from app.settings import Settings
 from scenes.rerun import WhatIf
@@ -50,43 +50,13 @@ class Shown(Protocol):
         ...
 
     @property
-    def custom_law(self) -> str | None:
-        """Name of the file of the law that runs instead of the settings' law."""
-        ...
-
-    @property
-    def own_ghost(self) -> str | None:
-        """Name of the file of the ghost's law."""
-        ...
-
-    @property
-    def custom_law_problem(self) -> str:
-        """Why the student's law is not in force; "" if all is well."""
-        ...
-
-    @property
-    def custom_law_away(self) -> bool:
-        """Whether the file of the student's law is gone."""
-        ...
-
-    @property
-    def custom_law_waits(self) -> bool:
-        """Whether the run waits for the student's law."""
-        ...
-
-    @property
-    def custom_law_slow(self) -> tuple[float, float] | None:
-        """How long a call of the student's law takes, and how long it may in real time [s]; None unless it slows down the run."""
+    def student_law(self) -> LawStatus:
+        """How the student's law fares; none of a replay."""
         ...
 
     @property
     def what_if(self) -> WhatIf | None:
         """How the last part would have gone with the present settings."""
-        ...
-
-    @property
-    def smoothness(self) -> Smoothness | None:
-        """What was measured of the steps of q̇."""
         ...
 
     @property

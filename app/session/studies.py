@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final, Literal
 
 from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_watch import JobWatch
 from app.settings import Settings
 from scenes.headless import Summary, summarise
-from scenes.inputs import CHAPTER, Recorded
+from scenes.inputs import CHAPTER, InputsLog, Recorded
 from scenes.rerun import WHAT_IF_KEYS, WhatIf, warm, what_if
 from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
@@ -48,7 +50,7 @@ class Studies:
     """The studies of one session; all methods belong to the thread that advances it.
 
     Args:
-        background: where they are computed.
+        background: where they are computed; None where nothing is studied.
         wake: called, from any thread, when there is news.
 
     Attributes:
@@ -57,27 +59,33 @@ class Studies:
         message: why something could not be computed, for the visitor; "" if all is well.
     """
 
-    def __init__(self, background: JobPool, wake: Callable[[], None]) -> None:
-        self._background, self._wake = background, wake
+    def __init__(self, background: JobPool | None, wake: Callable[[], None]) -> None:
+        self._jobs = None if background is None else JobWatch(background, wake, self._failed)
         self.what_if: WhatIf | None = None
         self.smoothness: Smoothness | None = None
         self.message = ""
         self._rested: float | None = None
-        self._what_if: tuple[Job, Recorded, Summary] | None = None
-        self._measuring: dict[Job, tuple[Who, int]] = {}
 
     @property
     def busy(self) -> bool:
         """Whether anything is being computed, or about to be."""
-        return self._rested is not None or self._what_if is not None or bool(self._measuring)
+        return self._rested is not None or (self._jobs is not None and any(kind != "warm" for kind in self._jobs.kinds))
 
     def prepare(self, settings: Settings) -> None:
         """Have a process made ready for the first question."""
-        self._background.submit(self, "warm", warm, settings.run)
+        if self._jobs is not None:
+            self._jobs.submit("warm", lambda _: None, warm, settings.run)
 
-    def ask(self) -> None:
-        """Answer "what if" as soon as the settings have been at rest for a while."""
-        self._rested = 0.0
+    def follow(self, before: Settings, after: Settings, rebuilt: bool) -> None:
+        """Prepare, ask or drop "what if" after a change of the settings. `rebuilt`: whether the run is of another experiment now."""
+        if rebuilt:
+            self.forget()
+        if not after.page.what_if:
+            self.forget_what_if()
+        elif not before.page.what_if:
+            self.prepare(after)
+        elif self._jobs is not None and (after.run.law, after.run.gain) != (before.run.law, before.run.gain):
+            self._rested = 0.0
 
     def advance(
         self, elapsed: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
@@ -89,15 +97,13 @@ class Studies:
             settings, simulation: of the run, now.
             window: gives the newest piece of its inputs of a length [s].
         """
-        if self._what_if is not None:
-            self._answer_what_if(*self._what_if, settings)
+        if self._jobs is not None:
+            self._jobs.collect()
         if self._rested is not None:
             self._rested += elapsed
             if self._rested >= REST:
                 self._rested = None
                 self._ask_what_if(settings, simulation, window)
-        for job, (who, place) in list(self._measuring.items()):
-            self._answer_measure(job, who, place)
 
     def _ask_what_if(self, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]) -> None:
         recorded = window(WINDOW)
@@ -114,34 +120,31 @@ class Studies:
         self._submit_what_if(recorded, before, settings, DRAFT)
 
     def _submit_what_if(self, recorded: Recorded, before: Summary, settings: Settings, longest: float | None) -> None:
+        assert self._jobs is not None
         present = values(settings.run)
         asked = {key: present[key] for key in WHAT_IF_KEYS}
-        job = self._background.submit(
-            self, "what if", what_if, recorded, asked, before, longest, urgent=longest is not None, wake=self._wake
-        )
-        self._what_if = job, recorded, before
 
-    def _answer_what_if(self, job: Job, recorded: Recorded, before: Summary, settings: Settings) -> None:
-        if job.state in ("waiting", "running"):
-            return
-        self._what_if = None
-        self.message = job.message
-        if job.state == "done":
-            answer: WhatIf = job.result
-            self.what_if = answer
+        def done(answer: WhatIf) -> None:
+            self.message, self.what_if = "", answer
             if answer.stride > 1 and self._rested is None:
                 self._submit_what_if(recorded, before, settings, None)
 
-    def measure_smoothness(self, runs: dict[Who, tuple[Recorded | None, RunSettings]]) -> None:
+        self._jobs.submit("what if", done, what_if, recorded, asked, before, longest, urgent=longest is not None)
+
+    def measure_smoothness(self, runs: dict[Who, tuple[InputsLog, RunSettings]]) -> None:
         """Begin to measure.
 
         Args:
-            runs: the newest inputs (None where there are none) and the settings of the run, "law", and of its "ghost" if there is one.
+            runs: the inputs and the settings of the run, "law", and of its "ghost" if there is one.
         """
+        if self._jobs is None:
+            return
         self._forget_smoothness()
-        known: dict[Who, tuple[Recorded, RunSettings]] = {
-            who: (recorded, s) for who, (recorded, s) in runs.items() if recorded is not None and recorded.steps >= LEAST
-        }
+        known: dict[Who, tuple[Recorded, RunSettings]] = {}
+        for who, (inputs, run) in runs.items():
+            recorded = inputs.window(SMOOTHNESS_WINDOW)
+            if recorded is not None and recorded.steps >= LEAST:
+                known[who] = recorded, run
         if "law" not in known:
             self.message = "There is too little to measure yet; let it run for a few seconds."
             return
@@ -149,38 +152,38 @@ class Studies:
         blank = {who: unmeasured(recorded, settings) for who, (recorded, settings) in known.items()}
         self.smoothness = Smoothness(blank["law"], blank.get("ghost"))
         for place, substeps in enumerate(SUBSTEPS):
-            for who, (recorded, settings) in known.items():
+            for who, (recorded, run) in known.items():
                 kind = f"smoothness {who} {substeps}"
-                job = self._background.submit(self, kind, largest_step, recorded, settings, substeps, wake=self._wake)
-                self._measuring[job] = who, place
+                self._jobs.submit(kind, partial(self._take_measure, who, place), largest_step, recorded, run, substeps)
 
-    def _answer_measure(self, job: Job, who: Who, place: int) -> None:
-        if job not in self._measuring or job.state in ("waiting", "running"):
-            return
-        del self._measuring[job]
-        if job.state == "done" and self.smoothness is not None:
+    def _take_measure(self, who: Who, place: int, step: float) -> None:
+        if self.smoothness is not None:
             measured: Measured = getattr(self.smoothness, who)
-            largest = (*measured.largest[:place], job.result, *measured.largest[place + 1 :])
+            largest = (*measured.largest[:place], step, *measured.largest[place + 1 :])
             self.smoothness = replace(self.smoothness, **{who: replace(measured, largest=largest)})
-        elif job.state == "failed":
+
+    def _failed(self, job: Job) -> None:
+        if job.kind.startswith("smoothness"):
             self._forget_smoothness()
+        if job.kind != "warm":
             self.message = job.message
 
     def _forget_smoothness(self) -> None:
         self.smoothness = None
-        for job in list(self._measuring):
-            self._background.cancel(self, job.kind)
-        self._measuring.clear()
+        if self._jobs is not None:
+            for kind in self._jobs.kinds:
+                if kind.startswith("smoothness"):
+                    self._jobs.drop(kind)
 
     def forget(self) -> None:
         """Drop all questions and answers: they were about another run."""
-        self._background.cancel(self)
-        self._measuring.clear()
-        self.forget_what_if()
-        self.smoothness = None
+        if self._jobs is not None:
+            self._jobs.close()
+        self._rested = self.what_if = self.smoothness = None
         self.message = ""
 
     def forget_what_if(self) -> None:
         """Drop "what if" alone."""
-        self._background.cancel(self, "what if")
-        self._rested = self._what_if = self.what_if = None
+        if self._jobs is not None:
+            self._jobs.drop("what if")
+        self._rested = self.what_if = None

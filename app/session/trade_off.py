@@ -57,6 +57,5 @@ class TradeOffMap:
         return sum(job.result is not None for job in self._jobs) / len(TRADE_OFF_ORDERS)
 
     def forget(self) -> None:
-        """Compute nothing more for it."""
         self._background.cancel(self)
         self._of, self._jobs = None, []

@@ -73,7 +73,6 @@ class ArmView:
 
     @property
     def visible(self) -> bool:
-        """Whether the arm is to be seen."""
         return self._root.visible
 
     @visible.setter
@@ -81,12 +80,10 @@ class ArmView:
         self._root.visible = visible
 
     def remove(self) -> None:
-        """Take the arm out of the scene."""
         self._root.remove()
 
 
 def robot_of(simulation: Simulation) -> RobotName:
-    """Return the make of the arms."""
     return "lwr" if simulation.settings.scene == "imitation" else simulation.settings.robot
 
 

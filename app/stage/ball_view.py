@@ -40,16 +40,13 @@ class BallView:
             self._point = fresh(point)
 
     def dress(self, page: PageSettings) -> None:
-        """Take on a theme."""
         if self._point is not None:
             self._point.color = rgb(PALETTES[page.theme].distance)
 
     def show(self, frame: Frame) -> None:
-        """Draw the ball where it is."""
         self._ball.position = frame.simulation.positions[self._columns]
 
     def remove(self) -> None:
-        """Take both out of the scene."""
         self._ball.remove()
         if self._point is not None:
             self._point.remove()

@@ -27,7 +27,6 @@ class ClosestLine:
         self._label = scene.add_label("/closest/distance", "", anchor="bottom-center", visible=False)
 
     def dress(self, page: PageSettings) -> None:
-        """Take on a theme and a profile."""
         self._palette, self._scale = PALETTES[page.theme], scale(page.profile)
         self._label.font_screen_scale = 1.15 * self._scale
         for end in self._ends:
@@ -53,6 +52,5 @@ class ClosestLine:
         self._label.text = f"d = {sample.distance * 1000.0:.0f} mm"
 
     def remove(self) -> None:
-        """Take it out of the scene."""
         for part in (self._line, *self._ends, self._label):
             part.remove()

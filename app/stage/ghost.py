@@ -19,19 +19,24 @@ SAME: Final = 0.008
 
 
 class TranslucentArms:
-    """Copies of the arms on the stage; each is made when it is first seen.
+    """A part of the stage: copies of its arms, which look the same in every theme; each is made when it is first seen.
 
     Args:
         scene: where to draw.
-        palette: bluish for the ghost, reddish for a desired posture ("wish").
         fine: with every triangle, see `ArmView`.
     """
 
-    def __init__(self, scene: viser.SceneApi, palette: Literal["ghost", "wish"], fine: bool) -> None:
-        self._scene, self._palette, self._fine = scene, palette, fine
+    palette: Literal["ghost", "wish"]
+    """Bluish for the ghost, reddish for a desired posture ("wish")."""
+
+    def __init__(self, scene: viser.SceneApi, fine: bool) -> None:
+        self._scene, self._fine = scene, fine
         self._arms: dict[str, ArmView] = {}
 
-    def show(self, simulation: Simulation, positions: Array) -> None:
+    def dress(self, page: PageSettings) -> None:
+        """Leave the arms as they are."""
+
+    def _draw(self, simulation: Simulation, positions: Array) -> None:
         """Draw every arm with joints q (nv,) [rad] that differ from those of the run; nan differs from nothing."""
         room = simulation.room
         for arm, base in zip(room.arms, room.bases(), strict=True):
@@ -41,37 +46,20 @@ class TranslucentArms:
             if view is None:
                 if not away > DIFFERENT:
                     continue
-                name = f"/{self._palette}/{arm.name}"
-                view = ArmView(self._scene, name, base, self._palette, self._fine, robot_of(simulation))
+                name = f"/{self.palette}/{arm.name}"
+                view = ArmView(self._scene, name, base, self.palette, self._fine, robot_of(simulation))
                 self._arms[arm.name] = view
             view.visible = away > (SAME if view.visible else DIFFERENT)
             if view.visible:
                 view.show(q)
 
     def remove(self) -> None:
-        """Take them out of the scene."""
         for view in self._arms.values():
             view.remove()
         self._arms.clear()
 
 
-class _Translucent:
-    """A part of the stage made of translucent arms, which look the same in every theme."""
-
-    palette: Literal["ghost", "wish"]
-
-    def __init__(self, scene: viser.SceneApi, fine: bool) -> None:
-        self._arms = TranslucentArms(scene, self.palette, fine)
-
-    def dress(self, page: PageSettings) -> None:
-        """Leave the arms as they are."""
-
-    def remove(self) -> None:
-        """Take the arms out of the scene."""
-        self._arms.remove()
-
-
-class GhostView(_Translucent):
+class GhostView(TranslucentArms):
     """The arms of the ghost's run, where there is one in the same room."""
 
     palette = "ghost"
@@ -80,16 +68,16 @@ class GhostView(_Translucent):
         """Draw the present posture."""
         ghost = frame.ghost
         if ghost is not None and ghost.room is frame.simulation.room:
-            self._arms.show(frame.simulation, ghost.positions)
+            self._draw(frame.simulation, ghost.positions)
         else:
-            self._arms.remove()
+            self.remove()
 
 
-class WishView(_Translucent):
+class WishView(TranslucentArms):
     """The desired posture q_d of the followers."""
 
     palette = "wish"
 
     def show(self, frame: Frame) -> None:
         """Draw q_d of the newest step."""
-        self._arms.show(frame.simulation, frame.sample.desired)
+        self._draw(frame.simulation, frame.sample.desired)

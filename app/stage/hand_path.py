@@ -36,7 +36,6 @@ class PathLine:
         self._home: tuple[float, ...] | None = None
 
     def dress(self, page: PageSettings) -> None:
-        """Take on a theme and a profile."""
         palette = PALETTES[page.theme]
         count = POINTS if self._circle else 1
         self._line.colors = np.tile(np.array(rgb(palette.calm), np.uint8), (count, 2, 1))
@@ -56,7 +55,6 @@ class PathLine:
             label.position = point + np.array([0.0, 0.03 * side, 0.0])
 
     def remove(self) -> None:
-        """Take it out of the scene."""
         self._line.remove()
         for label in self._labels:
             label.remove()

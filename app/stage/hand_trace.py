@@ -51,7 +51,6 @@ class Trace:
         self._line = scene.add_line_segments(name, line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
 
     def dress(self, page: PageSettings) -> None:
-        """Take on a theme."""
         palette = PALETTES[page.theme]
         bottom, error = (np.array(c, float) for c in (palette.background[1], rgb(palette.error)))
         share = np.linspace(0.15, 1.0, self._memory.points)[:, None]
@@ -83,5 +82,4 @@ class Trace:
         self._line.visible = moved
 
     def remove(self) -> None:
-        """Take it out of the scene."""
         self._line.remove()

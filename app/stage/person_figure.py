@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 import viser
 
+from app.i18n.speaking import tr
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.poses import fresh
@@ -54,10 +55,11 @@ class FigureView:
             place = SCALE * part.pose.translation + (0.0 if part.parent else STAND)
             self._parts[part.name] = fresh(scene.add_glb(path, part.glb, scale=SCALE, position=tuple(place.tolist())))
         above = _SHOULDERS + np.array([0.0, 0.0, 0.33])
-        self._label = scene.add_label("/person/lost", "nobody is seen", anchor="bottom-center", position=above, visible=False)
+        self._label = scene.add_label(
+            "/person/lost", tr("no person in view"), anchor="bottom-center", position=above, visible=False
+        )
 
     def dress(self, page: PageSettings) -> None:
-        """Take on a profile."""
         if self._label is not None:
             self._label.font_screen_scale = 1.15 * scale(page.profile)
 
@@ -74,7 +76,6 @@ class FigureView:
             self._parts[name].wxyz = turn
 
     def remove(self) -> None:
-        """Take it out of the scene."""
         if self._label is not None:
             self._label.remove()
             self._parts["body"].remove()

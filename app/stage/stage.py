@@ -67,7 +67,6 @@ class Stage:
         self._page = page
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame."""
         page, simulation = self._page, frame.simulation
         if self._lit != (page.theme, page.picture):
             self._lit = page.theme, page.picture

@@ -41,7 +41,6 @@ class TargetPlace:
         self._shown: tuple[float, ...] = ()
 
     def dress(self, page: PageSettings) -> None:
-        """Take on a theme."""
         error = rgb(PALETTES[page.theme].error)
         self._ball.color = self._ring.color = error
         self._error.colors = np.tile(np.array(error, np.uint8), (1, 2, 1))
@@ -64,7 +63,6 @@ class TargetPlace:
             self._error.points = np.array([[place, hand]], np.float32)
 
     def remove(self) -> None:
-        """Take it out of the scene."""
         for part in (self._ball, self._ring, self._error):
             part.remove()
 

@@ -103,7 +103,6 @@ class _Plan:
         return ", ".join(f"{self.symbol(axis)} = {self.shown(axis, i)}" for axis, i in zip(self.beside, panel, strict=True))
 
     def spec(self, axis: Axis) -> Spec:
-        """Return the axis's declaration."""
         return self.specs[axis.key]
 
     def symbol(self, axis: Axis) -> str:
@@ -115,7 +114,6 @@ class _Plan:
         return f"${head}_\\mathrm{{{index}}}$" if index else f"${head}$"
 
     def label(self, axis: Axis) -> str:
-        """Return the axis's name and unit."""
         unit = self.spec(axis).page_unit or self.spec(axis).unit
         return f"{self.symbol(axis)} [{unit}]" if unit else self.symbol(axis)
 

@@ -61,7 +61,6 @@ class SweepFiles:
                 self.rows |= self._read(path)
 
     def missing(self) -> list[int]:
-        """Return the points without a row, in order."""
         return [index for index in range(self.grid.size) if index not in self.rows]
 
     @contextmanager

@@ -1,15 +1,10 @@
 """The equation of every law as SVG, its symbols in their colours, and where it comes from."""
 
 import re
-from functools import cache
 from typing import Final, NamedTuple
 
-from ziamath import zmath
-from ziamath.config import config
-
 from app.i18n.speaking import tr
-from app.settings import Theme
-from app.theme import PALETTES
+from app.text.formula import coloured, formula
 from scenes.settings import LawName, RunSettings
 
 
@@ -66,6 +61,8 @@ EQUATIONS: Final[dict[LawName, Equation]] = {
 }
 """What each law does; where the code fades in differently, λ stands for it."""
 
+_SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
+_COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
 _WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
 
 
@@ -74,34 +71,9 @@ def equation_of(run: RunSettings) -> Equation:
     return ALONE if run.scene == "solo" else EQUATIONS[run.law.law]
 
 
-def equation_html(run: RunSettings, theme: Theme) -> str:
-    """Return the equation of a run with its source."""
+def equation_html(run: RunSettings) -> str:
+    """Return the equation of a run with its source, in the visitor's language."""
     equation = equation_of(run)
-    drawings = "".join(_svg(_translated(line), theme) for line in equation.lines)
+    lines = (_WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**_COLOURED) for line in equation.lines)
+    drawings = "".join(formula(line, False, 17.0) for line in lines)
     return f'<div class="duet-eq">{drawings}<span class="no">{tr(equation.source)}</span></div>'
-
-
-def _translated(line: str) -> str:
-    """Return a line of LaTeX with its words in the visitor's language."""
-    return _WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line)
-
-
-@cache
-def _svg(line: str, theme: Theme) -> str:
-    """Return a line as SVG; glyphs are paths, so it looks the same everywhere."""
-    p = PALETTES[theme]
-    symbols = {
-        "lam": (p.activation, r"\lambda"),
-        "v": (p.velocity, "v"),
-        "u": (p.pull, "u"),
-        "d": (p.distance, "d"),
-        "dm": (p.critical, "d_m"),
-        "e": (p.error, "e"),
-    }
-    coloured = {name: rf"\textcolor{{{colour}}}{{{symbol}}}" for name, (colour, symbol) in symbols.items()}
-    # Shared <symbol> ids of several equations on one page would collide.
-    config.svg2 = False
-    svg = zmath.Latex(line.format(**coloured), size=17).svg()
-    return svg.replace('fill="black"', 'fill="currentColor"').replace(
-        "<svg ", '<svg fill="currentColor" style="max-width:100%;height:auto" ', 1
-    )

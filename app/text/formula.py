@@ -18,27 +18,34 @@ SIZE: Final = 16.0
 
 _LIGHT: Final = PALETTES["light"]
 
-_SYMBOLS: Final = {
-    "lam": (_LIGHT.activation, r"\\lambda(?![A-Za-z])"),
-    "dm": (_LIGHT.critical, r"d_m(?![A-Za-z])|d_\{m\}"),
-    "v": (_LIGHT.velocity, r"(?<![\\A-Za-z_^])v(?![A-Za-z])"),
-    "u": (_LIGHT.pull, r"(?<![\\A-Za-z_^])u(?![A-Za-z])"),
-    "w": (_LIGHT.approach, r"(?<![\\A-Za-z_^])w(?![A-Za-z])"),
+_COLOURS: Final = {
+    "lam": _LIGHT.activation,
+    "dm": _LIGHT.critical,
+    "v": _LIGHT.velocity,
+    "u": _LIGHT.pull,
+    "w": _LIGHT.approach,
+    "d": _LIGHT.distance,
+    "e": _LIGHT.error,
 }
-"""Class of the style sheet → colour that stands for it while a formula is drawn, and how the symbol is written."""
+"""Class of the style sheet → colour that stands for it while a formula is drawn."""
+
+_SYMBOLS: Final = re.compile(
+    r"(?P<lam>\\lambda(?![A-Za-z]))|(?P<dm>d_m(?![A-Za-z])|d_\{m\})|(?<![\\A-Za-z_^])(?P<letter>[vuw])(?![A-Za-z])"
+)
+"""How a symbol is written that is coloured wherever it stands."""
 
 _WORDS: Final = re.compile(r"\\(?:text|mathrm|operatorname|mathbb|mathbf)\s*\{[^{}]*\}")
 _TAG: Final = re.compile(r"\\tag\s*\{([^{}]*)\}")
 
 
 @cache
-def formula(tex: str, inline: bool) -> str:
-    """Return LaTeX as SVG with a label for screen readers; LaTeX that cannot be drawn is returned as code."""
+def formula(tex: str, inline: bool, size: float = SIZE) -> str:
+    """Return LaTeX as SVG with a label for screen readers; LaTeX that cannot be drawn is returned as code. `size`: [CSS px]."""
     # Shared <symbol> ids of several formulas on one page would collide.
     config.svg2 = False
     for source in (_coloured(tex), tex):
         try:
-            drawn = zmath.Latex(source, size=SIZE, inline=inline)
+            drawn = zmath.Latex(source, size=size, inline=inline)
             svg, below = drawn.svg(), drawn.getyofst()
             break
         except Exception:
@@ -47,7 +54,7 @@ def formula(tex: str, inline: bool) -> str:
     else:
         log.warning("a formula cannot be drawn: %s", tex[:80])
         return f"<code>{html.escape(tex)}</code>"
-    for name, (colour, _) in _SYMBOLS.items():
+    for name, colour in _COLOURS.items():
         svg = svg.replace(f'fill="{colour}"', f'class="{name}" fill="currentColor"')
     svg = svg.replace('fill="black"', 'fill="currentColor"')
     place = f' style="vertical-align:{below:.2f}px"' if inline else ""
@@ -64,11 +71,18 @@ def _coloured(tex: str) -> str:
 
 
 def _colour(tex: str) -> str:
-    whole = "|".join(f"(?P<{name}>{pattern})" for name, (_, pattern) in _SYMBOLS.items())
-    return re.sub(whole, lambda m: rf"{{\textcolor{{{_SYMBOLS[str(m.lastgroup)][0]}}}{{{m[0]}}}}}", tex)
+    return _SYMBOLS.sub(lambda found: coloured(found["letter"] or str(found.lastgroup), found[0]), tex)
+
+
+def coloured(name: str, symbol: str) -> str:
+    """Return LaTeX of a symbol in its colour. `name`: its class in the style sheet."""
+    return rf"{{\textcolor{{{_COLOURS[name]}}}{{{symbol}}}}}"
 
 
 _PLAIN: Final = (
+    (r"\{\\textcolor\{#\w+\}\{([^{}]*)\}\}", r"\1"),
+    (r"\\(?:left|right)(?![a-z])", ""),
+    (r"\\eta", "η"),
     (r"\\(?:text|mathrm|operatorname|mathbb|mathbf)\s*\{([^{}]*)\}", r"\1"),
     (r"\\frac\s*\{([^{}]*)\}\s*\{([^{}]*)\}", r"\1/\2"),
     (r"\\dot\s*\{?\\?([a-z])\}?", "\\1\u0307"),

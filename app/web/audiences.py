@@ -1,7 +1,6 @@
 """Which browsers of a lecture are sent what: those that watch share what is drawn for their look, all others have a page of their own.
 
-viser sends every browser what is drawn on the server object. In a lecture nothing is drawn there: a browser that connects is given the
-buffer of its audience, or, for a page of its own, the server's, which holds only what every page begins with.
+Nothing is drawn on the server object, whose elements viser sends to all: a browser is given the buffer of its audience in its place.
 """
 
 import asyncio
@@ -14,16 +13,24 @@ import viser
 from websockets.asyncio.server import ServerConnection
 
 from app.settings import Look
-from app.web.audience import Audience
 from app.web.index_page import ELSEWHERE, page_query
 from app.web.server import DuetServer
-from app.web.viser_internals import MessageBuffer, connection_of, shared_messages
+from app.web.viser_internals import Message, MessageBuffer, ServerView, connection_of, shared_messages
 
 MOVED_CODE: Final = 4001
 """Code by which a connection is closed so that the page reconnects at once to another buffer."""
 
 MOST: Final = 8
 """Audiences at once, as each is drawn separately. A browser with one more look joins the audience that is most like it."""
+
+
+class Audience(ServerView):
+    """What the browsers of one look see: drawn and packed once for all of them. `watchers`: their client ids, set by `Audiences`."""
+
+    def __init__(self, server: viser.ViserServer, look: Look, before: list[Message]) -> None:
+        self.look = look
+        self.watchers: set[int] = set()
+        super().__init__(server, before)
 
 
 class Audiences:

@@ -61,7 +61,6 @@ class FilteredConnection(ServerConnection):
     """A connection that passes on only what the gate lets through, and that does not let a slow reader fall behind by much.
 
     Args:
-        owner: the server.
         arguments, options: of the library's connection.
     """
 

@@ -1,8 +1,4 @@
-"""The methods of HTTP: HEAD is answered like GET without the body, others with 405.
-
-`websockets` knows GET only, and closes a connection that begins with another method without an answer. So the method is replaced before
-the library reads a request.
-"""
+"""HEAD is answered like GET without the body, other methods with 405; `websockets` knows GET only, and never reads another one."""
 
 from __future__ import annotations
 

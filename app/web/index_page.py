@@ -1,7 +1,4 @@
-"""The pages that Duet serves itself: viser's client with a few additions of ours, and the one for a room that is full.
-
-viser's client is one HTML file. Our scripts run before it; what they add to its connection is said in `static/connection.js`.
-"""
+"""The pages that Duet serves itself: viser's client, one HTML file, with our scripts before it, and the one for a full room."""
 
 from __future__ import annotations
 
@@ -33,7 +30,6 @@ def patched_index(client_html: str, *, title: str, run: str, assets: PageAssets 
 
     Args:
         client_html: viser's own `index.html`.
-        title: the title of the tab.
         run: a word that is different for every start of the server.
         assets: further scripts and style sheets; a script may add to `duet.query` what the server is to know of the browser.
         body: HTML that the page's body begins with.
@@ -65,10 +61,7 @@ def _connection(run: str) -> PageAssets:
 
 
 def page_query(request_path: str) -> dict[str, str]:
-    """Return the query in the path of a request. It can hold any text: validate every value.
-
-    Keys and values beyond a sensible length, repeated keys and more than 64 fields are left out.
-    """
+    """Return the query in the path of a request, with bounds on the number and length of its fields; validate every value."""
     query = urlsplit(request_path[: 2 * _LONGEST_QUERY]).query
     try:
         fields = parse_qsl(query, keep_blank_values=True, max_num_fields=_MOST_FIELDS)
@@ -82,19 +75,12 @@ def page_query(request_path: str) -> dict[str, str]:
 
 
 def full_page(limit: int) -> str:
-    """Return the page that is served while all `limit` places are taken; it asks again by itself and loads nothing else.
-
-    It is in the language of the link, or of the browser.
-    """
+    """Return the page for while all `limit` places are taken, in the language of the link or the browser; it asks again by itself."""
     one = "This Duet has one place, and it is taken."
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
     assets = translation() + PageAssets((STATIC / "room_full.js",), (STATIC / "room_full.css",))
     page = (STATIC / "room_full.html").read_text(encoding="utf-8")
-    for name, value in (
-        ("__ICON__", _ICON),
-        ("__PLACES__", places),
-        ("__STYLES__", assets.style_html()),
-        ("__SCRIPTS__", assets.script_html()),
-    ):
+    parts = {"__ICON__": _ICON, "__PLACES__": places, "__STYLES__": assets.style_html(), "__SCRIPTS__": assets.script_html()}
+    for name, value in parts.items():
         page = page.replace(name, value)
     return page

@@ -1,11 +1,7 @@
-"""Which messages of a browser are let through.
+"""Which messages of a browser are let through: viser believes every one, also NaN, a gigabyte, or another attribute of a slider.
 
-viser believes every message. It lets a client overwrite any attribute of a slider, send NaN or a gigabyte, and shows all of that to all
-other browsers. The gate stops this by plain rules on the decoded message, and looks up in a `GuiRegistry` what exists on the page.
-
-Two outcomes besides "let through":
-- `Malformed`: no real browser would send this. Its connection is closed, and no other.
-- `Refused`: well formed, yet not allowed or out of range. The message is dropped, the connection stays open.
+Rules on the decoded message either raise `Malformed` (no real browser sends this; its connection is closed) or `Refused` (well formed, yet
+not allowed or out of range; the message is dropped). What exists on the page is looked up in a `GuiRegistry`.
 """
 
 from __future__ import annotations
@@ -33,11 +29,7 @@ class _Upload:
 
 
 class Traffic:
-    """The uploads of one connection that are under way, and how fast it sends.
-
-    Args:
-        limits: how much a browser may ask for.
-    """
+    """The uploads of one connection that are under way, and how fast it sends. `limits`: how much a browser may ask for."""
 
     def __init__(self, limits: TrafficLimits) -> None:
         self.uploads: dict[str, _Upload] = {}
@@ -59,7 +51,6 @@ class Gate:
     """The filter that every message of every browser passes.
 
     Args:
-        elements: the elements of all pages.
         limits: how much a browser may ask for.
 
     Attributes:

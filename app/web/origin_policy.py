@@ -1,9 +1,4 @@
-"""Which web pages may open a connection: the rules on Origin and Host.
-
-A browser attaches to any server, also one on its own computer, whatever page asks it to. The only thing that tells a foreign
-page from ours is the `Origin` header that the browser puts on the request; the only thing that tells a tricked name server is
-the `Host` header.
-"""
+"""Which web pages may open a connection: `Origin` tells a foreign page from ours, `Host` a name server that was tricked."""
 
 from __future__ import annotations
 
@@ -72,7 +67,6 @@ class OriginPolicy:
 
     Attributes:
         host: the address that the server is bound to.
-        port: its port.
         extra: further allowed origins, such as `https://duet.example.org` behind a proxy.
     """
 

@@ -18,10 +18,7 @@ _FOLDER: Final = re.compile(r"(/[\w.~%-]+)*", re.ASCII)
 
 
 def request_query(client: viser.ClientHandle) -> dict[str, str]:
-    """Return the query (`?dm=0.1&n=10`) of a browser's page; empty if it has none or is gone.
-
-    It can hold anything: validate names and values.
-    """
+    """Return the query (`?dm=0.1&n=10`) of a browser's page, with any names and values; empty if it has none or is gone."""
     request = request_of(client)
     return {} if request is None else page_query(request.path)
 
@@ -33,10 +30,7 @@ def browser_language(client: viser.ClientHandle) -> Language:
 
 
 def request_address(client: viser.ClientHandle) -> str:
-    """Return the address under which a browser knows the page, such as http://localhost:8080 or https://example.org/duet.
-
-    A proxy may have given it another name, and put it into a folder.
-    """
+    """Return the address under which a browser knows the page, perhaps a proxy's with a folder, such as https://example.org/duet."""
     request = request_of(client)
     headers = {} if request is None else request.headers
     origin, host = headers.get("Origin", ""), headers.get("Host", "")

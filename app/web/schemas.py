@@ -1,8 +1,4 @@
-"""What the messages of viser's own client look like: the fields of each kind, and what may stand in them.
-
-A field is decoded as its type and nothing else, so the cost of a message is bounded by its kind and not by its content: 250 kB of
-empty lists are refused at the first of them.
-"""
+"""The messages of viser's own client: the fields of each kind, decoded as their types and nothing else, which bounds the cost."""
 
 from __future__ import annotations
 
@@ -21,12 +17,7 @@ _UNDECODABLE: Final = (msgspec.MsgspecError, RecursionError, ValueError, TypeErr
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a message.
-
-    Attributes:
-        type: what it is decoded as.
-        check: raises `Refused` for a value that may not stand there.
-    """
+    """One field of a message. `type`: what it is decoded as; `check`: raises `Refused` for a value that may not stand there."""
 
     type: Any
     check: Callable[[Any], None] = lambda value: None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gzip
 import http
 import io
 import json
@@ -28,17 +29,18 @@ from app.settings import Language
 from app.version import duet_version
 from app.web.connection import BufferChoice, FilteredConnection, Forwarder
 from app.web.http_methods import ALLOWED
-from app.web.index_page import OPEN_TOO_OFTEN, ROOM_IS_FULL, page_query
+from app.web.index_page import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query, patched_index
 from app.web.listening import listen
 from app.web.message_gate import Gate
 from app.web.origin_policy import LOOPBACK_NAMES, OriginPolicy, check_origin
-from app.web.own_pages import HTML, OWN_HEADERS, own_pages, respond
 from app.web.page_assets import NO_ASSETS, PageAssets
 from app.web.refusal import UPLOAD_TOO_LARGE, Refused
+from app.web.responses import HTML, OWN_HEADERS, respond
 from app.web.traffic_limits import TrafficLimits
 from app.web.viser_internals import (
     GuiRegistry,
     adapt_viser,
+    client_html,
     client_id_of,
     client_of,
     remove_share_handlers,
@@ -80,8 +82,6 @@ class DuetServer(viser.ViserServer):
 
     Attributes:
         gate: the filter of messages; `gate.may_share` decides which browser may operate what all browsers see.
-        limits, max_clients: see above.
-        log: the network's.
         always_admits: whether a page with a query gets in though every place is taken.
         run: a random word, new for every start.
         is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
@@ -124,7 +124,8 @@ class DuetServer(viser.ViserServer):
         self._documents, self._turn_away = documents, turn_away
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
-        self._pages = own_pages(self.run, max_clients, assets, body)
+        page = patched_index(client_html(), title="Duet", run=self.run, assets=assets, body=body).encode()
+        self._pages = {"plain": page, "packed": gzip.compress(page, 6), "full": full_page(max_clients or 0).encode()}
         adapt_viser()
         with serving_with(partial(self._serve, listener)), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=self._origins.port, label="Duet", verbose=False)

@@ -1,12 +1,9 @@
 """viser's private side. Fits viser 1.1.x; no other file of Duet names it.
 
-viser has no public way to do the following, and a test in `tests/app/web` fails for each where a new version of viser differs:
-- `serving_with`: to check requests and messages before viser acts on them, and to listen on a socket that is bound already;
-- `adapt_viser`: to pack once what many browsers are sent, and to build a page without looking up types and icons again;
-- `ServerView`, `expand_for`: to show some browsers one thing and others another;
-- `GuiRegistry`: to look up the element that a message is about;
-- `request_of` and what stands beside it: to find the connection, the request and the handle of one browser;
-- the types at the end of the imports: to name the keys of shortcuts and the messages.
+viser has no public way to check requests and messages before it acts on them or to listen on a bound socket (`serving_with`), to pack once
+what many browsers are sent and to cache types and icons (`adapt_viser`), to show some browsers one thing and others another (`ServerView`,
+`expand_for`), to look up the element of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what
+stands beside it). A test in `tests/app/web` fails for each where a new version of viser differs.
 """
 
 from __future__ import annotations
@@ -82,11 +79,7 @@ def uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
 
 
 class GuiRegistry:
-    """The elements of a server's pages.
-
-    Args:
-        server: viser's.
-    """
+    """The elements of a server's pages."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server

@@ -1,10 +1,16 @@
-"""What a law sees of the world in one tick, and what a law is."""
+"""What a law sees of the world in one tick, and what a law is.
 
-from typing import ClassVar, Final, NamedTuple, Protocol
+The process of a student's law imports this file, so that it needs only NumPy when it runs.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Final, NamedTuple, Protocol
 
 import numpy as np
 
-from controllers.kinematics import Array
+if TYPE_CHECKING:
+    from controllers.kinematics import Array
 
 AUTHORITY: Final = 0.12
 """|J_d| [m/rad] below which the pseudo-inverse of J_d is damped: one rad/s of every joint together moves the arm too little."""

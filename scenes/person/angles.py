@@ -37,16 +37,6 @@ TRUSTED_SINE: Final = 0.1
 SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
 
 
-class PersonPose(NamedTuple):
-    """A person's two arms.
-
-    Attributes:
-        angles: (2, 4), left arm first, in the order of `ANGLE_NAMES` [rad].
-    """
-
-    angles: Array
-
-
 @dataclass(frozen=True)
 class Proportions:
     """Lengths of a person [m]. The defaults are those of the human model that is drawn, a man of 1.8 m.
@@ -102,11 +92,7 @@ def remembered(angle: float, previous: float, sine: float, trusted: float = TRUS
 
 
 def arm_rotation(angles: Array, side: ArmName) -> Array:
-    """Return R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm.
-
-    Args:
-        angles: (4,) [rad].
-    """
+    """Return R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm. `angles`: (4,) [rad]."""
     sign = SIGN[side]
     f, a, r = float(angles[0]), sign * float(angles[1]), sign * float(angles[2])
     cf, sf, ca, sa, cr, sr = math.cos(f), math.sin(f), math.cos(a), math.sin(a), math.cos(r), math.sin(r)
@@ -120,11 +106,7 @@ def arm_rotation(angles: Array, side: ArmName) -> Array:
 
 
 def arm_directions(angles: Array, side: ArmName) -> tuple[Array, Array]:
-    """Return the unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame.
-
-    Args:
-        angles: (4,) [rad].
-    """
+    """Return the unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame. `angles`: (4,) [rad]."""
     R = arm_rotation(angles, side)
     e = float(angles[3])
     return -R[:, 2], math.sin(e) * R[:, 0] - math.cos(e) * R[:, 2]
@@ -168,34 +150,11 @@ def direction_angles(
 
 
 def arm_points(angles: Array, side: ArmName, proportions: Proportions = MODEL_PROPORTIONS) -> tuple[Array, Array, Array]:
-    """Return shoulder, elbow and wrist (3,) in the torso frame [m].
-
-    Args:
-        angles: (4,) [rad].
-    """
+    """Return shoulder, elbow and wrist (3,) in the torso frame [m]. `angles`: (4,) [rad]."""
     upper, forearm = arm_directions(angles, side)
     shoulder = np.array([0.0, SIGN[side] * proportions.shoulder_width / 2.0, 0.0])
     elbow = shoulder + proportions.upper_arm * upper
     return shoulder, elbow, elbow + proportions.forearm * forearm
-
-
-def arm_angles(
-    shoulder: Array, elbow: Array, wrist: Array, torso_rotation: Array, side: ArmName, previous: Array | None = None
-) -> Array:
-    """Return the four angles (4,) [rad] of an arm from three points: the inverse of `arm_points`, for any lengths of the bones.
-
-    Args:
-        shoulder, elbow, wrist: (3,), in any one frame and unit; no two of them that follow each other may coincide.
-        torso_rotation: R (3, 3) of the torso in that frame, columns forward, left, up.
-        previous: (4,) [rad], of the sample before, see `direction_angles`.
-
-    Raises:
-        ValueError: a bone without length, or a number that is not finite.
-    """
-    upper, forearm = _unit(elbow - shoulder), _unit(wrist - elbow)
-    if upper is None or forearm is None:
-        raise ValueError("shoulder, elbow and wrist must be three different, finite points")
-    return direction_angles(upper @ torso_rotation, forearm @ torso_rotation, side, previous)
 
 
 def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> Array | None:

@@ -50,7 +50,6 @@ class BodyPart(NamedTuple):
     """A node of the drawing.
 
     Attributes:
-        name: of the node.
         parent: name of the node it hangs on; "" for the body itself.
         glb: its mesh, in the node's frame, as a GLB file.
         pose: in the parent's frame when all angles are zero; that of the body itself puts its soles on the floor z = 0, and may be
@@ -95,11 +94,7 @@ def body_parts() -> tuple[BodyPart, ...]:
 
 
 def body_poses(angles: Array) -> dict[str, Quaternion]:
-    """Return moving node → its rotation in its parent's frame.
-
-    Args:
-        angles: (2, 4) of both arms [rad], left first.
-    """
+    """Return moving node → its rotation in its parent's frame. `angles`: (2, 4) of both arms [rad], left first."""
     poses: dict[str, Quaternion] = {}
     for i, side in enumerate(SIGN):
         turn = pin.Quaternion(arm_rotation(angles[i], side))
@@ -169,15 +164,7 @@ def person_meshes() -> dict[str, "trimesh.Trimesh"]:
         faces = np.asarray(piece.faces)
         pieces[name].append(trimesh.Trimesh((vertices - starts[name]) @ TORSO_FROM_MODEL.T, faces, process=False))
     pieces["body"].append(_yoke())
-    return {name: _joined(parts) for name, parts in pieces.items()}
-
-
-def _joined(parts: list["trimesh.Trimesh"]) -> "trimesh.Trimesh":
-    import trimesh
-
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    faces = np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)])
-    return trimesh.Trimesh(np.concatenate([part.vertices for part in parts]), faces, process=False)
+    return {name: surfaces.join(parts) for name, parts in pieces.items()}
 
 
 def _yoke() -> "trimesh.Trimesh":

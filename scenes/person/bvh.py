@@ -1,7 +1,6 @@
 """A person from a BVH file, with any of the usual names of joints.
 
-Only directions between joints matter, seen from the torso that the joints themselves span: so neither the unit, nor which axis is up,
-nor where the person walks makes a difference. The file must be right-handed, as the format demands.
+Only directions between joints matter, seen from the torso that they span: unit, vertical axis and place make no difference.
 """
 
 import re
@@ -12,7 +11,6 @@ from typing import Final
 import numpy as np
 
 from controllers.errors import BadInputFile, LazyText
-from controllers.kinematics import Array
 from scenes.person.angles import BodyPoints, body_angles
 from scenes.person.bvh_file import BvhFile, load_bvh
 from scenes.person.source import SampledAngles
@@ -29,14 +27,13 @@ ADVICE: Final = LazyText(
     "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename yours"
 )
 
-_ELBOW: Final[dict[ArmName, LazyText]] = {"left": LazyText("left elbow"), "right": LazyText("right elbow")}
-_UPPER_ARM: Final[dict[ArmName, LazyText]] = {
-    "left": LazyText("left upper arm, from which the left elbow should hang"),
-    "right": LazyText("right upper arm, from which the right elbow should hang"),
-}
-_WRIST: Final[dict[ArmName, LazyText]] = {
-    "left": LazyText("left wrist, which should hang from the left elbow"),
-    "right": LazyText("right wrist, which should hang from the right elbow"),
+_MISSING: Final[dict[tuple[ArmName, str], LazyText]] = {
+    ("left", "elbow"): LazyText("left elbow"),
+    ("right", "elbow"): LazyText("right elbow"),
+    ("left", "upper arm"): LazyText("left upper arm, from which the left elbow should hang"),
+    ("right", "upper arm"): LazyText("right upper arm, from which the right elbow should hang"),
+    ("left", "wrist"): LazyText("left wrist, which should hang from the left elbow"),
+    ("right", "wrist"): LazyText("right wrist, which should hang from the right elbow"),
 }
 """What may be missing, each in whole words: another language turns the side with the noun."""
 
@@ -47,25 +44,8 @@ _PARTS: Final = ELBOWS | UPPER_ARMS | COLLARS | WRISTS | THIGHS
 _DECORATION: Final = frozenset({"bip", "biped", "bone", "b", "def", "j", "jnt", "joint", "mixamorig", "rig", "character", "skel"})
 
 
-class BvhMotion(SampledAngles):
-    """A person's arms through a BVH file; a `PersonSource` that starts at time 0 and stays as it is after `duration`.
-
-    Args:
-        name: of the file.
-        times: of its samples (k,), growing [s].
-        table: angles of both arms at each of them (k, 2, 4) [rad], left first.
-
-    Attributes:
-        name: of the file.
-    """
-
-    def __init__(self, name: str, times: Array, table: Array) -> None:
-        super().__init__(times, table)
-        self.name = name
-
-
-def read_bvh(source: Path | str | bytes, name: str | None = None) -> BvhMotion:
-    """Return the motion in a BVH file.
+def read_bvh(source: Path | str | bytes, name: str | None = None) -> SampledAngles:
+    """Return the motion of both arms in a BVH file, which starts at time 0.
 
     Args:
         source: a path; or the file's content, as text with more than one line or as bytes.
@@ -94,7 +74,7 @@ def read_bvh(source: Path | str | bytes, name: str | None = None) -> BvhMotion:
             "{name}: in no frame do hips, shoulders, elbows and wrists make a body; {advice}.", name=file.name, advice=ADVICE
         )
     table[:first] = table[first]
-    return BvhMotion(file.name, np.arange(len(table), dtype=np.float64) * file.frame_time, table)
+    return SampledAngles(np.arange(len(table), dtype=np.float64) * file.frame_time, table)
 
 
 def joint_part(name: str) -> tuple[ArmName | None, str]:
@@ -114,10 +94,7 @@ def joint_part(name: str) -> tuple[ArmName | None, str]:
 
 
 class _Skeleton:
-    """Where arms and hips are among the joints of a file.
-
-    What is called a shoulder is the collar bone to some and the upper arm to others. So the elbow is found by its name, and the upper
-    arm as what it hangs on.
+    """Where arms and hips are among the joints of a file; the elbow is found by its name, the upper arm as what it hangs on.
 
     Attributes:
         arm: indices of shoulder, elbow and wrist of a side.
@@ -137,17 +114,17 @@ class _Skeleton:
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
         elbow = self._named(side, ELBOWS)
         if elbow is None:
-            raise self._missing(_ELBOW[side])
+            raise self._missing(_MISSING[side, "elbow"])
         shoulder = self._file.joints[elbow].parent
         while shoulder >= 0 and self._is_twist(shoulder):
             shoulder = self._file.joints[shoulder].parent
         if shoulder < 0 or self._parts[shoulder][0] != side or self._parts[shoulder][1] in COLLARS:
-            raise self._missing(_UPPER_ARM[side])
+            raise self._missing(_MISSING[side, "upper arm"])
         wrist = next((i for i in self._below(elbow) if self._parts[i][1] in WRISTS), None)
         if wrist is None:
             wrist = next((i for i in self._below(elbow) if not self._is_twist(i)), None)
         if wrist is None:
-            raise self._missing(_WRIST[side])
+            raise self._missing(_MISSING[side, "wrist"])
         return shoulder, elbow, wrist
 
     def _find_hips(self) -> tuple[int, ...]:

@@ -43,14 +43,7 @@ class BvhJoint:
 
 @dataclass(frozen=True)
 class BvhFile:
-    """What a BVH file holds.
-
-    Attributes:
-        name: of the file, for messages.
-        joints: the skeleton.
-        frame_time: [s].
-        frames: (k, channels), file units and degrees.
-    """
+    """What a BVH file holds. `name`: of the file, for messages; `frame_time`: [s]; `frames`: (k, channels), file units and degrees."""
 
     name: str
     joints: tuple[BvhJoint, ...]
@@ -77,10 +70,7 @@ class BvhFile:
         return places
 
     def _translations(self, joint: BvhJoint) -> Array:
-        """Return the way from the parent (k, 3): the offset, or the position channels in its place.
-
-        Some exporters write position channels for every joint and leave them at zero: then the offset stands.
-        """
+        """Return the way from the parent (k, 3): the offset, or the position channels unless all are zero, as some exporters write."""
         place = np.tile(joint.offset, (len(self.frames), 1))
         moved = [(c, joint.column + i) for i, c in enumerate(joint.channels) if c < 3]
         if any(self.frames[:, column].any() for _, column in moved):

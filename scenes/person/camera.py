@@ -11,7 +11,7 @@ import numpy as np
 from controllers.errors import BadInputFile, DuetError, LazyText
 from controllers.kinematics import Array
 from scenes.person.film import Detector, Film, VideoFrame, first_line
-from scenes.person.landmarks import LEAST_VISIBILITY, landmarks_to_angles
+from scenes.person.landmarks import landmarks_to_angles
 from scenes.person.source import SampledAngles
 
 STALE: Final = 0.5
@@ -27,18 +27,11 @@ class CameraSource:
     Args:
         film: live pictures are taken as they come, those of a file at the file's own speed. Closed when the thread ends.
         detector: closed when the thread ends.
-        least_visibility: see `landmarks_to_angles`.
         clock: a steady time [s].
     """
 
-    def __init__(
-        self,
-        film: Film,
-        detector: Detector,
-        least_visibility: float = LEAST_VISIBILITY,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self._film, self._detector, self._least_visibility, self._clock = film, detector, least_visibility, clock
+    def __init__(self, film: Film, detector: Detector, clock: Callable[[], float] = time.monotonic) -> None:
+        self._film, self._detector, self._clock = film, detector, clock
         # One tuple, replaced as a whole: readers need no lock.
         self._latest: tuple[float, Array | None] = (-math.inf, None)
         self._end = ""
@@ -55,12 +48,6 @@ class CameraSource:
         self._stopping.set()
         if self._thread.ident is not None:
             self._thread.join(patience)
-
-    def __enter__(self) -> Self:
-        return self.start()
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
 
     @property
     def running(self) -> bool:
@@ -110,12 +97,12 @@ class CameraSource:
                 return
             if not self._film.live:
                 self._stopping.wait(max(0.0, began + picture.time - self._clock()))
-            angles = _angles_in(picture, self._detector, previous, self._least_visibility)
+            angles = _angles_in(picture, self._detector, previous)
             previous = angles if angles is not None else previous
             self._latest = (self._clock(), angles)
 
 
-def read_film(film: Film, detector: Detector, least_visibility: float = LEAST_VISIBILITY) -> SampledAngles:
+def read_film(film: Film, detector: Detector) -> SampledAngles:
     """Return the person in a whole film, picture by picture, and close both: the same film gives the same angles each time.
 
     Raises:
@@ -128,7 +115,7 @@ def read_film(film: Film, detector: Detector, least_visibility: float = LEAST_VI
         while (picture := film.next()) is not None:
             if picture.time > LONGEST_VIDEO:
                 raise BadInputFile("The video is longer than {minutes:g} minutes; cut it.", minutes=LONGEST_VIDEO / 60.0)
-            angles = _angles_in(picture, detector, previous, least_visibility)
+            angles = _angles_in(picture, detector, previous)
             previous = angles if angles is not None else previous
             times.append(picture.time)
             table.append(np.full((2, 4), np.nan) if angles is None else angles)
@@ -140,6 +127,6 @@ def read_film(film: Film, detector: Detector, least_visibility: float = LEAST_VI
     return SampledAngles(np.array(times), np.array(table))
 
 
-def _angles_in(picture: VideoFrame, detector: Detector, previous: Array | None, least_visibility: float) -> Array | None:
+def _angles_in(picture: VideoFrame, detector: Detector, previous: Array | None) -> Array | None:
     found = detector.find(picture)
-    return None if found is None else landmarks_to_angles(*found, previous, least_visibility)
+    return None if found is None else landmarks_to_angles(*found, previous)

@@ -1,10 +1,7 @@
-"""People without a camera: short gestures of our own making that loop for ever, each a pure function of its name, a seed and the time.
+"""People without a camera: gestures of our own making that loop for ever, each a pure function of its name, a seed and the time.
 
-A clip is a row of postures; between two of them every angle is a quintic from rest to rest, so the whole is smooth up to its
-accelerations, over the seam of the loop too. All clips start and end at `REST`. The seed makes the person: which arm leads, how often
-and how fast, and how exactly they repeat themselves.
-
-On the torso, without avoidance, clap and cross bring the robots' arms into each other. That is what they are for.
+A clip is a row of postures from `REST` to `REST` with a quintic between two of them, smooth up to its accelerations. The seed makes the
+person: which arm leads, how often and how fast. On the torso, without avoidance, clap and cross bring the robots' arms into each other.
 """
 
 from collections.abc import Callable
@@ -19,9 +16,6 @@ from controllers.kinematics import Array
 ClipName = Literal["wave", "clap", "cross", "reach", "medley"]
 
 CLIP_NAMES: Final[tuple[ClipName, ...]] = get_args(ClipName)
-
-CLIP_LABELS: Final = ("Wave", "Clap", "Cross the forearms", "Reach", "All in turn")
-"""What a person reads for each of them."""
 
 Arm = tuple[float, float, float, float]
 """The four angles of one arm, in the order of `scenes.person.angles.ANGLE_NAMES`; degrees, in this file alone."""

@@ -18,9 +18,7 @@ TRUSTED_SINE: Final = 1e-3
 
 
 class Figure:
-    """A person who stays as they were dragged; a `PersonSource`.
-
-    All points are in the torso frame; its origin is halfway between the shoulders.
+    """A person who stays as they were dragged; a `PersonSource`. Points are in the torso frame, its origin halfway between the shoulders.
 
     Args:
         proportions: the lengths that are kept.
@@ -45,10 +43,7 @@ class Figure:
         return arm_points(self._angles[_row(side)], side, self.proportions)
 
     def drag_wrist(self, side: ArmName, point: Array) -> None:
-        """Bring a wrist to a point (3,) [m], or as near as the arm reaches; the elbow swivels no more than it must.
-
-        A point that is not finite is not followed.
-        """
+        """Bring a wrist to a point (3,) [m], or as near as the arm reaches, with the least swivel of the elbow; a point must be finite."""
         shoulder, elbow, wrist = self.points(side)
         a, b = self.proportions.upper_arm, self.proportions.forearm
         way = np.asarray(point, float) - shoulder
@@ -70,10 +65,7 @@ class Figure:
         self._take(side, bent - shoulder, shoulder + reach * toward - bent)
 
     def drag_elbow(self, side: ArmName, point: Array) -> None:
-        """Point the upper arm at a point (3,) [m]; the forearm keeps its direction unless the elbow would bend too far.
-
-        A point that is not finite, or at the shoulder, is not followed.
-        """
+        """Point the upper arm at a finite point (3,) [m] off the shoulder; the forearm keeps its direction if the elbow can bend so far."""
         shoulder, _, _ = self.points(side)
         way = np.asarray(point, float) - shoulder
         distance = _length(way)

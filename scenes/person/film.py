@@ -1,8 +1,4 @@
-"""Frames of a camera or a video, and MediaPipe to find the person in them.
-
-OpenCV and MediaPipe are the extra `[camera]` and are imported only here, only when asked for. MediaPipe comes without a model: the
-user names a pose_landmarker file.
-"""
+"""Frames of a camera or a video by OpenCV, and MediaPipe with a model of the user's: the extra `[camera]`, imported only here."""
 
 import importlib
 import time
@@ -20,12 +16,7 @@ from scenes.person.source import MissingPackage
 
 
 class VideoFrame(NamedTuple):
-    """One frame of a film.
-
-    Attributes:
-        time: since the film began [s].
-        image: RGB (height, width, 3).
-    """
+    """One frame of a film. `time`: since the film began [s]; `image`: RGB (height, width, 3)."""
 
     time: float
     image: NDArray[np.uint8]

@@ -5,14 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from controllers.errors import BadSetting
 from controllers.kinematics import Array
-
-CUTOFF_RANGE: Final = (0.1, 50.0)
-"""Of the low-pass [Hz]."""
-
-RATE_RANGE: Final = (0.05, 20.0)
-"""Of the top speed [rad/s]."""
 
 CUTOFF: Final = 3.0
 """A person's gestures hold nothing faster; a camera's noise does [Hz]."""
@@ -24,10 +17,9 @@ TOP_RATE: Final = 1.6
 class AngleFilter:
     """A first-order low-pass with an output that never turns faster than a top speed: every number y of it follows its input x by
 
-        ẏ = clip(ω (x − y), ± top_rate),   ω = 2π cutoff.
+        ẏ = clip(ω (x − y), ± top_rate),   ω = 2π cutoff,
 
-    Each step is the exact solution for an input that rests during it: straight while clipped, exponential after. So two steps of
-    dt/2 give what one of dt gives, and no step is too long.
+    solved exactly for an input that rests during a step, so that two steps of dt/2 give what one of dt gives.
 
     Args:
         start: the output before the first step, any shape [rad].
@@ -39,23 +31,11 @@ class AngleFilter:
         rates: its mean speed during the last step [rad/s].
         lost: whether the last input was missing.
         lost_for: how long inputs have been missing [s].
-
-    Raises:
-        BadSetting: cutoff_hz or top_rate out of range.
     """
 
     def __init__(self, start: Array, cutoff_hz: float = CUTOFF, top_rate: float = TOP_RATE) -> None:
-        self.tune(cutoff_hz, top_rate)
+        self._omega, self._top_rate = math.tau * cutoff_hz, top_rate
         self.reset(start)
-
-    def tune(self, cutoff_hz: float, top_rate: float) -> None:
-        """Go on with another cutoff [Hz] and top speed [rad/s].
-
-        Raises:
-            BadSetting: out of range.
-        """
-        self._omega = math.tau * _inside("cutoff", cutoff_hz, CUTOFF_RANGE, "Hz")
-        self._top_rate = _inside("top rate", top_rate, RATE_RANGE, "rad/s")
 
     def reset(self, start: Array) -> None:
         """Be at rest at these values, any shape [rad]."""
@@ -100,12 +80,3 @@ class AngleFilter:
         straight = np.minimum(np.maximum(size - knee, 0.0) / self._top_rate, dt)
         left = (size - self._top_rate * straight) * np.exp(self._omega * (straight - dt))
         return np.copysign(left, gap)
-
-
-def _inside(name: str, value: float, limits: tuple[float, float], unit: str) -> float:
-    low, high = limits
-    if not low <= value <= high:
-        raise BadSetting(
-            f"The {name} of a person's angles cannot be {value:g} {unit}; give a number from {low:g} to {high:g} {unit}."
-        )
-    return float(value)

@@ -24,28 +24,24 @@ SHORTEST_BONE: Final = 0.03
 """No bone of a tracked person is shorter [m]; a shorter one is a mistake of the tracking."""
 
 
-def landmarks_to_angles(
-    landmarks: Array, visibility: Array, previous: Array | None = None, least_visibility: float = LEAST_VISIBILITY
-) -> Array | None:
-    """Return the angles (2, 4) of both arms [rad], left first; None if the person is not seen well enough.
+def landmarks_to_angles(landmarks: Array, visibility: Array, previous: Array | None = None) -> Array | None:
+    """Return the angles (2, 4) of both arms [rad], left first; None unless shoulders, elbows and wrists are visible.
 
-    Shoulders, elbows and wrists must be visible. A person at a desk shows no hips: then the body is taken to be upright in the
-    picture.
+    Without hips, as of a person at a desk, the body is taken to be upright in the picture.
 
     Args:
         landmarks: "world landmarks" (33, 3): x right in the picture, y down, z away from the camera [m].
         visibility: of each (33,), 0 … 1.
         previous: the angles of the sample before (2, 4) [rad]; None for the first one.
-        least_visibility: the threshold.
     """
     arms = landmarks[list(ARMS)]
-    if not (visibility[list(ARMS)] >= least_visibility).all() or not np.isfinite(arms).all():
+    if not (visibility[list(ARMS)] >= LEAST_VISIBILITY).all() or not np.isfinite(arms).all():
         return None
     shoulders, elbows, wrists = arms[:2], arms[2:4], arms[4:]
     for a, b in ((shoulders, elbows), (elbows, wrists)):
         if (np.linalg.norm(b - a, axis=1) < SHORTEST_BONE).any():
             return None
     hips = landmarks[list(HIPS)].mean(axis=0)
-    if not ((visibility[list(HIPS)] >= least_visibility).all() and np.isfinite(hips).all()):
+    if not ((visibility[list(HIPS)] >= LEAST_VISIBILITY).all() and np.isfinite(hips).all()):
         hips = shoulders.mean(axis=0) + np.array([0.0, 0.5, 0.0])
     return body_angles(BodyPoints(shoulders, elbows, wrists, hips), previous)

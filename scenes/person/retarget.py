@@ -15,7 +15,6 @@ joint in turn is brought inside, and the next one does its best with that.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -45,19 +44,6 @@ _BRANCHES: Final = (NATURAL, (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 _LIMITS: Final = tuple(joint.position_limit - LIMIT_MARGIN for joint in JOINTS[:DRIVEN])
 
 
-@dataclass(frozen=True)
-class Solution:
-    """Joints of one branch.
-
-    Attributes:
-        joints: q1 … q4 [rad].
-        miss: how far upper arm and forearm, together, point past the person's [rad]; 0 where no limit is in the way.
-    """
-
-    joints: tuple[float, float, float, float]
-    miss: float
-
-
 def arm_joints(upper: Array, forearm: Array, base_rotation: Array, previous: Array | None = None) -> Array:
     """Return q1 … q4 (4,) [rad] of one LWR, the branch nearest to the sample before among those that miss nothing.
 
@@ -70,22 +56,25 @@ def arm_joints(upper: Array, forearm: Array, base_rotation: Array, previous: Arr
     before = None if previous is None else previous.tolist()
     best, least = None, (math.inf, math.inf)
     for branch in _BRANCHES:
-        found = _solution(u, f, branch, before)
-        way = 0.0 if before is None else sum((a - b) ** 2 for a, b in zip(found.joints, before, strict=True))
+        joints, miss = _solution(u, f, branch, before)
+        way = 0.0 if before is None else sum((a - b) ** 2 for a, b in zip(joints, before, strict=True))
         # Where every branch misses, one that misses a little less is not worth a leap across the room.
-        rank = (0.0, way) if found.miss < EXACT else (1.0, found.miss + 0.05 * way)
+        rank = (0.0, way) if miss < EXACT else (1.0, miss + 0.05 * way)
         if rank < least:
-            best, least = found.joints, rank
+            best, least = joints, rank
     return np.array(best)
 
 
-def _solution(u: list[float], f: list[float], branch: tuple[float, float], before: list[float] | None) -> Solution:
+def _solution(
+    u: list[float], f: list[float], branch: tuple[float, float], before: list[float] | None
+) -> tuple[tuple[float, ...], float]:
+    """Return q1 … q4 of a branch [rad], and how far upper arm and forearm, together, point past the person's [rad]."""
     q1, q2, miss_upper = _pan_tilt(u[0], u[1], u[2], branch[0], -1.0, _LIMITS[:2], None if before is None else before[0])
     c1, s1, c2, s2 = math.cos(q1), math.sin(q1), math.cos(q2), math.sin(q2)
     x, wy = c1 * f[0] + s1 * f[1], c1 * f[1] - s1 * f[0]
     wx, wz = c2 * x + s2 * f[2], c2 * f[2] - s2 * x
     q3, q4, miss_forearm = _pan_tilt(wx, wy, wz, branch[1], 1.0, _LIMITS[2:], None if before is None else before[2])
-    return Solution((q1, q2, q3, q4), miss_upper + miss_forearm)
+    return (q1, q2, q3, q4), miss_upper + miss_forearm
 
 
 def _pan_tilt(
@@ -117,28 +106,19 @@ def _pan_tilt(
     return pan, tilt, math.atan2(math.hypot(aside, reach * math.sin(short)), reach * math.cos(short))
 
 
-def natural_pose(angles: Array, rig: Rig = RIGS["torso"], mirrored: bool = False) -> Array:
-    """Return q1 … q4 of both robots (2, 4) [rad], left first, that show a person's angles, in the natural branch if limits allow.
-
-    Args:
-        angles: (2, 4) [rad], left first.
-    """
-    return Retargeter(rig, mirrored).joints(angles)
+def natural_pose(angles: Array, rig: Rig = RIGS["torso"]) -> Array:
+    """Return q1 … q4 of both robots (2, 4) [rad] that show a person's angles (2, 4) [rad], in the natural branch if limits allow."""
+    return Retargeter(rig).joints(angles)
 
 
 class Retargeter:
-    """A person's angles → the joints they ask of both robots, going on from the sample before.
-
-    The torso frame of the person is the world's: x forward, y left, z up.
+    """A person's angles, in the world's frame (x forward, y left, z up) → joints of both robots, going on from the sample before.
 
     Args:
         rig: where the robots stand.
-        mirrored: the person faces the robots as one faces a mirror, and their left arm drives the robot on their left, which is the
-            rig's right one.
     """
 
-    def __init__(self, rig: Rig = RIGS["torso"], mirrored: bool = False) -> None:
-        self.mirrored = mirrored
+    def __init__(self, rig: Rig = RIGS["torso"]) -> None:
         self._bases = (rig.left_base.rotation.copy(), rig.right_base.rotation.copy())
         self._previous: Array | None = None
 
@@ -152,8 +132,6 @@ class Retargeter:
         Args:
             angles: of the person (2, 4) [rad], the person's left arm first.
         """
-        if self.mirrored:
-            angles = angles[::-1]
         wanted = np.empty((2, DRIVEN))
         for i, side in enumerate(SIGN):
             upper, forearm = arm_directions(angles[i], side)

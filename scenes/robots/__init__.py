@@ -3,13 +3,17 @@
 from functools import cache
 from typing import get_args
 
+import numpy as np
+import pinocchio as pin
+
 from controllers.errors import BadSetting
+from scenes.lwr import facts
+from scenes.lwr.urdf import FLANGE, URDF_FILE
 from scenes.robots.description import Capsule, Robot
-from scenes.robots.kuka import build_lwr
 from scenes.robots.postures import start_posture
 from scenes.settings import RobotName
 
-__all__ = ["Capsule", "Robot", "RobotName", "lwr", "robot", "start_posture"]
+__all__ = ["Capsule", "Robot", "RobotName", "robot", "start_posture"]
 
 
 @cache
@@ -20,14 +24,12 @@ def robot(name: RobotName) -> Robot:
         BadSetting: there is no robot of that name, or what it needs is not installed.
     """
     if name == "lwr":
-        return build_lwr()
+        capsules = tuple(
+            Capsule(c.name, c.link, np.array([0.0, 0.0, c.start]), np.array([0.0, 0.0, c.end]), c.radius) for c in facts.CAPSULES
+        )
+        return Robot("KUKA LWR 4+", pin.buildModelFromUrdf(str(URDF_FILE)), FLANGE, 2, 4, 6, capsules, facts.JOINT_LABELS)
     if name not in get_args(RobotName):
         raise BadSetting("There is no robot {name!r}; choose from {known}.", name=name, known=", ".join(get_args(RobotName)))
     from scenes.robots.stored import stored_example
 
     return stored_example(name)
-
-
-def lwr() -> Robot:
-    """Return the KUKA LWR 4+."""
-    return robot("lwr")

@@ -25,12 +25,6 @@ class Capsule:
     end: Array
     radius: float
 
-    def outside(self, points: Array) -> Array:
-        """Return how far points (k, 3), in the frame of the joint, are outside; negative inside (k,) [m]."""
-        axis = self.end - self.start
-        along = np.minimum(np.maximum((points - self.start) @ axis / (axis @ axis), 0.0), 1.0)
-        return np.linalg.norm(points - self.start - along[:, None] * axis, axis=1) - self.radius
-
 
 @dataclass(frozen=True)
 class Robot:

@@ -77,7 +77,6 @@ class JointFrame(NamedTuple):
     """Where a link hangs on the link before it.
 
     Attributes:
-        name: of the joint.
         position: of its origin in the frame of the joint before it (3,) [m].
         rotation: of its frame at angle 0, in the frame of the joint before it (w, x, y, z).
         axis: it turns about, in its own frame (3,).
@@ -100,14 +99,8 @@ def joint_frames(name: RobotName) -> tuple[JointFrame, ...]:
     frames = []
     for joint in range(1, model.njoints):
         placement, turn = model.jointPlacements[joint], pin.Quaternion(model.jointPlacements[joint].rotation)
-        frames.append(
-            JointFrame(
-                model.names[joint],
-                tuple(placement.translation.tolist()),
-                (turn.w, turn.x, turn.y, turn.z),
-                tuple(joint_axis(model, joint).tolist()),
-            )
-        )
+        position, axis = tuple(placement.translation.tolist()), tuple(joint_axis(model, joint).tolist())
+        frames.append(JointFrame(model.names[joint], position, (turn.w, turn.x, turn.y, turn.z), axis))
     return tuple(frames)
 
 
@@ -208,10 +201,7 @@ def _nearest_paint(name: RobotName, colour: Array) -> str:
 
 
 def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
-    """The mesh with about so many triangles, kept where the shape needs them (quadric error metric).
-
-    Every vertex is one of the original's: what was inside a capsule stays inside.
-    """
+    """The mesh with about so many triangles, kept where the shape needs them (quadric error metric), its vertices among the original's."""
     import fast_simplification
     import trimesh
     from scipy.spatial import KDTree

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.errors import BadSetting, LazyText
+from scenes.robots.description import Capsule, Robot
 from scenes.settings import RobotName
 
 PACKAGE: Final = "example-robot-data"
@@ -63,6 +64,10 @@ class Example:
     labels: tuple[str, ...]
     column: float = 0.0
 
+    def robot(self, model: pin.Model, capsules: tuple[Capsule, ...]) -> Robot:
+        """Return the robot with its model and its capsules."""
+        return Robot(self.name, model, self.hand, self.shoulder, self.elbow, self.wrist, capsules, self.labels)
+
 
 SHOULDER: Final = 0.141
 """Radius of the ball in which the Panda's shoulder turns [m]."""
@@ -112,25 +117,12 @@ UR5: Final = Example(
 EXAMPLES: Final[dict[RobotName, Example]] = {"panda": PANDA, "ur5": UR5}
 
 
-def load_model(example: Example) -> pin.Model:
-    """Return a robot's model without its locked joints.
+def load_example(example: Example, kind: pin.GeometryType | None = None) -> tuple[pin.Model, pin.GeometryModel]:
+    """Return a robot's model without its locked joints, and its collision or visual shapes with their meshes read; without a kind none.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.
     """
-    return _load(example, None)[0]
-
-
-def load_example(example: Example, kind: pin.GeometryType) -> tuple[pin.Model, pin.GeometryModel]:
-    """Return a robot's model without its locked joints, and its collision or visual shapes with their meshes read.
-
-    Raises:
-        BadSetting: the package is not installed, or not all of it.
-    """
-    return _load(example, kind)
-
-
-def _load(example: Example, kind: pin.GeometryType | None) -> tuple[pin.Model, pin.GeometryModel]:
     folder = _robots_folder()
     file = str(folder / example.urdf)
     try:

@@ -46,16 +46,7 @@ def build_example(example: Example) -> Robot:
             joint, radius = segment.ball
             points.append(data.oMi[segment.joint].actInv(data.oMi[joint]).translation + _sphere(radius))
         capsules.append(Capsule(segment.name, segment.joint, *enclosing_capsule(np.vstack(points))))
-    return Robot(
-        example.name,
-        model,
-        example.hand,
-        example.shoulder,
-        example.elbow,
-        example.wrist,
-        tuple(capsules),
-        example.labels,
-    )
+    return example.robot(model, tuple(capsules))
 
 
 def link_triangles(shapes: pin.GeometryModel, joint: int) -> Array:
@@ -110,10 +101,7 @@ def _beyond(triangles: Array, radius: float) -> Array:
 
 
 def _swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
-    """Return points of a joint's link, at all angles of the joint between it and a neighbouring carrier, in the carrier's frame.
-
-    The turns stand a little farther out, so that their hull contains all that is swept between them.
-    """
+    """Return points, in the frame of a neighbouring carrier, with a hull around all that a joint's link sweeps against it."""
     points = points[ConvexHull(points).vertices]
     turning = max(joint, carrier)
     placement = model.jointPlacements[turning]

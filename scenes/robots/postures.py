@@ -1,8 +1,4 @@
-"""How each robot starts on each rig: clear of the other arm, elbow bent, hand in front where it can be led to the other one.
-
-Forearm and hand stand well away from the arm's own base. A person who reaches for them would otherwise come close to that base,
-and there no law can help: a base cannot give way.
-"""
+"""How each robot starts on each rig: clear of the other arm, elbow bent, hand in front, away from its own base, which cannot give way."""
 
 from typing import Final
 

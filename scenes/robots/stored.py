@@ -8,7 +8,7 @@ import numpy as np
 
 from scenes import glb
 from scenes.robots.description import Capsule, Robot
-from scenes.robots.example_data import EXAMPLES, PACKAGE, load_model
+from scenes.robots.example_data import EXAMPLES, PACKAGE, load_example
 from scenes.settings import RobotName
 
 
@@ -19,7 +19,7 @@ def stored_example(name: RobotName) -> Robot:
         BadSetting: the package is not installed, or not all of it.
     """
     example = EXAMPLES[name]
-    model = load_model(example)
+    model, _ = load_example(example)
     sources = [Path(__file__).with_name(f"{source}.py") for source in ("fitting", "enclosing", "example_data")]
     key = glb.source_key(sources, *(importlib.metadata.version(package) for package in (PACKAGE, "scipy", "pin")))
 
@@ -34,4 +34,4 @@ def stored_example(name: RobotName) -> Robot:
         Capsule(segment.name, segment.joint, n[:3].copy(), n[3:6].copy(), float(n[6]))
         for segment, n in zip(example.segments, numbers, strict=True)
     )
-    return Robot(example.name, model, example.hand, example.shoulder, example.elbow, example.wrist, capsules, example.labels)
+    return example.robot(model, capsules)

@@ -1,7 +1,5 @@
 """Apps and visitors that are closed at the end, and a way to ask a session something between two frames."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import suppress
@@ -13,9 +11,13 @@ import pytest
 from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
+from app.lessons.session.lesson_session import LessonSession
+from app.runtime.job_pool import JobPool
+from app.session import session as session_module
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
+from scenes import rerun as rerun_module
 
 T = TypeVar("T")
 HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"
@@ -31,6 +33,11 @@ def live_sessions(house: App) -> dict[int, Session]:
         # The frame thread may add a session meanwhile.
         with suppress(RuntimeError):
             return host.sessions
+
+
+def lecture_of(house: App) -> LectureHost:
+    assert isinstance(house.host, LectureHost)
+    return house.host
 
 
 def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.0) -> T:
@@ -54,9 +61,9 @@ class Guest:
     visitor: BlockingClient
     session: Session
     number: int
+    lessons: LessonSession
 
     def ask(self, question: Callable[[Session], T]) -> T:
-        """See the function `ask`."""
         return ask(self.session, question)
 
     def wait(self, predicate: Callable[[Session], object], timeout: float = 60.0) -> None:
@@ -69,38 +76,49 @@ class Guest:
         self.wait(lambda s: s.simulation.time >= until, timeout)
 
 
+@pytest.fixture
+def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However busy this machine is, no step takes any time."""
+    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+    monkeypatch.setattr(rerun_module, "perf_counter", lambda: 0.0)
+
+
+@pytest.fixture(scope="module")
+def background() -> Iterator[JobPool]:
+    """One real worker."""
+    made = JobPool(1)
+    yield made
+    made.close()
+
+
 OpenHouse = Callable[..., App]
 Arrive = Callable[..., Guest]
 Join = Callable[..., BlockingClient]
 
 
 @pytest.fixture
-def house() -> Iterator[OpenHouse]:
+def house(request: pytest.FixtureRequest) -> OpenHouse:
     """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port."""
-    houses: list[App] = []
 
     def make(settings: Settings | None = None, **options: Any) -> App:
-        houses.append(start_app("127.0.0.1", 0, settings or Settings(), **options))
-        return houses[-1]
+        opened = start_app("127.0.0.1", 0, settings or Settings(), **options)
+        request.addfinalizer(opened.close)
+        return opened
 
-    yield make
-    for opened in houses:
-        opened.close()
+    return make
 
 
 @pytest.fixture
-def join() -> Iterator[Join]:
+def join(request: pytest.FixtureRequest) -> Join:
     """`join(house, query="dm=0.1")` is a visitor who sees the arms."""
-    visitors: list[BlockingClient] = []
 
     def make(house: App, query: str = "", **options: Any) -> BlockingClient:
-        visitors.append(BlockingClient(house.url, query=query, **options))
-        visitors[-1].wait_for(lambda v: v.mirror.replayed and "/arms/left/base" in v.mirror.nodes)
-        return visitors[-1]
+        visitor = BlockingClient(house.url, query=query, **options)
+        request.addfinalizer(visitor.close)
+        visitor.wait_for(lambda v: v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)), 60.0)
+        return visitor
 
-    yield make
-    for visitor in visitors:
-        visitor.close()
+    return make
 
 
 @pytest.fixture
@@ -109,9 +127,11 @@ def arrive(join: Join) -> Arrive:
 
     def make(house: App, query: str = "") -> Guest:
         visitor = join(house, query)
-        visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and HAND in v.mirror.nodes)
-        number = int(visitor.mirror.nodes[HAND]["owner"])
+        # A lesson may have put the handle away.
+        visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and (HAND in v.mirror.nodes or "lesson=" in query))
+        number = next(int(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner"))
         visitor.wait_for(lambda _: number in live_sessions(house))
-        return Guest(visitor, live_sessions(house)[number], number)
+        assert isinstance(house.host, PrivateHost)
+        return Guest(visitor, live_sessions(house)[number], number, house.host.visitors[number].lessons)
 
     return make

@@ -1,7 +1,5 @@
 """A job pool that computes in this process, when `work` is called."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from typing import Any
@@ -38,7 +36,6 @@ class Inline(JobPool):
         return job
 
     def cancel(self, owner: object, kind: str | None = None) -> None:
-        """Drop what waits."""
         for job in self.waiting():
             if job.owner is owner and kind in (None, job.kind):
                 job.state = "dropped"

@@ -1,10 +1,8 @@
 """New pages are built one at a time and piece by piece, and what a tab asked for goes with it. Every frame is made by hand here."""
 
-from __future__ import annotations
-
 import itertools
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -17,15 +15,13 @@ from app.hosting.visitor import Visitor
 from app.settings import Settings
 from app.start import App
 from scenes.settings import specs
-from tests.app.conftest import OpenHouse
+from tests.app.conftest import OpenHouse, lecture_of
 
 FRAME = 1.0 / 32.0
-TRIES, PAUSE = 6000, threading.Event()
+PAUSE = threading.Event()
 
 
 class ByHand:
-    """An app whose frames are made by hand, and its visitors."""
-
     def __init__(self, house: App) -> None:
         # The thread that makes them has come to its end.
         house._loop.stop()
@@ -47,35 +43,36 @@ class ByHand:
         """The browser is gone, and the next frame knows."""
         before = len(self.host.connections._departures)
         visitor.close()
-        for _ in range(TRIES):
+        for _ in range(6000):
             if len(self.host.connections._departures) > before:
                 return
             PAUSE.wait(0.01)
         raise TimeoutError
 
-    def let_in(self, query: str = "") -> BlockingClient:
-        visitor = self.come(query)
+    def frames(self) -> None:
         self.frame()
         while self.host.admission.busy:
             self.frame()
         self.frame()
+
+    def let_in(self, query: str = "") -> BlockingClient:
+        visitor = self.come(query)
+        self.frames()
         visitor.wait_for(lambda v: v.mirror.replayed and any("/arms/" in name for name in v.mirror.nodes))
         return visitor
 
 
+Made = Callable[..., ByHand]
+
+
 @pytest.fixture
-def by_hand(house: OpenHouse) -> Iterator[Callable[..., ByHand]]:
-    """`by_hand(lecture=True)` is an app whose frames are made by hand."""
-    made: list[ByHand] = []
-
+def by_hand(house: OpenHouse, request: pytest.FixtureRequest) -> Made:
     def make(**options: Any) -> ByHand:
-        made.append(ByHand(house(**options)))
-        return made[-1]
+        one = ByHand(house(**options))
+        request.addfinalizer(lambda: [visitor.close() for visitor in one.visitors])
+        return one
 
-    yield make
-    for one in made:
-        for visitor in one.visitors:
-            visitor.close()
+    return make
 
 
 @pytest.fixture
@@ -99,9 +96,7 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     return done
 
 
-def test_those_who_are_here_have_a_frame_between_any_two_pieces(
-    by_hand: Callable[..., ByHand], pieces: list[tuple[str, int]]
-) -> None:
+def test_other_visitors_have_a_frame_between_any_two_pieces(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
     opened = by_hand(sessions=8)
     assert isinstance(opened.host, PrivateHost)
     opened.let_in()
@@ -123,9 +118,7 @@ def test_those_who_are_here_have_a_frame_between_any_two_pieces(
 
 
 @pytest.mark.parametrize("lecture", [False, True])
-def test_while_there_is_time_one_page_is_built_in_a_frame(
-    by_hand: Callable[..., ByHand], monkeypatch: pytest.MonkeyPatch, lecture: bool
-) -> None:
+def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeypatch: pytest.MonkeyPatch, lecture: bool) -> None:
     monkeypatch.setattr(admission, "SLICE", 1e9)
     opened = by_hand(sessions=8, lecture=lecture)
     host = opened.host
@@ -137,9 +130,7 @@ def test_while_there_is_time_one_page_is_built_in_a_frame(
         assert len(built) == count and host.admission.busy == (count < 3)
 
 
-def test_a_page_that_is_closed_half_built_is_given_up_and_the_next_one_is_built(
-    by_hand: Callable[..., ByHand], pieces: list[tuple[str, int]]
-) -> None:
+def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
     opened = by_hand(sessions=8)
     assert isinstance(opened.host, PrivateHost)
     hasty, patient = opened.come(), opened.come()
@@ -147,15 +138,12 @@ def test_a_page_that_is_closed_half_built_is_given_up_and_the_next_one_is_built(
         opened.frame()
     opened.leave(hasty)
     gone = pieces[-1][1]
-    opened.frame()
-    while opened.host.admission.busy:
-        opened.frame()
+    opened.frames()
     assert gone not in opened.host.sessions and len(opened.host.sessions) == 1
-    opened.frame()
     patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
 
 
-def test_what_a_tab_asked_for_goes_with_it(by_hand: Callable[..., ByHand]) -> None:
+def test_what_a_tab_asked_for_goes_with_it(by_hand: Made) -> None:
     opened = by_hand()
     assert isinstance(opened.host, PrivateHost)
     visitor = opened.let_in("resume=0123456789abcdef0123456789abcdef")
@@ -171,11 +159,10 @@ def test_what_a_tab_asked_for_goes_with_it(by_hand: Callable[..., ByHand]) -> No
     assert session.settings == settings
 
 
-def test_what_the_lecturer_asked_for_goes_with_the_tab_but_no_answer_of_a_student(by_hand: Callable[..., ByHand]) -> None:
+def test_what_the_lecturer_asked_for_goes_with_the_tab_but_no_answer_of_a_student(by_hand: Made) -> None:
     opened = by_hand(lecture=True)
-    assert isinstance(opened.host, LectureHost)
-    lecturer = opened.let_in()
-    session, decisions = opened.host.session, opened.host.control
+    lecturer, host = opened.let_in(), lecture_of(opened.house)
+    session, decisions = host.session, host.control
     settings = session.settings
     session.post(lambda: session.change("dm", 0.2), "dm")
     decisions.post_answer("a student", 0)

@@ -1,6 +1,6 @@
 """Drawn arms: nested nodes stand where the links are, and only what moves is sent."""
 
-from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import get_args
 
 import numpy as np
@@ -15,20 +15,9 @@ NAMES: tuple[RobotName, ...] = get_args(RobotName)
 BASE = pin.SE3(pin.exp3(np.array([0.4, -0.9, 0.3])), np.array([0.1, -0.2, 0.9]))
 
 
-@dataclass
-class Node:
-    """A node of a scene that only remembers."""
-
-    name: str
-    position: tuple[float, ...]
-    options: dict[str, object]
-    turns: list[tuple[float, ...]] = field(default_factory=list)
-    removed: bool = False
-    visible: bool = True
-
+class Node(SimpleNamespace):
     @property
     def wxyz(self) -> tuple[float, ...]:
-        """How it is turned now."""
         return self.turns[-1]
 
     @wxyz.setter
@@ -36,7 +25,6 @@ class Node:
         self.turns.append(turn)
 
     def remove(self) -> None:
-        """Remember that it was removed."""
         self.removed = True
 
 
@@ -47,9 +35,8 @@ class Scene:
         self.nodes: dict[str, Node] = {}
 
     def add_glb(self, name: str, data: bytes, *, position=(0.0, 0.0, 0.0), wxyz=(1.0, 0.0, 0.0, 0.0), **options) -> Node:
-        """Add a node, with real GLB data only."""
         assert data[:4] == b"glTF"
-        self.nodes[name] = Node(name, position, options, [wxyz])
+        self.nodes[name] = Node(position=position, options=options, turns=[wxyz], removed=False, visible=True)
         return self.nodes[name]
 
     def pose(self, name: str) -> pin.SE3:
@@ -65,65 +52,44 @@ class Scene:
         return pose
 
 
-def view(scene: Scene, name: RobotName, palette: str = "orange") -> ArmView:
-    """A coarse arm, which is quick to build."""
-    return ArmView(scene, "/arm", BASE, palette, False, name)  # pyright: ignore[reportArgumentType]
+def view(name: RobotName, palette: str = "orange") -> tuple[ArmView, Scene]:
+    """A coarse arm, which is quick to build, and its scene."""
+    scene = Scene()
+    return ArmView(scene, "/arm", BASE, palette, False, name), scene  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_nodes_stand_where_the_links_are(name: RobotName) -> None:
+def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_costs_nothing(name: RobotName) -> None:
     """Every node, at postures all over the joints' range, against Pinocchio's joint poses."""
-    scene, model = Scene(), robot(name).model
-    arm = view(scene, name)
+    (arm, scene), model = view(name), robot(name).model
     paths = ["/arm/base" + "".join(f"/{joint}" for joint in list(model.names)[1 : n + 1]) for n in range(model.njoints)]
-    assert list(scene.nodes) == paths
+    assert list(scene.nodes) == paths == [arm.link(joint) for joint in range(model.njoints)]
     data = model.createData()
     for q in np.random.default_rng(2).uniform(model.lowerPositionLimit, model.upperPositionLimit, (20, model.nq)):
         arm.show(q)
         pin.forwardKinematics(model, data, q)
         for joint, path in enumerate(paths):
             assert_allclose(scene.pose(path).homogeneous, (BASE * data.oMi[joint]).homogeneous, atol=1e-9)
+        sent = [len(node.turns) for node in scene.nodes.values()]
+        arm.show(q.copy())
+        q[2] += 0.01
+        arm.show(q)
+        assert [len(node.turns) for node in scene.nodes.values()] == [n + (i == 3) for i, n in enumerate(sent)]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_joint_that_rests_costs_nothing(name: RobotName) -> None:
+def test_the_robot_of_the_paper_is_the_default() -> None:
     scene = Scene()
-    arm, q = view(scene, name), np.linspace(-0.5, -0.2, robot(name).model.nq)
-    arm.show(q)
-    sent = {path: len(node.turns) for path, node in scene.nodes.items()}
-    arm.show(q.copy())
-    assert sent == {path: len(node.turns) for path, node in scene.nodes.items()}
-    q[2] += 0.01
-    arm.show(q)
-    more = [path for path, node in scene.nodes.items() if len(node.turns) > sent[path]]
-    assert more == [list(scene.nodes)[3]]
-
-
-def test_the_paper_s_robot_is_the_default() -> None:
-    scene, told = Scene(), Scene()
     ArmView(scene, "/arm", BASE, "silver", False)  # pyright: ignore[reportArgumentType]
-    view(told, "lwr", "silver")
-    assert list(scene.nodes) == list(told.nodes) and len(scene.nodes) == 8
+    assert list(scene.nodes) == list(view("lwr")[1].nodes) and len(scene.nodes) == 8
 
 
 @pytest.mark.parametrize(("palette", "solid"), [("orange", True), ("ghost", False)])
-def test_a_ghost_casts_no_shadow(palette: str, solid: bool) -> None:
-    scene = Scene()
-    view(scene, "lwr", palette)
+def test_an_arm_is_hidden_and_removed_at_its_root_and_a_ghost_casts_no_shadow(palette: str, solid: bool) -> None:
+    arm, scene = view("lwr", palette)
     assert all(node.options == {"cast_shadow": solid, "receive_shadow": solid} for node in scene.nodes.values())
-
-
-def test_an_arm_is_removed_at_its_root() -> None:
-    scene = Scene()
-    view(scene, "lwr").remove()
-    assert [path for path, node in scene.nodes.items() if node.removed] == ["/arm/base"]
-
-
-def test_an_arm_is_hidden_at_its_root_and_names_its_links() -> None:
-    scene = Scene()
-    arm = view(scene, "ur5")
-    assert [arm.link(joint) for joint in range(7)] == list(scene.nodes)
     assert arm.visible
     arm.visible = False
+    arm.remove()
     assert not arm.visible
-    assert [path for path, node in scene.nodes.items() if not node.visible] == ["/arm/base"]
+    assert [path for path, node in scene.nodes.items() if node.removed or not node.visible] == ["/arm/base"]
+    assert scene.nodes["/arm/base"].removed and not scene.nodes["/arm/base"].visible

@@ -1,7 +1,5 @@
 """The benchmark of many visitors: what it measures, and to which part a time is charged."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

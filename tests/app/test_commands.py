@@ -1,7 +1,5 @@
 """The command line: what it prints, what it writes, and how it says no."""
 
-from __future__ import annotations
-
 import json
 import os
 import socket
@@ -13,6 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from app.cli.main import COMMANDS, main
@@ -24,33 +23,19 @@ from app.start import App
 from scenes.room import build_room
 from scenes.settings import RunSettings, specs, values
 
-SUMMARY = [
-    "d_min",
-    "d_min_pair",
-    "share_below",
-    "e2_max",
-    "e2_end",
-    "dq_step_max",
-    "ddq_max",
-    "pair_switches",
-    "pair_switches_felt",
-    "out_of_authority_s",
-    "steps",
-    "step_us_median",
-]
+SUMMARY = """d_min d_min_pair share_below e2_max e2_end dq_step_max ddq_max pair_switches pair_switches_felt out_of_authority_s
+    steps step_us_median"""
 JOINTS = [f"{side}_{what}{i}" for what in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
 HEADER = ["t", "d", "lambda", "e2", "u", "w", "pair", *JOINTS]
 SHORT = ["--seconds", "0.5"]
 
 
 def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
-    """The summary that `lwr-duet run` prints."""
     assert main(["run", *options]) == 0
     return json.loads(capsys.readouterr().out)
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line on stderr of a command that fails."""
     assert main(list(arguments)) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -69,13 +54,10 @@ def read(path: Path) -> tuple[dict[str, str], list[str], list[dict[str, str]]]:
     return dict(cast(tuple[str, str], tuple(line[2:].split(" = ", 1))) for line in top), header, rows
 
 
-# --- run -----------------------------------------------------------------------------------------------------------------------
-
-
 def test_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out = tmp_path / "out.csv"
     summary = run(capsys, "--seconds", "4", "--csv", str(out), "--dm", "0.2", "--pairs", "single")
-    assert list(summary) == SUMMARY
+    assert list(summary) == SUMMARY.split()
     assert summary["steps"] == 800 and summary["step_us_median"] > 0.0 and " / " in summary["d_min_pair"]
     # It agrees with the rows.
     settings, header, rows = read(out)
@@ -101,27 +83,22 @@ def test_the_same_run_writes_the_same_bytes(capsys: pytest.CaptureFixture[str], 
 
 @pytest.mark.parametrize("turn", [False, True])
 def test_inputs_drive_the_hand(capsys: pytest.CaptureFixture[str], tmp_path: Path, turn: bool) -> None:
-    import pinocchio as pin
-
     room = build_room("torso")
-    data = room.model.createData()
+    data, hand = room.model.createData(), room.arm("right").hand
     pin.framesForwardKinematics(room.model, data, room.start)
-    start = data.oMf[room.arm("right").hand]
+    start = data.oMf[hand].copy()
     goal = start.translation + np.array([0.05, -0.10, 0.05])
     quaternion = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, 0.0, 0.3) @ start.rotation)
-    tail = (f",{quaternion.w},{quaternion.x},{quaternion.y},{quaternion.z}") if turn else ""
+    tail = (quaternion.w, quaternion.x, quaternion.y, quaternion.z) if turn else ()
+    lines = [",".join(map(str, (t, *place, *tail))) for t, place in ((0, start.translation), (1.5, goal))]
     inputs, out = tmp_path / "in.csv", tmp_path / "out.csv"
-    cells = lambda t, p: f"{t},{p[0]},{p[1]},{p[2]}{tail}\n"  # noqa: E731
-    inputs.write_text(f"# a person\nt,x,y,z{',qw,qx,qy,qz' if turn else ''}\n{cells(0, start.translation)}{cells(1.5, goal)}")
+    inputs.write_text("\n".join(("# a person", f"t,x,y,z{',qw,qx,qy,qz' if turn else ''}", *lines, "")), encoding="utf-8")
     run(capsys, "--seconds", "4", "--inputs", str(inputs), "--csv", str(out))
     settings, _, rows = read(out)
     assert settings["inputs"] == "in.csv"
-    q = np.array([float(rows[-1][name]) for name in JOINTS[:14]])
-    pin.framesForwardKinematics(room.model, data, q)
-    end = data.oMf[room.arm("right").hand]
-    assert np.linalg.norm(end.translation - goal) < 2e-3
-    if turn:
-        assert np.linalg.norm(pin.log3(end.rotation.T @ quaternion.toRotationMatrix())) < 0.01
+    pin.framesForwardKinematics(room.model, data, np.array([float(rows[-1][name]) for name in JOINTS[:14]]))
+    assert np.linalg.norm(data.oMf[hand].translation - goal) < 2e-3
+    assert not turn or np.linalg.norm(pin.log3(data.oMf[hand].rotation.T @ quaternion.toRotationMatrix())) < 0.01
 
 
 def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -163,7 +140,7 @@ ERRORS: list[tuple[list[str], list[str]]] = [
     (["serve", "--no-open", "--port", "0", "--host", "no.such.host.invalid"], ["no.such.host.invalid", "127.0.0.1"]),
     (["serve", "--no-open", "--port", "0", "--allow-origin", "duet.example.org"], ["duet.example.org", "https://"]),
     (
-        ["serve", "--no-open", "--port", "0", "--allow-origin", "https://a.org", "--allow-origin", "https://b.org/duet"],
+        ["serve", "--no-open", "--allow-origin", "https://b.org/duet"],
         ["'https://b.org/duet' has a path", "give https://b.org"],
     ),
 ]
@@ -178,26 +155,20 @@ def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], argumen
 @pytest.mark.parametrize(
     ("content", "named"),
     [
-        (b"t,x,y\n0,0,0\n", ["line 1", "t,x,y,z"]),
-        (b"t,x,y,z\n0,0.3,zero,1\n", ["line 2", "'zero'"]),
-        (bytes(range(256)), ["not a text"]),
+        (b"t,x,y\n0,0,0\n", ["bad.csv", "line 1", "t,x,y,z"]),
+        (b"t,x,y,z\n0,0.3,zero,1\n", ["bad.csv", "line 2", "'zero'"]),
+        (bytes(range(256)), ["bad.csv", "not a text"]),
+        (None, ["bad.csv", "cannot be read"]),
     ],
 )
-def test_one_line_says_what_is_wrong_with_a_file(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, content: bytes, named: list[str]
+def test_one_line_says_what_is_wrong_with_a_file_or_a_folder(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, content: bytes | None, named: list[str]
 ) -> None:
     path = tmp_path / "bad.csv"
-    path.write_bytes(content)
+    path.mkdir() if content is None else path.write_bytes(content)
     line = refused(capsys, "run", *SHORT, "--inputs", str(path))
-    assert "bad.csv" in line and all(part in line for part in named), line
-
-
-def test_a_folder_is_neither_input_nor_output(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert "cannot be read" in refused(capsys, "run", *SHORT, "--inputs", str(tmp_path))
+    assert all(part in line for part in named), line
     assert "cannot be written" in refused(capsys, "run", *SHORT, "--csv", str(tmp_path))
-
-
-# --- serve ---------------------------------------------------------------------------------------------------------------------
 
 
 def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,12 +203,8 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(App, "wait", wait)
     assert main(["serve", "--port", "0", "--lecture", "--key", "auto"]) == INTERRUPTED
     link, status = opened
-    assert (
-        link.startswith("http://127.0.0.1:")
-        and len(link.partition("/?key=")[2]) >= 8
-        and "key=auto" not in link
-        and status == "200"
-    )
+    assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= 8
+    assert "key=auto" not in link and status == "200"
     assert link in capsys.readouterr().out
     # The port is free again.
     port = int(link.split(":")[2].split("/")[0])
@@ -246,37 +213,32 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     assert len(opened) == 3
 
 
-# --- help, and one tree for all --------------------------------------------------------------------------------------------------
-
 SERVE = ["--host", "--port", "--no-open", "--sessions", "--watchers", "--lecture", "--key", "--allow-origin", "--theme", "--dm"]
 RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]
 HELP = {"": [*COMMANDS, "--help"], "serve": SERVE, "run": RUN, "bench": ["--out", "--compare", "--seconds", "--steps", "--fair"]}
 
 
+def python(*arguments: str) -> str:
+    """What a process of its own prints."""
+    env = os.environ | {"COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
+    command, root = [sys.executable, *arguments], Path(__file__).parents[2]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True, cwd=root, env=env)
+    assert done.stderr == ""
+    return done.stdout
+
+
 @pytest.mark.parametrize("command", HELP)
 def test_help(command: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "app", *command.split(), "--help"],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-        cwd=Path(__file__).parents[2],
-        env=os.environ | {"COLUMNS": "200", "PYTHONIOENCODING": "utf-8"},
-    )
-    assert done.returncode == 0 and done.stderr == ""
-    assert [part for part in HELP[command] if part not in done.stdout] == []
+    text = python("-m", "app", *command.split(), "--help")
+    assert [part for part in HELP[command] if part not in text] == []
 
 
 def test_the_command_line_loads_no_heavy_library() -> None:
-    """What a command computes with is loaded by the command, not by the command line."""
     code = "import sys, app.cli.main; print(*sorted({'matplotlib', 'viser', 'trimesh', 'mujoco'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
-    assert done.stdout.strip() == ""
+    assert python("-c", code).strip() == ""
 
 
-def test_option_and_link_are_one_tree() -> None:
-    """Every setting is an option and a key of a link, and both read a text alike."""
+def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:
     assert list(AllOptions.__dataclass_fields__) == list(specs(Settings))
     assert list(RunOptions.__dataclass_fields__) == list(specs(RunSettings))
     assert chosen(AllOptions(), Settings()) == Settings() and chosen(RunOptions(), RunSettings()) == RunSettings()
@@ -284,10 +246,9 @@ def test_option_and_link_are_one_tree() -> None:
         present = values(Settings())[key]
         if spec.choices:
             text = spec.choices[spec.choices.index(present) - 1]
-        elif isinstance(present, bool):
-            text = "0" if present else "1"
         else:
-            text = f"{spec.low if present != spec.low else spec.high:g}"
+            other = not present if isinstance(present, bool) else spec.low if present != spec.low else spec.high
+            text = f"{other:g}"
         from_link, problems = from_query({key: text}, Settings())
         option: Any = text == "1" if isinstance(present, bool) else text
         from_option = chosen(AllOptions(**{key: option}), Settings())
@@ -295,26 +256,22 @@ def test_option_and_link_are_one_tree() -> None:
         assert values(from_link)[key] != present or len(spec.choices) == 1, key
 
 
-def test_a_law_of_ones_own_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """The template is the paper's law: the same figures as the built-in one; a mistake in it is named with its line, and is no result."""
+def test_the_template_of_a_law_is_the_papers_and_a_mistake_in_it_is_named_with_its_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     path = tmp_path / "my_law.py"
     assert main(["new-law", str(path)]) == 0
     capsys.readouterr()
-    figures = []
-    for options in ([], ["--law-file", str(path)]):
-        assert main(["run", "--seconds", "8", *options]) == 0
-        figures.append(json.loads(capsys.readouterr().out))
+    figures = [run(capsys, "--seconds", "8", *options) for options in ([], ["--law-file", str(path)])]
     for key in ("d_min", "e2_max"):
         assert figures[1][key] == pytest.approx(figures[0][key], rel=0.02), key
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8")
-    assert main(["run", "--seconds", "1", "--law-file", str(path)]) == 2
-    assert "ZeroDivisionError" in (error := capsys.readouterr().err) and "my_law.py, line" in error
+    line = refused(capsys, "run", "--seconds", "1", "--law-file", str(path))
+    assert "ZeroDivisionError" in line and "my_law.py, line" in line
 
 
-def test_the_lessons_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    """Ten of them, in order; an unknown one is refused with the names."""
+def test_ten_lessons_are_listed_in_order_and_an_unknown_one_is_refused_with_the_names(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lessons"]) == 0
     assert [int(line.split()[0]) for line in capsys.readouterr().out.splitlines()] == list(range(1, 11))
-    assert main(["lessons", "--only", "nonsense"]) == 2
-    assert "redundancy" in capsys.readouterr().err
+    assert "redundancy" in refused(capsys, "lessons", "--only", "nonsense")

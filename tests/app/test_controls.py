@@ -1,7 +1,5 @@
 """Controls: what matters is in view, what is hidden has no effect, and the picker changes the experiment."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from types import SimpleNamespace
@@ -11,26 +9,26 @@ import pytest
 import viser
 
 from app.page.panels.compare import ComparePanel, smoothness_html, what_if_html
-from app.page.panels.controls import PICKER, TABS
+from app.page.panels.controls import PICKER
 from app.session.frame import freeze
 from app.session.relevant_settings import WHEN, both_avoid, matters
 from app.session.session import Session
-from app.session.studies import Smoothness
+from app.session.studies import Smoothness, Studies
 from app.settings import Settings
 from scenes.headless import summarise
 from scenes.rerun import WhatIf
 from scenes.settings import LawName, RunSettings, SceneName, changed, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import Measured
-from tests.app.conftest import Arrive, Guest, OpenHouse
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.page.helpers import ON_PAGE, SPECS, page_label
+from tests.app.page.helpers import another as other_value
 
-SPECS = specs(Settings)
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
 LAWS: tuple[LawName, ...] = get_args(LawName)
 
 
 def everything(scene: SceneName, law: LawName, **others: Any) -> Settings:
-    """Settings of an experiment under a law."""
     settings = Settings()
     for key, value in {"scene": scene, "law": law, **others}.items():
         settings = changed(settings, key, value)
@@ -38,28 +36,16 @@ def everything(scene: SceneName, law: LawName, **others: Any) -> Settings:
 
 
 def another(key: str, present: Any) -> Any:
-    """A possible value other than the present one."""
+    """A possible value other than the present one, an extreme one for a number."""
     spec = SPECS[key]
-    if spec.choices:
-        return next(choice for choice in spec.choices if choice != present)
-    if isinstance(present, bool):
-        return not present
-    return spec.low if present != spec.low else spec.high
+    return spec.low if isinstance(present, float) and present != spec.low else other_value(key, present)[1]
 
 
-# --- what matters ------------------------------------------------------------------------------------------------------------------
-
-
-def test_every_setting_has_one_place() -> None:
-    on_page = [*PICKER, *(key for _, _, keys in TABS for key in keys)]
-    assert sorted(on_page) == sorted(set(SPECS) - {"speed", "plot"})
-    assert set(WHEN) <= set(SPECS)
-    for key in on_page:
-        assert len(SPECS[key].label) <= 11, key
+def test_a_label_is_short_and_what_may_be_hidden_is_a_setting() -> None:
+    assert set(WHEN) <= set(SPECS) and all(len(SPECS[key].label) <= 11 for key in ON_PAGE)
 
 
 def moves(settings: RunSettings, steps: int = 120) -> bytes:
-    """Every joint at every step."""
     simulation = Simulation(settings)
     person = simulation.source()
     for _ in range(steps):
@@ -71,8 +57,7 @@ def moves(settings: RunSettings, steps: int = 120) -> bytes:
     ("scene", "law"),
     [*((scene, "smooth_priority") for scene in SCENES), *(("master_slave", law) for law in LAWS if law != "smooth_priority")],
 )
-def test_what_is_hidden_has_no_effect(scene: SceneName, law: LawName) -> None:
-    """To the last bit."""
+def test_what_is_hidden_has_no_effect_to_the_last_bit(scene: SceneName, law: LawName) -> None:
     settings = everything(scene, law, dm=0.28, d0=0.5)
     plain = moves(settings.run)
     hidden = [key for key in specs(RunSettings) if not matters(key, settings)]
@@ -82,8 +67,7 @@ def test_what_is_hidden_has_no_effect(scene: SceneName, law: LawName) -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_what_a_law_shows_has_an_effect(law: LawName) -> None:
-    """The numbers of the law: every one that is shown changes what the arm does near the other one."""
+def test_every_number_that_a_law_shows_has_an_effect(law: LawName) -> None:
     settings = everything("hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0)
     # A quadratic programme does nothing before it must.
     steps = 1000 if law == "barrier_qp" else 700
@@ -102,7 +86,7 @@ def test_only_two_arms_can_both_avoid() -> None:
             assert both_avoid(chosen) == (len(Simulation(chosen).roles.avoiders(avoid)) > 1)
 
 
-def test_what_the_issue_names() -> None:
+def test_which_settings_a_law_and_an_experiment_show() -> None:
     shown = lambda scene, law, **others: {key for key in SPECS if matters(key, everything(scene, law, **others))}  # noqa: E731
     for law in LAWS:
         keys = shown("hold", law)
@@ -110,77 +94,38 @@ def test_what_the_issue_names() -> None:
         assert ("eta" in keys) == (law == "potential_field") and ("gamma" in keys) == (law == "barrier_qp")
         assert ("n" in keys) == (law in ("smooth_priority", "intermediate_value"))
         assert {"law", "k", "dt", "ghost", "theme"} <= keys
-    by_scene = {scene: shown(scene, "smooth_priority") for scene in SCENES}
-    for key, scenes in {
-        "path": {"solo"},
-        "kx": {"solo"},
-        "point": {"ball"},
-        "ball": {"ball"},
-        "following": {"master_slave"},
-        "clip": {"imitation"},
-        "source": {"imitation"},
-        "avoid": {"hold", "master_slave", "imitation"},
-        "coupled": {"master_slave", "imitation"},
-        "law": {"ball", "hold", "master_slave", "imitation"},
+    of_scenes = ["path", "kx", "point", "ball", "following", "clip", "source", "avoid", "coupled", "law"]
+    for scene, keys in {
+        "solo": "path kx",
+        "ball": "point ball law",
+        "hold": "avoid law",
+        "master_slave": "following avoid coupled law",
+        "imitation": "clip source avoid coupled law",
     }.items():
-        assert {scene for scene in SCENES if key in by_scene[scene]} == scenes, key
+        assert shown(scene, "smooth_priority") & {*of_scenes} == {*keys.split()}, scene
     assert "coupled" in shown("hold", "smooth_priority", avoid="both")
     assert "beta" not in shown("hold", "smooth_priority", pairs="single")
     assert "clip" not in shown("imitation", "smooth_priority", source="figure")
 
 
-# --- on the page -------------------------------------------------------------------------------------------------------------------
-
-
-def visible(guest: Guest) -> set[str]:
-    """The settings whose controls can be seen, by key."""
-    found = set[str]()
-    for key in (*PICKER, *(key for _, _, keys in TABS for key in keys)):
-        spec = SPECS[key]
-        control = guest.visitor.mirror.labelled(f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label)
-        if control["visible"]:
-            found.add(key)
-    return found
-
-
 def test_the_picker_and_what_is_in_view(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house(), "autopilot=0")
-    on_page = {*PICKER, *(key for _, _, keys in TABS for key in keys)}
-    for label, value in (
-        ("scene", "Master and slave (Fig. 6)"),
-        ("law", "Potential field"),
-        ("scene", "One arm alone (eqs 1–8)"),
-        ("robot", "UR5"),
-        ("scene", "A ball in the way (Fig. 1)"),
-        ("law", "Barrier QP, all pairs"),
-        ("scene", "Imitation (Figs 7, 8)"),
-        ("person", "A BVH file"),
-        ("scene", "Hold (Fig. 5)"),
-    ):
-        one.visitor.set_value(label, value)
-        key = next(key for key, spec in SPECS.items() if spec.label == label)
-        chosen = SPECS[key].choices[SPECS[key].choice_labels.index(value)]
-        one.wait(lambda s, key=key, chosen=chosen: values(s.settings)[key] == chosen)
-        expected = {key for key in on_page if matters(key, one.session.settings)}
-        one.visitor.wait_for(lambda _, expected=expected: visible(one) == expected)
-        one.run_on(0.05)
-    # Nothing was made anew: a hidden control keeps its place and its value.
-    assert one.visitor.mirror.labelled("η [m² rad²/s]" if SPECS["eta"].page_unit else "η")["visible"] is False
-
-
-def test_the_picker_stands_above_the_numbers(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house())
-    elements = list(one.visitor.mirror.gui.values())
-    orders = [one.visitor.mirror.labelled(SPECS[key].label)["order"] for key in PICKER]
-    assert orders == sorted(orders)
+    labelled, elements = one.visitor.mirror.labelled, list(one.visitor.mirror.gui.values())
+    orders = [labelled(SPECS[key].label)["order"] for key in PICKER]
+    assert orders == sorted(orders), "the picker stands above the numbers"
     assert all(element["order"] > orders[-1] for element in elements if 'class="duet duet-t' in str(element.get("content", "")))
-
-
-# --- what was computed beside the run ------------------------------------------------------------------------------------------------
+    choices = "scene=master_slave law=potential_field scene=solo robot=ur5 scene=ball law=barrier_qp scene=imitation source=file"
+    for key, value in (choice.split("=") for choice in f"{choices} scene=hold".split()):
+        spec = SPECS[key]
+        one.visitor.set_value(spec.label, spec.choice_labels[spec.choices.index(value)])
+        one.wait(lambda s, key=key, value=value: values(s.settings)[key] == value)
+        expected = {key for key in ON_PAGE if matters(key, one.session.settings)}
+        # A hidden control keeps its place.
+        one.visitor.wait_for(lambda _, expected=expected: {k for k in ON_PAGE if labelled(page_label(k))["visible"]} == expected)
+        one.run_on(0.05)
 
 
 def text(html: str) -> str:
-    """What a person reads."""
     return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", html))
 
 
@@ -196,13 +141,12 @@ def test_smoothness_in_a_table() -> None:
 
 
 def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One answer after another, a message, and nothing where there is nothing to compare; nothing is written twice."""
     session = Session(Settings())
     gui = _Gui()
     panel = ComparePanel(cast(viser.GuiApi, gui), session)
-    answers: dict[str, Any] = {"what_if": None, "smoothness": None, "computing": False, "study_message": ""}
+    answers: dict[str, Any] = {"what_if": None, "smoothness": None, "busy": False, "message": ""}
     for name in answers:
-        monkeypatch.setattr(Session, name, property(lambda _, name=name: answers[name]))
+        monkeypatch.setattr(Studies, name, property(lambda _, name=name: answers[name], lambda *_: None), raising=False)
 
     def seen() -> str:
         panel.show(freeze(session, 0.0))
@@ -214,13 +158,13 @@ def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
     assert seen().strip() == ""
     session.change("whatif", True)
     assert "Now move" in seen()
-    answers["computing"] = True
+    answers["busy"] = True
     assert "Computing" in seen()
-    answers["computing"] = False
+    answers["busy"] = False
     for length in (40, 30):
         answers["what_if"] = answer_of("hold", length)
         assert "as it was" in seen()
-    answers["study_message"], answers["what_if"] = "Too many computations are waiting; ask again in a moment.", None
+    answers["message"], answers["what_if"] = "Too many computations are waiting; ask again in a moment.", None
     assert "Too many computations" in seen()
     run = RunSettings()
     for largest in ((None, None, None, None), (0.2, None, None, 0.1), (0.2, 0.1, 0.05, 0.025)):
@@ -231,37 +175,25 @@ def test_the_panel_follows_the_studies(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any(block.visible for block in gui.blocks) and not gui.group.visible
 
 
-class _Block:
-    """A block that counts how often it was written."""
+class _Block(SimpleNamespace):
+    written = 0
 
-    def __init__(self) -> None:
-        self._content, self.written, self.visible = "", 0, True
-
-    @property
-    def content(self) -> str:
-        """What it shows."""
-        return self._content
-
-    @content.setter
-    def content(self, content: str) -> None:
-        self._content, self.written = content, self.written + 1
+    def __setattr__(self, name: str, value: object) -> None:
+        super().__setattr__(name, value)
+        if name == "content":
+            self.written += 1
 
 
 class _Gui:
-    """Makes blocks and one row of buttons."""
-
     def __init__(self) -> None:
         self.blocks: list[_Block] = []
         self.group = SimpleNamespace(visible=True, on_click=lambda callback: callback)
 
     def add_html(self, content: str) -> _Block:
-        """A block."""
-        assert content == ""
-        self.blocks.append(_Block())
+        self.blocks.append(_Block(content=content, visible=True))
         return self.blocks[-1]
 
     def add_button_group(self, *_: object, **__: object) -> SimpleNamespace:
-        """The row."""
         return self.group
 
 

@@ -1,7 +1,5 @@
 """The ghost: a second run under the very same hand, which the first one does not notice."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args
@@ -23,36 +21,26 @@ LAWS: tuple[LawName, ...] = get_args(LawName)
 SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
 
 
-@pytest.fixture(autouse=True)
-def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However busy this machine is, no step takes any time."""
-    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+pytestmark = pytest.mark.usefixtures("fast_machine")
 
 
 def at(scene: SceneName = "hold", ghost: Ghost = "off", **run: Any) -> Session:
-    """A session in a scene."""
     return Session(Settings(RunSettings(scene=scene, **run), PageSettings(ghost=ghost)))
 
 
 def go(session: Session, seconds: float) -> None:
-    """Let so much simulated time go by."""
     for _ in range(round(seconds / 0.1)):
         session.advance(0.1 / session.settings.page.speed)
 
 
 def table(simulation: Simulation | None) -> np.ndarray:
-    """Its whole history."""
     assert simulation is not None
     return simulation.history.table()
 
 
 def the_ghost(session: Session) -> Simulation:
-    """The ghost, which is there."""
     assert session.ghost is not None
     return session.ghost
-
-
-# --- the run itself does not notice --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -70,56 +58,39 @@ def test_the_run_keeps_its_bits_beside_any_law(law: LawName) -> None:
         assert np.abs(ghost.positions - haunted.simulation.positions).max() > 1e-4
 
 
-@pytest.mark.parametrize("scene", SCENES)
-def test_the_run_keeps_its_bits_in_any_scene(scene: SceneName) -> None:
-    alone, haunted = at(scene, ball="cross"), at(scene, "unprotected", ball="cross")
-    for session in (alone, haunted):
-        go(session, 1.5)
-        session.change("dm", 0.2)
-        session.change("avoid", "both")
-        go(session, 0.5)
-    assert table(alone.simulation).tobytes() == table(haunted.simulation).tobytes()
-    assert the_ghost(haunted).history.count == 400
-
-
 HAND = st.lists(st.floats(-0.5, 0.5), min_size=3, max_size=3).map(lambda way: HandTarget(np.array([0.3, 0.0, 1.0]) + way))
 ACTIONS: st.SearchStrategy[Callable[[Session], object]] = st.one_of(
     st.floats(0.0, 0.1).map(lambda elapsed: lambda s: s.advance(elapsed)),
     HAND.map(lambda target: lambda s: s.hold(target)),
-    st.just(lambda s: s.hold(None)),
     st.just(lambda s: s.nudge(np.array([0.0, 0.02, 0.0]))),
-    st.just(lambda s: s.toggle_pause()),
-    st.just(lambda s: s.single_step()),
-    st.just(lambda s: s.reset()),
+    st.sampled_from((Session.toggle_pause, Session.single_step, Session.reset, lambda s: s.hold(None))),
     *(
         st.sampled_from(choices).map(lambda value, key=key: lambda s: s.change(key, value))
         for key, choices in {
             "dm": (0.1, 0.2),
             "k": (1.0, 4.0),
-            "law": ("barrier_qp", "smooth_priority", "strict_switched"),
+            "dt": (0.004, 0.008),
+            "seed": (1, 2),
             "scene": SCENES,
             "rig": ("torso", "table"),
+            "law": ("barrier_qp", "smooth_priority", "strict_switched"),
             "guided": ("left", "right"),
             "avoid": ("paper", "both", "guided"),
             "coupled": (True, False),
             "autopilot": (True, False),
-            "dt": (0.004, 0.008),
-            "seed": (1, 2),
         }.items()
     ),
 )
-HAUNT: st.SearchStrategy[Callable[[Session], object]] = st.sampled_from(get_args(Ghost)).map(
-    lambda ghost: lambda s: s.change("ghost", ghost)
-)
+GHOSTS = st.none() | st.sampled_from(get_args(Ghost))
 
 
 @settings(max_examples=60)
-@given(st.lists(st.tuples(ACTIONS, st.none() | HAUNT), min_size=5, max_size=25))
-def test_whatever_is_done_the_run_does_not_notice(actions: list[tuple[Any, Any]]) -> None:
+@given(st.lists(st.tuples(ACTIONS, GHOSTS), min_size=5, max_size=25))
+def test_whatever_is_done_in_any_scene_the_run_does_not_notice(actions: list[tuple[Any, Any]]) -> None:
     alone, haunted = at(), at()
-    for action, haunt in actions:
-        if haunt is not None:
-            haunt(haunted)
+    for action, new in actions:
+        if new is not None:
+            haunted.change("ghost", new)
         for session in (alone, haunted):
             action(session)
             session.advance(0.06)
@@ -131,11 +102,8 @@ def test_whatever_is_done_the_run_does_not_notice(actions: list[tuple[Any, Any]]
     assert replace(haunted.settings, page=alone.settings.page) == alone.settings
 
 
-# --- what it does --------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_ghost_with_the_same_settings_is_the_run(scene: SceneName) -> None:
+def test_a_ghost_with_the_same_settings_is_the_run_in_any_scene(scene: SceneName) -> None:
     session = at(scene, ball="cross")
     go(session, 1.0)
     session.change("ghost", "frozen")
@@ -143,8 +111,12 @@ def test_a_ghost_with_the_same_settings_is_the_run(scene: SceneName) -> None:
     session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
     go(session, 0.5)
     ghost = table(session.ghost)
-    assert len(ghost) == 300
-    assert ghost.tobytes() == table(session.simulation)[-300:].tobytes()
+    assert len(ghost) == 300 and ghost.tobytes() == table(session.simulation)[-300:].tobytes()
+    # Also as a link brings it, from the first step on.
+    session = at(scene, "frozen", ball="cross")
+    assert the_ghost(session).settings == session.settings.run
+    go(session, 0.5)
+    assert table(session.ghost).tobytes() == table(session.simulation).tobytes()
 
 
 def test_the_frozen_ghost_keeps_law_and_gain_and_nothing_else() -> None:
@@ -177,11 +149,13 @@ def test_a_ghost_with_another_law_has_all_other_settings() -> None:
     assert the_ghost(session).settings.law.law == "potential_field"
 
 
-def test_a_ghost_begins_where_the_run_is() -> None:
+def test_a_ghost_begins_where_the_run_is_and_follows_the_same_hand() -> None:
     session = at(ghost="unprotected")
     go(session, 6.0)
     simulation = session.simulation
-    assert np.abs(the_ghost(session).positions - simulation.positions).max() > 0.01
+    other, joints = simulation.avoiding.joints, simulation.guided.joints
+    assert np.abs(the_ghost(session).positions[other] - simulation.positions[other]).max() > 0.01
+    assert the_ghost(session).positions[joints].tobytes() == simulation.positions[joints].tobytes()
     session.change("ghost", "barrier_qp")
     ghost = the_ghost(session)
     assert ghost.positions.tobytes() == simulation.positions.tobytes()
@@ -189,15 +163,6 @@ def test_a_ghost_begins_where_the_run_is() -> None:
     go(session, 0.1)
     rows = table(ghost)
     assert rows[:, COLUMN["t"]].tobytes() == table(simulation)[-len(rows) :, COLUMN["t"]].tobytes()
-
-
-def test_both_are_under_the_same_hand() -> None:
-    session = at(ghost="unprotected")
-    go(session, 6.0)
-    joints = session.simulation.guided.joints
-    assert the_ghost(session).positions[joints].tobytes() == session.simulation.positions[joints].tobytes()
-    other = session.simulation.avoiding.joints
-    assert np.abs(the_ghost(session).positions[other] - session.simulation.positions[other]).max() > 0.01
 
 
 def test_reset_resets_both() -> None:
@@ -219,14 +184,12 @@ def test_reset_resets_both() -> None:
     assert table(ghost).tobytes() == fresh.history.table().tobytes()
 
 
-@pytest.mark.parametrize(
-    ("key", "value"), [("scene", "master_slave"), ("rig", "table"), ("guided", "left"), ("scene", "ball"), ("scene", "solo")]
-)
-def test_in_another_room_or_role_the_ghost_is_made_anew(key: str, value: str) -> None:
+@pytest.mark.parametrize("change", ["scene=master_slave", "rig=table", "guided=left", "scene=ball", "scene=solo"])
+def test_in_another_room_or_role_there_is_another_ghost(change: str) -> None:
     session = at(ghost="unprotected")
     go(session, 6.0)
     old = the_ghost(session)
-    session.change(key, value)
+    session.change(*change.split("="))
     ghost, simulation = the_ghost(session), session.simulation
     assert ghost is not old and ghost.room is simulation.room and ghost.settings.law.law == "unprotected"
     assert ghost.positions.tobytes() == simulation.positions.tobytes() and ghost.time == simulation.time
@@ -235,24 +198,14 @@ def test_in_another_room_or_role_the_ghost_is_made_anew(key: str, value: str) ->
     assert ghost.history.count == 100
 
 
-def test_a_link_may_bring_a_ghost() -> None:
-    session = at(ghost="frozen")
-    assert the_ghost(session).settings == session.settings.run
-    go(session, 0.5)
-    assert table(session.ghost).tobytes() == table(session.simulation).tobytes()
-
-
-def test_a_pause_and_a_single_step_are_for_both() -> None:
+def test_single_steps_and_a_machine_that_cannot_keep_up_are_for_both(monkeypatch: pytest.MonkeyPatch) -> None:
     session = at(ghost="barrier_qp")
     go(session, 0.5)
     session.single_step()
     session.single_step()
-    assert session.advance(0.1) == 2
-    assert the_ghost(session).steps == session.simulation.steps == 102
-
-
-def test_a_machine_that_cannot_keep_up_slows_both(monkeypatch: pytest.MonkeyPatch) -> None:
-    session = at(ghost="barrier_qp")
+    assert session.advance(0.1) == 2 and the_ghost(session).steps == session.simulation.steps == 102
+    session.reset()
+    session.toggle_pause()
     clock = [0.0]
     monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
     ghost = the_ghost(session)

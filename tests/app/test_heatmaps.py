@@ -1,7 +1,6 @@
 """The maps of a sweep: what they show, where its lines are, and that they are the same each time."""
 
-from __future__ import annotations
-
+import math
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from app.cli.sweep import Sweep, sweep
 from app.sweep import heatmaps
 from app.sweep.heatmaps import MOST_PANELS, _drawn, _Plan, draw_maps
 from app.sweep.sweep_files import SweepFiles, columns_of, head_of
-from scenes.grids import Grid, Point, read_grid
+from scenes.grids import Grid, read_grid
 from scenes.settings import RunSettings, changed
 from scenes.sweep import FIGURES, Figures
 
@@ -23,13 +22,12 @@ def made_up(over: list[str], d_min, settings: RunSettings = USUAL) -> tuple[Grid
     grid = read_grid(settings, over, 1.0)
     rows = {}
     for index, point in enumerate(grid.points()):
-        others = {name: float(index + 1) for name in FIGURES} | {"d_min": d_min(point), "pair_switches": index}
-        rows[index] = tuple(others[name] for name in FIGURES)
+        others = dict.fromkeys(FIGURES, float(index + 1)) | {"d_min": d_min(point), "pair_switches": index}
+        rows[index] = tuple(others.values())
     return grid, rows
 
 
 def texts(figure) -> set[str]:
-    """Everything that is written on a picture."""
     from matplotlib.text import Text
 
     return {text.get_text() for text in figure.findobj(Text) if text.get_text()}
@@ -50,9 +48,7 @@ def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatc
     first.mkdir()
     second.mkdir()
     drawn = draw_maps(grid, rows, first)
-    assert [path.name for path in drawn] == [
-        f"{name}.{form}" for name in ("d_min", "e2_max", "ddq_max") for form in ("png", "svg")
-    ]
+    assert [path.name for path in drawn] == [f"{n}.{form}" for n in ("d_min", "e2_max", "ddq_max") for form in ("png", "svg")]
     with monkeypatch.context() as patch:
         # One of the three is enough for the second time.
         patch.setattr(heatmaps, "_SHOWN", {"d_min": heatmaps._SHOWN["d_min"]})
@@ -69,9 +65,8 @@ def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatc
 
 
 def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
-    grid, rows = made_up(
-        ["v=0.1:0.5:5", "n=2:6"], lambda point: 0.10 + 0.1 * point[0] + 0.005 * point[1], changed(USUAL, "k", 3.0)
-    )
+    over = ["v=0.1:0.5:5", "n=2:6"]
+    grid, rows = made_up(over, lambda point: 0.10 + 0.1 * point[0] + 0.005 * point[1], changed(USUAL, "k", 3.0))
     plan = _Plan(grid, rows)
     for name, unit in (("d_min", "[mm]"), ("e2_max", "[m²]"), ("ddq_max", "[rad/s²]")):
         figure = _drawn(plan, name)
@@ -81,8 +76,7 @@ def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
         (line,) = contours(ax)
         # On the line, 0.10 + 0.1 v + 0.005 n = d_m.
         vertices = np.concatenate([path.vertices for path in line.get_paths()])
-        assert len(vertices) > 3
-        assert np.allclose(0.10 + 0.1 * vertices[:, 0] + 0.005 * vertices[:, 1], 0.15)
+        assert len(vertices) > 3 and np.allclose(0.10 + 0.1 * vertices[:, 0] + 0.005 * vertices[:, 1], 0.15)
     # Each cell lies about its values, n up the picture.
     mesh = _drawn(plan, "d_min").axes[0].collections[0]
     field = np.asarray(mesh.get_array()).reshape(5, 5)
@@ -93,17 +87,11 @@ def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
 def test_where_the_line_is_not_it_is_said(level: float, sign: str) -> None:
     grid, rows = made_up(["v=0.1:0.5:5", "n=2:6"], lambda point: level + 0.001 * point[1])
     figure = _drawn(_Plan(grid, rows), "d_min")
-    assert contours(figure.axes[0]) == []
-    assert any(sign in text and "everywhere" in text for text in texts(figure))
+    assert not contours(figure.axes[0]) and any(sign in text and "everywhere" in text for text in texts(figure))
 
 
 def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> None:
-    inf = float("inf")
-
-    def d_min(point: Point) -> float:
-        return inf if point == (0.05, 1.0) else 0.1 + 0.001 * point[1]
-
-    grid, rows = made_up(["dm=0.05:0.15:5", "n=1:4"], d_min)
+    grid, rows = made_up(["dm=0.05:0.15:5", "n=1:4"], lambda point: math.inf if point == (0.05, 1.0) else 0.1 + 0.001 * point[1])
     ax, _ = _drawn(_Plan(grid, rows), "d_min").axes
     assert ax.get_xlabel() == "$d_\\mathrm{m}$ [mm]"
     vertices = np.concatenate([path.vertices for path in contours(ax)[0].get_paths()])
@@ -117,11 +105,8 @@ def test_choices_stand_side_by_side_or_are_lines() -> None:
     figure = _drawn(_Plan(grid, rows), "d_min")
     *panels, _ = [ax for ax in figure.axes if ax.get_visible()]
     titles = [ax.get_title() for ax in panels]
-    assert (
-        len(titles) == 4
-        and titles[0] == "law = smooth priority, add w to v = off"
-        and titles[3] == "law = unprotected, add w to v = on"
-    )
+    assert len(titles) == 4 and titles[0] == "law = smooth priority, add w to v = off"
+    assert titles[3] == "law = unprotected, add w to v = on"
     # One number only: a line for each choice, and d_m.
     grid, rows = made_up(["pairs=single,soft", "n=2:6"], lambda point: 0.1 + 0.01 * point[1] + 0.001 * (point[0] == "soft"))
     figure = _drawn(_Plan(grid, rows), "d_min")
@@ -130,28 +115,27 @@ def test_choices_stand_side_by_side_or_are_lines() -> None:
     single, soft, critical = ax.get_lines()
     assert np.allclose(single.get_ydata(), [120, 130, 140, 150, 160]) and np.allclose(soft.get_ydata(), [121, 131, 141, 151, 161])
     assert np.allclose(critical.get_ydata(), 150.0)
-    # Told apart by more than their colour.
+    # They differ by more than their colour.
     assert single.get_linestyle() != soft.get_linestyle() and single.get_marker() != soft.get_marker()
     assert {text.get_text() for text in legend.get_texts()} == {"single", "soft", "$d_m$"}
+
+
+def test_a_choice_alone_has_dots_without_a_line() -> None:
+    (ax,) = _drawn(_Plan(*made_up(["rig=torso,table"], lambda point: 0.1)), "ddq_max").axes
+    (dots,) = ax.get_lines()
+    assert dots.get_linestyle() == "None" and dots.get_marker() != "None" and list(dots.get_ydata()) == [1.0, 2.0]
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["torso", "table"]
 
 
 def test_where_nothing_can_be_met_there_is_no_distance_to_draw() -> None:
     """One arm alone: d = ∞; its error has a unit of its own in scenes that follow joints."""
     for over in (["k=1:3", "g=5:7"], ["k=1:3"]):
-        grid, rows = made_up(over, lambda point: float("inf"), changed(USUAL, "scene", "solo"))
+        grid, rows = made_up(over, lambda point: math.inf, changed(USUAL, "scene", "solo"))
         for name in ("d_min", "e2_max"):
             figure = _drawn(_Plan(grid, rows), name)
             assert not any("everywhere" in text for text in texts(figure)) and contours(figure.axes[0]) == []
     grid, rows = made_up(["n=1:3", "scene=hold,master_slave"], lambda point: 0.1)
     assert _drawn(_Plan(grid, rows), "e2_max").axes[0].get_ylabel().endswith("[m² or rad²]")
-
-
-def test_a_choice_alone_has_dots_without_a_line() -> None:
-    grid, rows = made_up(["rig=torso,table"], lambda point: 0.1)
-    (ax,) = _drawn(_Plan(grid, rows), "ddq_max").axes
-    (dots,) = ax.get_lines()
-    assert dots.get_linestyle() == "None" and dots.get_marker() != "None" and list(dots.get_ydata()) == [1.0, 2.0]
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["torso", "table"]
 
 
 def test_too_many_panels_are_not_drawn_but_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

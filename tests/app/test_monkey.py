@@ -1,7 +1,5 @@
 """A few seconds with a visitor who does anything at all; `python -m tests.tools.monkey --seeds 1 2 3 4 5 --seconds 60` takes its time."""
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np
@@ -37,5 +35,5 @@ def test_what_must_never_happen_is_seen() -> None:
         logging.getLogger("duet.session").error("this is one")
         with pytest.raises(Trouble, match="this is one"):
             watch.check()
-    logging.getLogger("duet.session").error("nobody listens any more")
+    logging.getLogger("duet.session").error("this comes too late")
     assert len(watch.complaints) == 1

@@ -1,7 +1,5 @@
 """`lwr-duet bench --peers`: all methods have the same experiment, and engines that disagree are refused."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 from dataclasses import replace
@@ -28,41 +26,29 @@ needs_extra = pytest.mark.skipif(
 
 @cache
 def baked(steps: int = 40) -> Baked:
-    """A short hold experiment, only to be read."""
     return bake(POSE, steps)
 
 
 class Wrong:
-    """Our own engine with one thing spoilt."""
-
     def __init__(self, spoilt: str) -> None:
         self._engine, self._spoilt = OurEngine(baked()), spoilt
 
     def distances(self, positions: Array) -> dict[tuple[str, str], float]:
         found = self._engine.distances(positions)
-        last = next(reversed(found))
-        if self._spoilt == "distance":
-            found[last] += 2e-9
-        if self._spoilt == "nan":
-            found[last] = float("nan")
-        if self._spoilt == "pair":
-            del found[last]
-        return found
+        last, distance = found.popitem()
+        change = {"distance": 2e-9, "nan": np.nan}.get(self._spoilt, 0.0)
+        return found if self._spoilt == "pair" else found | {last: distance + change}
 
     def hand_pose(self, positions: Array) -> tuple[Array, Array]:
         place, rotation = self._engine.hand_pose(positions)
-        return (place + 2e-9 if self._spoilt == "pose" else place), rotation
+        return place + 2e-9 * (self._spoilt == "pose"), rotation
 
 
 def test_only_engines_that_agree_pass_the_gate() -> None:
     found = gate(baked(), {"itself": Wrong("nothing")})["itself"]
     assert found["distance"] == found["hand_pose"] == 0.0
-    for spoilt, named in (
-        ("distance", "distance of it"),
-        ("nan", "distance of it"),
-        ("pose", "hand pose of it"),
-        ("pair", "left hand / right hand is a pair"),
-    ):
+    pair = "left hand / right hand is a pair"
+    for spoilt, named in {"distance": "distance of it", "nan": "distance of it", "pose": "hand pose of it", "pair": pair}.items():
         with pytest.raises(DuetError, match=named):
             gate(baked(), {"it": Wrong(spoilt)})
 

@@ -19,26 +19,27 @@ from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 @pytest.fixture
 def wave(tmp_path: Path) -> Path:
-    """Three seconds of a wave as a BVH file."""
     path = tmp_path / "wave.bvh"
     path.write_text(write_bvh(Clip("wave"), MIXAMO), encoding="utf-8")
     return path
 
 
+def angles_of(target: object) -> np.ndarray:
+    assert isinstance(target, AnglesTarget) and target.angles is not None
+    return target.angles
+
+
 def test_a_recorded_person_starts_again_at_the_end(wave: Path) -> None:
-    """The file's angles at every time, and the first ones again after the last."""
     motion = read_bvh(wave)
     person = from_bvh(motion)
     for time in (0.0, 0.7, 0.5 * motion.duration):
         for laps in (0, 3):
-            target = person.target(time + laps * motion.duration)
             wanted = motion.angles(time)
-            assert isinstance(target, AnglesTarget) and target.angles is not None and wanted is not None
-            assert np.abs(target.angles - wanted).max() < 1e-9
+            assert wanted is not None
+            assert np.abs(angles_of(person.target(time + laps * motion.duration)) - wanted).max() < 1e-9
 
 
 def test_wrong_sources_are_refused(wave: Path, tmp_path: Path) -> None:
-    """Two sources at once, a camera without a model, a file that is none."""
     with pytest.raises(BadSetting, match="one of them"):
         find_input_sources(None, 0, wave, wave)
     with pytest.raises(BadSetting, match="--pose-model"):
@@ -51,7 +52,6 @@ def test_wrong_sources_are_refused(wave: Path, tmp_path: Path) -> None:
 
 
 def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The robots follow the file, not the clip; a file for another experiment is refused, and so are two sources."""
     outs = []
     for name, options in (("file", ["--bvh", str(wave)]), ("clip", ["--clip", "clap"])):
         out = tmp_path / f"{name}.csv"
@@ -65,33 +65,26 @@ def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert "one of them" in capsys.readouterr().err
 
 
-def test_a_visitor_chooses_the_source(house: OpenHouse, arrive: Arrive, wave: Path) -> None:
-    """The file named at the start is there when it is chosen, and the clip again afterwards; without a camera nobody is lost."""
+def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips(
+    house: OpenHouse, arrive: Arrive, wave: Path
+) -> None:
     guest = arrive(house(Settings(), sources=find_input_sources(wave, None, None, None)))
     session, motion = guest.session, read_bvh(wave)
-    for key, value in (("source", "file"), ("scene", "imitation")):
-        session.post(lambda key=key, value=value: session.change(key, value))
-    guest.visitor.wait_for(lambda _: session.settings.run.scene == "imitation")
-
-    guest.visitor.wait_for(lambda _: session.simulation.time > 0.3)
-    session.post(session.toggle_pause)
-    guest.visitor.wait_for(lambda _: session.paused)
-    target = session.target()
-    assert isinstance(target, AnglesTarget) and target.angles is not None
+    guest.ask(lambda s: [s.change("source", "file"), s.change("scene", "imitation")])
+    guest.run_on(0.3)
+    guest.ask(lambda s: s.toggle_pause())
+    shown = angles_of(session.target())
     seen = [motion.angles(t) for t in np.linspace(0.0, motion.duration, 600)]
-    assert min(np.abs(target.angles - angles).max() for angles in seen if angles is not None) < 0.02
+    assert min(np.abs(shown - angles).max() for angles in seen if angles is not None) < 0.02
     for source in ("camera", "clips"):
-        session.post(lambda source=source: session.change("source", source))
-        guest.visitor.wait_for(lambda _, source=source: session.settings.page.source == source)
+        guest.ask(lambda s, source=source: s.change("source", source))
     clip = Clip(session.settings.run.clip, session.settings.run.seed)
     guest.visitor.wait_for(lambda _: session.target() is not None)
-    target = session.target()
-    assert isinstance(target, AnglesTarget) and target.angles is not None
-    assert min(np.abs(target.angles - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
+    shown = angles_of(session.target())
+    assert min(np.abs(shown - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
 
 
-def test_a_law_file_runs_for_every_visitor_and_is_loaded_again(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
-    """It keeps clear as ours does; a mistake that is saved freezes the arm and is named; saved right again, it goes on."""
+def test_a_law_file_is_loaded_again_and_a_mistake_in_it_is_named(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
     path = tmp_path / "my_law.py"
     assert main(["new-law", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
@@ -99,13 +92,10 @@ def test_a_law_file_runs_for_every_visitor_and_is_loaded_again(house: OpenHouse,
         find_input_sources(None, None, None, None, tmp_path / "none.py")
     guest = arrive(house(Settings(), sources=find_input_sources(None, None, None, None, path)))
     session = guest.session
-    guest.visitor.wait_for(lambda _: session.custom_law_problem == "" and session.simulation.time > 0.5)
-    path.write_text(
-        text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0  # a mistake\n"), encoding="utf-8"
-    )
-    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.custom_law_problem)
+    guest.visitor.wait_for(lambda _: session.student_law.problem == "" and session.simulation.time > 0.5)
+    path.write_text(text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8")
+    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.student_law.problem)
     path.write_text(text, encoding="utf-8")
-    guest.visitor.wait_for(lambda _: session.custom_law_problem == "")
-    session.post(lambda: session.change("law", "unprotected"))
-    guest.visitor.wait_for(lambda _: session.settings.run.law.law == "unprotected")
-    assert session.custom_law == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0
+    guest.visitor.wait_for(lambda _: session.student_law.problem == "")
+    guest.ask(lambda s: s.change("law", "unprotected"))
+    assert session.student_law.file == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0

@@ -1,7 +1,5 @@
 """What is slow the first time is ready before anybody asks; what has to be built is built in another process."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import get_args, get_type_hints
@@ -26,7 +24,6 @@ from tests.app.inline import Inline
 
 @pytest.fixture
 def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache, on the disk and in the memory."""
     monkeypatch.setattr(platformdirs, "user_cache_dir", lambda *_: str(tmp_path))
     robot.cache_clear()
     table_glb.cache_clear()
@@ -63,7 +60,6 @@ def test_what_is_not_stored_is_built_by_a_worker(store: Path, monkeypatch: pytes
 
 
 def test_everything_that_the_stage_asks_for_is_made_ready_under_the_very_name(house: OpenHouse, arrive: Arrive) -> None:
-    """A second look for what was made ready finds it in the memory."""
     for draw in drawn():
         draw()
     guest = arrive(house())

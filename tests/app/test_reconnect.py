@@ -1,20 +1,17 @@
-"""Connections that break: whoever comes back finds everything as it was, and nobody else notices."""
-
-from __future__ import annotations
+"""Connections that break: a tab that comes back finds everything as it was, and no other tab notices."""
 
 import gc
 import logging
 import os
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import msgspec
 import pytest
 
 from app.bench.blocking_client import BlockingClient
-from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_session import LessonSession
@@ -22,34 +19,25 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
-from tests.app.conftest import HAND, Join, OpenHouse, ask, live_sessions
-from tests.app.page.helpers import page_label
+from tests.app.conftest import HAND, Join, OpenHouse, ask, lecture_of, live_sessions
+from tests.app.page.helpers import buttons, click, page_label
 from tests.browser import PageAt, until, wait_ready
 
 WORD = "0123456789abcdef0123456789abcdef"
 
 
-def host_of(opened: App) -> PrivateHost:
-    assert isinstance(opened.host, PrivateHost)
-    return opened.host
-
-
 class Tab:
-    """A tab that comes back by its own link under its own word, whenever its connection breaks."""
-
     def __init__(self, opened: App, link: str, word: str = WORD) -> None:
         self.opened, self.query, self.number = opened, f"{link}&resume={word}", -1
         self.visitor: BlockingClient = self.come()
 
     def come(self) -> BlockingClient:
         before = set(live_sessions(self.opened))
-        self.visitor = BlockingClient(self.opened.url, query=self.query)
-        self.visitor.wait_for(lambda _: len(set(live_sessions(self.opened)) - before) == 1, 60.0)
+        visitor = self.visitor = BlockingClient(self.opened.url, query=self.query)
+        visitor.wait_for(lambda _: len(set(live_sessions(self.opened)) - before) == 1, 60.0)
         (self.number,) = set(live_sessions(self.opened)) - before
-        self.visitor.wait_for(
-            lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/base") for n in list(v.mirror.nodes)), 60.0
-        )
-        return self.visitor
+        visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/base") for n in list(v.mirror.nodes)), 60.0)
+        return visitor
 
     @property
     def session(self) -> Session:
@@ -57,7 +45,8 @@ class Tab:
 
     @property
     def lessons(self) -> LessonSession:
-        return host_of(self.opened).visitors[self.number].lessons
+        assert isinstance(self.opened.host, PrivateHost)
+        return self.opened.host.visitors[self.number].lessons
 
     def cut(self, unfinished: bytes = b"") -> None:
         """Break the connection without a word; perhaps in the middle of a message."""
@@ -65,48 +54,30 @@ class Tab:
         with suppress(Exception):
             self.visitor.close()
 
+    def remembered(self) -> dict[str, Any]:
+        def look(session: Session) -> dict[str, Any]:
+            simulation, ghost, walk = session.simulation, session.ghost, self.lessons.walk
+            history, at = simulation.history, (simulation.steps, simulation.time)
+            return {
+                "settings": session.settings,
+                "paused": session.paused,
+                "lesson": (walk.to_json(), walk.lesson.id, walk.step.id, walk.phase) if self.lessons.open else None,
+                "state": (*at, simulation.positions.tobytes(), simulation.velocities.tobytes()),
+                "history": (history.count, history.last().positions.tobytes() if history.count else b""),
+                "ghost": None if ghost is None else (ghost.settings, ghost.steps, ghost.positions.tobytes()),
+            }
+
+        return ask(self.session, look)
+
 
 @pytest.fixture
-def tab(house: OpenHouse) -> Iterator[Callable[..., Tab]]:
-    with ExitStack() as stack:
+def tab(request: pytest.FixtureRequest) -> Callable[..., Tab]:
+    def make(opened: App, link: str = "", word: str = WORD) -> Tab:
+        one = Tab(opened, link, word)
+        request.addfinalizer(lambda: one.visitor.close())
+        return one
 
-        def make(opened: App, link: str = "", word: str = WORD) -> Tab:
-            one = Tab(opened, link, word)
-            stack.callback(lambda: one.visitor.close())
-            return one
-
-        yield make
-
-
-def remembered(one: Tab) -> dict[str, Any]:
-    """All that must not be lost, as it is between two frames."""
-
-    def look(session: Session) -> dict[str, Any]:
-        simulation, ghost, lessons = session.simulation, session.ghost, one.lessons
-        return {
-            "settings": session.settings,
-            "paused": session.paused,
-            "progress": lessons.walk.to_json() if lessons.open else "",
-            "lesson": (lessons.open, lessons.walk.lesson.id, lessons.walk.step.id, lessons.walk.phase) if lessons.open else None,
-            "state": (simulation.steps, simulation.time, simulation.positions.tobytes(), simulation.velocities.tobytes()),
-            "history": (
-                simulation.history.count,
-                simulation.history.last().positions.tobytes() if simulation.history.count else b"",
-            ),
-            "ghost": None if ghost is None else (ghost.settings, ghost.steps, ghost.positions.tobytes()),
-        }
-
-    return ask(one.session, look, 60.0)
-
-
-def labels(visitor: BlockingClient) -> list[str]:
-    return [str(element.get("label")) for element in list(visitor.mirror.gui.values())]
-
-
-def click(visitor: BlockingClient, start: str) -> None:
-    """Press the button whose label begins so."""
-    visitor.wait_for(lambda v: any(label.startswith(start) for label in labels(visitor)), 60.0)
-    visitor.click(next(label for label in labels(visitor) if label.startswith(start)))
+    return make
 
 
 def open_files() -> int:
@@ -122,13 +93,11 @@ def test_fifteen_dropped_connections_lose_nothing(
     one = tab(opened, "lesson=3&step=2")
     # An answer, a run that has been seen, settings that are not the lesson's, and a ghost.
     click(one.visitor, "2 ")
-    one.visitor.wait_for(lambda v: "Run" in labels(one.visitor), 60.0)
+    one.visitor.wait_for(lambda v: "Run" in buttons(v), 60.0)
     ask(one.session, lambda s: s.change("speed", 2.0))
     click(one.visitor, "Run")
     one.visitor.wait_for(lambda _: one.lessons.walk.phase is Phase.OBSERVE, 120.0)
-    ask(one.session, lambda s: s.change("dm", 0.11))
-    ask(one.session, lambda s: s.change("ghost", "frozen"))
-    ask(one.session, lambda s: s.change("dm", 0.12))
+    ask(one.session, lambda s: [s.change("dm", 0.11), s.change("ghost", "frozen"), s.change("dm", 0.12)])
     others = ask(other.session, lambda s: s.settings), other.session
     with caplog.at_level(logging.WARNING):
         caplog.clear()
@@ -141,14 +110,14 @@ def test_fifteen_dropped_connections_lose_nothing(
             if turn == 10:
                 ask(session, lambda s: s.toggle_pause())
             ask(session, lambda s: s.halt.set("visitor"))
-            before = remembered(one)
+            before = one.remembered()
             message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
             one.cut(message if turn % 2 else b"")
             other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
             assert opened.context.store.parked == 1
             one.come()
             assert one.session is session and opened.context.store.parked == 0
-            assert remembered(one) == before
+            assert one.remembered() == before
             counts.append((open_files(), threading.active_count()))
         assert not caplog.records, caplog.text
     assert len(set(counts[1:])) == 1, counts
@@ -171,11 +140,11 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(hou
     one.cut()
     one.come()
     assert one.session is session and session.held is None
-    # Whoever has had hold of the hand has sent the autopilot away.
+    # To take hold of the hand sends the autopilot away.
     expected = changed(changed(changed(Settings(), "n", 8.0), "dm", 0.21), "autopilot", False)
     assert session.simulation.time >= time and session.settings == expected
     assert one.visitor.mirror.labelled(page_label("dm"), "GuiSliderMessage")["value"] == pytest.approx(210.0)
-    # The same tab by another link is somebody else's wish.
+    # The same tab by another link is another wish.
     one.query = f"n=9&resume={WORD}"
     one.cut()
     one.come()
@@ -187,31 +156,27 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     opened = house()
     one = tab(opened, "n=8")
     session = one.session
-    ask(session, lambda s: s.change("ghost", "frozen"))
-    ask(session, lambda s: s.change("dm", 0.2))
+    ask(session, lambda s: [s.change("ghost", "frozen"), s.change("dm", 0.2)])
     one.visitor.wait_for(lambda _: session.simulation.time > 0.5, 60.0)
     ask(session, lambda s: s.toggle_pause())
-    before, old = remembered(one), one.visitor
+    before, old = one.remembered(), one.visitor
     one.come()
     assert one.session is not session
-    after = remembered(one)
-    assert [after[key] for key in ("settings", "paused", "state", "ghost")] == [
-        before[key] for key in ("settings", "paused", "state", "ghost")
-    ]
+    after = one.remembered()
+    assert all(after[key] == before[key] for key in ("settings", "paused", "state", "ghost"))
     old.close()
     one.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
     assert opened.context.store.parked == 0  # what was left has gone on elsewhere
     one.cut()
     one.come()
-    assert remembered(one) == after
+    assert one.remembered() == after
 
 
-def test_a_lecturer_who_drops_out_costs_nobody_a_frame(
+def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
     house: OpenHouse, join: Join, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     opened = house(lecture=True)
-    host = opened.host
-    assert isinstance(host, LectureHost)
+    host = lecture_of(opened)
     lecturer = join(opened)
     lecturer.wait_for(lambda v: host.controls.operation is not None and len(v.mirror.commands) >= 14)
     student, first = join(opened), host.operator

@@ -1,7 +1,5 @@
 """What visitors left behind: for their own tab, for a while, and for a bounded number of them."""
 
-from __future__ import annotations
-
 import math
 from typing import cast
 
@@ -21,8 +19,6 @@ LESSONS = cast(LessonSession, None)
 
 
 class NotedSession(Session):
-    """A session that notes whether it was closed."""
-
     closed = False
 
     def __init__(self) -> None:

@@ -1,7 +1,5 @@
 """A server that hangs is noticed on the page, in the visitor's language; one that is merely quiet is not taken for one that hangs."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess
@@ -38,7 +36,6 @@ addEventListener("DOMContentLoaded", () => new MutationObserver(() => {
 
 @pytest.fixture
 def server() -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """A server in a process of its own, and its address."""
     port = free_port()
     command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", str(port)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:

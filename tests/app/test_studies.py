@@ -1,8 +1,7 @@
 """What a session has computed beside its run: asked when a slider rests, answered once, dropped when it is about another run."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
+import itertools
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 
 from app.runtime.job_pool import JobPool
-from app.session import session as session_module
 from app.session.session import Session
 from app.session.studies import REST, SMOOTHNESS_WINDOW
 from app.settings import PageSettings, Settings
@@ -19,23 +17,17 @@ from scenes import rerun as rerun_module
 from scenes.headless import summarise
 from scenes.history import COLUMN
 from scenes.inputs import CHAPTER
-from scenes.rerun import rerun
+from scenes.rerun import WhatIf, rerun
 from scenes.settings import RunSettings
 from scenes.smoothness import SUBSTEPS
 from tests.app.inline import Inline
 from tests.app.runtime.processes import until
 
-
-@pytest.fixture(autouse=True)
-def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However busy this machine is, no step takes any time."""
-    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
-    monkeypatch.setattr(rerun_module, "perf_counter", lambda: 0.0)
+pytestmark = pytest.mark.usefixtures("fast_machine")
 
 
 @pytest.fixture
 def desk() -> Inline:
-    """A background without processes."""
     return Inline()
 
 
@@ -55,7 +47,11 @@ def rest_at(session: Session, key: str, value: Any) -> None:
     session.advance(0.0)
 
 
-# --- what if -------------------------------------------------------------------------------------------------------------------
+def answered(desk: Inline, session: Session) -> WhatIf:
+    assert len(desk.work("what if")) == 1
+    session.advance(0.0)
+    assert session.what_if is not None
+    return session.what_if
 
 
 def test_the_answer_comes_when_the_slider_rests(desk: Inline) -> None:
@@ -64,14 +60,12 @@ def test_the_answer_comes_when_the_slider_rests(desk: Inline) -> None:
     for d_m in (0.14, 0.13, 0.12):
         session.change("dm", d_m)
         session.advance(REST * 0.6)
-        assert session.computing and not desk.waiting("what if")
+        assert session.studies.busy and not desk.waiting("what if")
     session.advance(REST * 0.6)
     (job,) = desk.waiting("what if")
-    assert job.urgent and session.computing and session.what_if is None
-    assert len(desk.work("what if")) == 1
-    session.advance(0.0)
-    answer = session.what_if
-    assert answer is not None and not session.computing and answer.stride == 1
+    assert job.urgent and session.studies.busy and session.what_if is None
+    answer = answered(desk, session)
+    assert not session.studies.busy and answer.stride == 1
     assert answer.settings == session.settings.run and answer.settings.law.critical_distance == 0.12
     # The curves are of the run's own clock, and what they are compared with is the run itself.
     table = session.simulation.history.table()
@@ -86,25 +80,15 @@ def test_the_answer_comes_when_the_slider_rests(desk: Inline) -> None:
 
 
 def test_a_slow_answer_is_a_draft_first(desk: Inline, monkeypatch: pytest.MonkeyPatch) -> None:
-    clock = [0.0]
-
-    def tick() -> float:
-        clock[0] += 1.0
-        return clock[0]
-
-    monkeypatch.setattr(rerun_module, "perf_counter", tick)
+    monkeypatch.setattr(rerun_module, "perf_counter", itertools.count(1.0).__next__)
     session = running(desk, 3.0)
     rest_at(session, "v", 0.6)
-    desk.work("what if")
-    session.advance(0.0)
-    draft = session.what_if
-    assert draft is not None and draft.stride == 4 and session.computing
+    draft = answered(desk, session)
+    assert draft.stride == 4 and session.studies.busy
     (job,) = desk.waiting("what if")
     assert not job.urgent
-    desk.work("what if")
-    session.advance(0.0)
-    exact = session.what_if
-    assert exact is not None and exact.stride == 1 and not session.computing
+    exact = answered(desk, session)
+    assert exact.stride == 1 and not session.studies.busy
     assert exact.before == draft.before and len(exact.times) > 3 * len(draft.times)
     assert exact.times[0] == draft.times[0]
 
@@ -116,9 +100,7 @@ def test_moving_on_replaces_the_question(desk: Inline) -> None:
     rest_at(session, "k", 4.0)
     (new,) = desk.waiting("what if")
     assert old.state == "dropped" and new is not old
-    desk.work("what if")
-    session.advance(0.0)
-    assert session.what_if is not None and session.what_if.settings.gain == 4.0
+    assert answered(desk, session).settings.gain == 4.0
 
 
 def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Inline, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,10 +112,8 @@ def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Inline, monk
     session.change("dm", 0.1)
     session.toggle_pause()
     session.advance(REST)
-    desk.work("what if")
-    session.advance(0.0)
-    answer = session.what_if
-    assert answer is not None and 700 - 2.0 * CHAPTER / 0.005 < len(answer.times) <= 700
+    answer = answered(desk, session)
+    assert 700 - 2.0 * CHAPTER / 0.005 < len(answer.times) <= 700
     assert answer.times[-1] == session.simulation.history.last().time
 
 
@@ -145,64 +125,69 @@ def test_only_the_law_and_k_are_asked_about(desk: Inline, key: str, value: Any) 
     session.change(key, value)
     for _ in range(5):
         session.advance(REST)
-    assert not session.computing and not desk.waiting("what if")
+    assert not session.studies.busy and not desk.waiting("what if")
 
 
-def test_nobody_is_asked_while_it_is_off(desk: Inline) -> None:
+def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) -> None:
+    session = Session(Settings(page=PageSettings(what_if=True)))
+    session.advance(0.1)
+    session.change("dm", 0.1)
+    session.measure_smoothness()
+    session.advance(1.0)
+    session.close()
+    assert (
+        session.what_if is None
+        and session.studies.smoothness is None
+        and not session.studies.busy
+        and session.studies.message == ""
+    )
     session = Session(Settings(), background=desk)
     session.advance(0.1)
     session.change("dm", 0.1)
     session.advance(1.0)
-    assert not desk.jobs and not session.computing
+    assert not desk.jobs and not session.studies.busy
     # Switching it on makes a process ready, and asks nothing yet.
     session.change("whatif", True)
     session.advance(1.0)
     assert [job.kind for job in desk.jobs] == ["warm"]
 
 
-@pytest.mark.parametrize("end", ["off", "reset", "scene", "guided", "close"])
-def test_an_answer_about_another_run_is_dropped(desk: Inline, end: str) -> None:
-    def finish(session: Session) -> None:
-        match end:
-            case "off":
-                session.change("whatif", False)
-            case "reset":
-                session.reset()
-            case "scene":
-                session.change("scene", "solo")
-            case "guided":
-                session.change("guided", "left")
-            case _:
-                session.close()
-
-    for stage in ("asked", "computing", "answered"):
-        session = running(desk, 1.5)
-        session.change("dm", 0.12)
-        if stage != "asked":
-            session.advance(REST)
-            session.advance(0.0)
-            assert len(desk.waiting("what if")) == 1
-        if stage == "answered":
-            desk.work("what if")
-            session.advance(0.0)
-            assert session.what_if is not None
-        finish(session)
-        assert session.what_if is None and not session.computing and not desk.waiting("what if")
-        session.advance(1.0)
-        assert session.what_if is None and not desk.waiting("what if")
+ENDS: dict[str, Callable[[Session], object]] = {
+    "off": lambda session: session.change("whatif", False),
+    "reset": Session.reset,
+    "scene": lambda session: session.change("scene", "solo"),
+    "guided": lambda session: session.change("guided", "left"),
+    "close": Session.close,
+}
 
 
-def test_what_fails_is_told_and_can_be_asked_again(desk: Inline) -> None:
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("stage", ["asked", "computing", "answered"])
+def test_an_answer_about_another_run_is_dropped(desk: Inline, end: str, stage: str) -> None:
+    session = running(desk, 1.5)
+    session.change("dm", 0.12)
+    if stage != "asked":
+        session.advance(REST)
+        session.advance(0.0)
+        assert len(desk.waiting("what if")) == 1
+    if stage == "answered":
+        answered(desk, session)
+    ENDS[end](session)
+    for elapsed in (1.0, 0.0):
+        assert session.what_if is None and not session.studies.busy and not desk.waiting("what if")
+        session.advance(elapsed)
+
+
+def test_what_fails_is_named_and_can_be_asked_again(desk: Inline) -> None:
     session = running(desk, 1.5)
     rest_at(session, "dm", 0.12)
     (job,) = desk.waiting("what if")
     job.state, job.message = "failed", "The computation was ended from outside; ask for it again."
     session.advance(0.0)
-    assert session.study_message == job.message and session.what_if is None and not session.computing
+    assert session.studies.message == job.message and session.what_if is None and not session.studies.busy
     rest_at(session, "dm", 0.13)
-    desk.work("what if")
-    session.advance(0.0)
-    assert session.study_message == "" and session.what_if is not None
+    answered(desk, session)
+    assert session.studies.message == ""
 
 
 def test_the_run_does_not_notice(desk: Inline) -> None:
@@ -216,43 +201,38 @@ def test_the_run_does_not_notice(desk: Inline) -> None:
     assert asking.simulation.history.table().tobytes() == alone.simulation.history.table().tobytes()
 
 
-# --- smoothness ----------------------------------------------------------------------------------------------------------------
-
-
 def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
     session = running(desk, 4.5, ghost="strict_switched")
     for _ in range(10):
         session.advance(0.1)
     session.measure_smoothness()
-    assert session.computing and session.smoothness is not None and not session.smoothness.finished
+    assert session.studies.busy and session.studies.smoothness is not None and not session.studies.smoothness.finished
     assert len(desk.waiting("smoothness")) == 2 * len(SUBSTEPS)
     # The answers come one by one, in any order.
     for job in reversed(desk.waiting("smoothness")[:-2]):
         job.arguments = (job.arguments[0], job.arguments[1], 1)  # the coarsest is soon done
         job.result, job.state = 0.5, "done"
     session.advance(0.0)
-    law, ghost = session.smoothness.law, session.smoothness.ghost
+    law, ghost = session.studies.smoothness.law, session.studies.smoothness.ghost
     assert ghost is not None and law.largest == (0.5, 0.5, 0.5, None) == ghost.largest
     assert law.verdict == "measuring" and law.settings == session.settings.run
     assert ghost.settings.law.law == "strict_switched"
     assert law.seconds <= SMOOTHNESS_WINDOW + CHAPTER and law.dts == (0.005, 0.0025, 0.00125, 0.000625)
     desk.work("smoothness")
     session.advance(0.0)
-    assert session.smoothness.finished and not session.computing
-    ghost = session.smoothness.ghost
+    assert session.studies.smoothness.finished and not session.studies.busy
+    ghost = session.studies.smoothness.ghost
     # The smooth law's true step at dt/8 is far below 0.5; the hard switch of the ghost jumps.
-    assert session.smoothness.law.largest[3] is not None and session.smoothness.law.largest[3] < 0.01
+    assert session.studies.smoothness.law.largest[3] is not None and session.studies.smoothness.law.largest[3] < 0.01
     assert ghost is not None and ghost.largest[3] is not None and ghost.largest[3] > 0.1 and ghost.verdict == "jump"
 
 
-def test_smoothness_needs_something_to_measure(desk: Inline) -> None:
+def test_smoothness_needs_something_to_measure_and_measuring_again_begins_again_and_reset_forgets(desk: Inline) -> None:
     session = running(desk, 0.1)
     session.measure_smoothness()
-    assert session.smoothness is None and "few seconds" in session.study_message and not desk.waiting("smoothness")
-
-
-def test_measuring_again_begins_anew_and_reset_forgets(desk: Inline) -> None:
-    session = running(desk, 1.0)
+    assert session.studies.smoothness is None and "few seconds" in session.studies.message and not desk.waiting("smoothness")
+    for _ in range(9):
+        session.advance(0.1)
     session.measure_smoothness()
     first = desk.waiting("smoothness")
     session.measure_smoothness()
@@ -260,32 +240,15 @@ def test_measuring_again_begins_anew_and_reset_forgets(desk: Inline) -> None:
     (job, *_) = desk.waiting("smoothness")
     job.state, job.message = "failed", "The computation failed."
     session.advance(0.0)
-    assert session.smoothness is None and session.study_message == "The computation failed." and not desk.waiting("smoothness")
+    assert (
+        session.studies.smoothness is None
+        and session.studies.message == "The computation failed."
+        and not desk.waiting("smoothness")
+    )
     session.measure_smoothness()
-    assert session.study_message == ""
+    assert session.studies.message == ""
     session.reset()
-    assert session.smoothness is None and not session.computing and not desk.waiting("smoothness")
-
-
-def test_without_a_background_nothing_is_computed() -> None:
-    session = Session(Settings(page=PageSettings(what_if=True)))
-    session.advance(0.1)
-    session.change("dm", 0.1)
-    session.measure_smoothness()
-    session.advance(1.0)
-    session.close()
-    assert session.what_if is None and session.smoothness is None and not session.computing and session.study_message == ""
-
-
-# --- with real processes -------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def background() -> Iterator[JobPool]:
-    """One real worker."""
-    background = JobPool(1)
-    yield background
-    background.close()
+    assert session.studies.smoothness is None and not session.studies.busy and not desk.waiting("smoothness")
 
 
 def test_many_visitors_are_all_answered_by_one_process(background: JobPool) -> None:
@@ -297,25 +260,24 @@ def test_many_visitors_are_all_answered_by_one_process(background: JobPool) -> N
     leaving = sessions.pop(5)
     leaving.close()
 
-    def answered() -> bool:
+    def all_answered() -> bool:
         for session in sessions:
             session.advance(0.0)
-        return all(session.what_if is not None and not session.computing for session in sessions)
+        return all(session.what_if is not None and not session.studies.busy for session in sessions)
 
-    until(answered)
+    until(all_answered)
     for session in sessions:
         answer = session.what_if
         assert answer is not None and answer.stride == 1
         assert answer.settings.law.critical_distance == session.settings.run.law.critical_distance
         recorded = session.recorded()
         assert recorded is not None
-        keys = {"dm": answer.settings.law.critical_distance}
-        exact = rerun(recorded, keys).table[: len(answer.times), COLUMN["d"]]
+        exact = rerun(recorded, {"dm": answer.settings.law.critical_distance}).table[: len(answer.times), COLUMN["d"]]
         assert answer.distance.tobytes() == exact.tobytes()
     assert leaving.what_if is None and background.load == (0, 0)
 
 
-def test_positive_control_a_wrong_override_would_be_told(background: JobPool) -> None:
+def test_a_wrong_override_fails_in_the_worker_as_it_does_here(background: JobPool) -> None:
     session = Session(Settings(), background=background)
     session.advance(0.1)
     recorded = session.recorded()

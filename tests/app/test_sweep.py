@@ -1,15 +1,16 @@
 """`lwr-duet sweep`: what it writes, how it goes on after an interruption, and how it says no."""
 
-from __future__ import annotations
-
 import os
+import re
 import select
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import tyro
@@ -26,10 +27,6 @@ from scenes.sweep import FIGURES, Figures
 
 USUAL = RunSettings()
 SMALL = Sweep(over=("n=2,8", "pairs=single,soft"), seconds=0.2, workers=1, maps=False)
-
-
-def in_folder(folder: Path, base: Sweep = SMALL) -> Sweep:
-    return replace(base, out=folder)
 
 
 def read(path: Path) -> tuple[list[str], list[str], list[list[str]]]:
@@ -85,11 +82,11 @@ def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
 def test_it_goes_on_where_it_was_ended(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], torn: str
 ) -> None:
-    assert sweep(in_folder(tmp_path / "whole")) == 0
+    assert sweep(replace(SMALL, out=tmp_path / "whole")) == 0
     folder = tmp_path / "parts"
     with monkeypatch.context() as patch:
         assert interrupted(patch, 2) == []
-        assert sweep(in_folder(folder)) == INTERRUPTED
+        assert sweep(replace(SMALL, out=folder)) == INTERRUPTED
     assert "2 of 4 runs" in capsys.readouterr().err
     part = folder / "sweep.part.csv"
     assert [path.name for path in folder.iterdir()] == [part.name] and len(read(part)[2]) == 2
@@ -98,88 +95,80 @@ def test_it_goes_on_where_it_was_ended(
         file.write(torn)
     with monkeypatch.context() as patch:
         seen = interrupted(patch, 99)
-        assert sweep(in_folder(folder)) == 0
+        assert sweep(replace(SMALL, out=folder)) == 0
     assert seen == [1, 0]
     assert [path.name for path in folder.iterdir()] == ["sweep.csv"]
     assert (folder / "sweep.csv").read_bytes() == (tmp_path / "whole" / "sweep.csv").read_bytes()
-
-
-def test_what_is_complete_is_not_run_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    assert sweep(in_folder(tmp_path)) == 0
-    before = (tmp_path / "sweep.csv").read_bytes()
+    # What is complete is not run again.
     seen = interrupted(monkeypatch, 0)
-    assert sweep(in_folder(tmp_path)) == 0
-    assert seen == [] and (tmp_path / "sweep.csv").read_bytes() == before
-    # Positive control: the patch does see runs.
-    assert sweep(in_folder(tmp_path / "other")) == INTERRUPTED
+    assert sweep(replace(SMALL, out=folder)) == 0 and seen == []
 
 
 @pytest.mark.parametrize("part", [False, True])
 @pytest.mark.parametrize(
     ("other", "named"),
     [
-        (replace(SMALL, settings=RunOptions(k="3")), ["k is 2.0 there, 3.0 here"]),
-        (replace(SMALL, seconds=0.3), ["seconds is 0.2 there, 0.3 here"]),
-        (replace(SMALL, over=("n=2,8,9", "pairs=single,soft")), ["over n is 2.0, 8.0 there"]),
-        (replace(SMALL, over=("n=2,8",)), ["pairs is not given there, soft here"]),
-        (replace(SMALL, over=("pairs=single,soft", "n=2,8")), ["the order of the settings"]),
+        ({"settings": RunOptions(k="3")}, "k is 2.0 there, 3.0 here"),
+        ({"seconds": 0.3}, "seconds is 0.2 there, 0.3 here"),
+        ({"over": ("n=2,8,9", "pairs=single,soft")}, "over n is 2.0, 8.0 there"),
+        ({"over": ("n=2,8",)}, "pairs is not given there, soft here"),
+        ({"over": ("pairs=single,soft", "n=2,8")}, "the order of the settings"),
     ],
 )
-def test_rows_of_another_sweep_are_not_mixed_in(tmp_path: Path, other: Sweep, named: list[str], part: bool) -> None:
-    assert sweep(in_folder(tmp_path)) == 0
+def test_rows_of_another_sweep_are_not_mixed_in(tmp_path: Path, other: dict[str, Any], named: str, part: bool) -> None:
+    assert sweep(replace(SMALL, out=tmp_path)) == 0
     path = tmp_path / "sweep.csv"
     if part:
         path = path.rename(tmp_path / "sweep.part.csv")
     before = path.read_bytes()
     with pytest.raises(BadSetting) as error:
-        sweep(in_folder(tmp_path, other))
-    assert all(text in str(error.value) for text in (path.name, "another --out", *named)), error.value
+        sweep(replace(SMALL, out=tmp_path, **other))
+    assert all(text in str(error.value) for text in (path.name, "another --out", named)), error.value
     assert path.read_bytes() == before
 
 
 @pytest.mark.parametrize(
     ("spoil", "named"),
     [
-        (lambda lines: [*lines[:-1], lines[-1].replace(",", ",x", 3)], ["not of this sweep"]),
-        (lambda lines: [*lines[:-1], lines[-1] + ",1"], ["not of this sweep"]),
-        (lambda lines: [*lines, "9.0" + lines[-1][3:]], ["9.0,soft", "not of this sweep"]),
+        (lambda text: re.sub("soft,(.*)$", r"soft,x\1", text), "soft,x"),
+        (lambda text: text + ",1", "8.0,soft"),
+        (lambda text: text + "\n9.0,soft" + text.rpartition("soft")[2], "9.0,soft"),
     ],
 )
-def test_a_spoilt_file_is_named(tmp_path: Path, spoil, named: list[str]) -> None:
-    assert sweep(in_folder(tmp_path)) == 0
+def test_a_spoilt_file_is_named(tmp_path: Path, spoil: Callable[[str], str], named: str) -> None:
+    assert sweep(replace(SMALL, out=tmp_path)) == 0
     path = tmp_path / "sweep.csv"
-    lines = path.read_text(encoding="utf-8").splitlines()
-    path.write_text("\n".join(spoil(lines)) + "\n", encoding="utf-8")
+    path.write_text(spoil(path.read_text(encoding="utf-8").rstrip()) + "\n", encoding="utf-8")
     with pytest.raises(BadInputFile) as error:
-        sweep(in_folder(tmp_path))
-    assert all(text in str(error.value) for text in ("sweep.csv", *named)), error.value
+        sweep(replace(SMALL, out=tmp_path))
+    assert all(text in str(error.value) for text in ("sweep.csv", named, "not of this sweep")), error.value
 
 
 def test_foreign_files_and_places_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "sweep.csv").write_bytes(bytes(range(256)))
     with pytest.raises(BadInputFile, match=r"sweep\.csv"):
-        sweep(in_folder(tmp_path))
+        sweep(replace(SMALL, out=tmp_path))
     (tmp_path / "file").write_text("")
     with pytest.raises(BadSetting, match="cannot be written"):
-        sweep(in_folder(tmp_path / "file"))
+        sweep(replace(SMALL, out=tmp_path / "file"))
     (tmp_path / "taken" / "sweep.part.csv").mkdir(parents=True)
     with pytest.raises(BadInputFile, match="cannot be read"):
-        sweep(in_folder(tmp_path / "taken"))
+        sweep(replace(SMALL, out=tmp_path / "taken"))
 
 
 @pytest.mark.parametrize(
     ("wrong", "named"),
     [
-        (replace(SMALL, over=()), "--over"),
-        (replace(SMALL, over=("n=0:3",)), "1 to 20"),
-        (replace(SMALL, workers=-1), "workers = -1"),
-        (replace(SMALL, seconds=-1.0), "seconds = -1"),
-        (replace(SMALL, settings=RunOptions(dm="9")), "dm = "),
+        ({"over": ()}, "--over"),
+        ({"over": ("n=0:3",)}, "1 to 20"),
+        ({"workers": -1}, "workers = -1"),
+        ({"seconds": -1.0}, "seconds = -1"),
+        ({"settings": RunOptions(dm="9")}, "dm = "),
     ],
 )
-def test_what_is_wrong_is_said_before_a_folder_is_made(tmp_path: Path, wrong: Sweep, named: str) -> None:
+def test_what_is_wrong_is_said_before_a_folder_is_made(tmp_path: Path, wrong: dict[str, Any], named: str) -> None:
     with pytest.raises(BadSetting, match=named):
-        sweep(in_folder(tmp_path / "out", wrong))
+        sweep(replace(SMALL, out=tmp_path / "out", **wrong))
     assert not (tmp_path / "out").exists()
 
 
@@ -188,19 +177,19 @@ def test_a_missing_pyarrow_is_named_before_anything_runs(monkeypatch: pytest.Mon
         monkeypatch.setitem(sys.modules, name, None)
     seen = interrupted(monkeypatch, 0)
     with pytest.raises(BadSetting, match="pip install pyarrow, or take --format csv"):
-        sweep(replace(in_folder(tmp_path), format="parquet"))
+        sweep(replace(SMALL, out=tmp_path, format="parquet"))
     assert seen == []
 
 
 def test_parquet_says_the_same_as_csv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
     base = replace(SMALL, over=("n=2,8", "pairs=single,soft", "ff=0,1"))
-    assert sweep(in_folder(tmp_path / "csv", base)) == 0
+    assert sweep(replace(base, out=tmp_path / "csv")) == 0
     base = replace(base, format="parquet")
     with monkeypatch.context() as patch:
         interrupted(patch, 3)
-        assert sweep(in_folder(tmp_path, base)) == INTERRUPTED
-    assert sweep(in_folder(tmp_path, base)) == 0
+        assert sweep(replace(base, out=tmp_path)) == INTERRUPTED
+    assert sweep(replace(base, out=tmp_path)) == 0
     head, columns, rows = read(tmp_path / "csv" / "sweep.csv")
     table = parquet.read_table(tmp_path / "sweep.parquet")
     assert table.column_names == columns
@@ -210,7 +199,7 @@ def test_parquet_says_the_same_as_csv(monkeypatch: pytest.MonkeyPatch, tmp_path:
     assert [str(kind) for kind in table.schema.types][:4] == ["double", "string", "bool", "double"]
     # Complete: nothing runs again.
     seen = interrupted(monkeypatch, 0)
-    assert sweep(in_folder(tmp_path, base)) == 0 and seen == []
+    assert sweep(replace(base, out=tmp_path)) == 0 and seen == []
 
 
 class InterruptedOnce(dict[int, Figures]):
@@ -233,7 +222,7 @@ CTRL_C = """
 import signal
 import sys
 from pathlib import Path
-# Whoever runs the tests in the background has it ignored, and children would, too.
+# A shell that runs the tests in the background has it ignored, and children would, too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from app.cli.sweep import Sweep, sweep
 sys.exit(sweep(Sweep(over=("seed=1:200",), seconds=20.0, workers=2, maps=False, out=Path(sys.argv[1]))))

@@ -1,7 +1,6 @@
-"""The map of n and v: computed apart, row by row, and anew only when something else has changed; where the present settings lie."""
+"""The map of n and v: computed apart, row by row, and again only when something else has changed; where the present settings lie."""
 
 import threading
-from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -16,21 +15,13 @@ RUN = RunSettings(dt=0.02)
 """Coarse steps, for speed."""
 
 
-@pytest.fixture
-def background() -> Iterator[JobPool]:
-    """One worker."""
-    made = JobPool(1)
-    yield made
-    made.close()
-
-
 def whole(power: float = 1.0) -> tuple[TradeOff, ...]:
-    """A map whose numbers are easily told: d_min = n/100, |e| = v ** power."""
+    """A map whose numbers are easily known: d_min = n/100, |e| = v ** power."""
     return tuple(TradeOff(n, v, n / 100.0, v ** (2.0 * power)) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES)
 
 
 def test_the_map_grows_and_is_computed_once(background: JobPool) -> None:
-    """Every point of every n in the end; n and v themselves do not begin it anew, anything else does."""
+    """Every point of every n in the end; n and v themselves do not begin it again, anything else does."""
     news = threading.Event()
     made = TradeOffMap(background, news.set)
     assert made.points(RUN) == () and made.size == 0.0

@@ -61,21 +61,15 @@ def least_distance_solution(start: Array, G: Array, h: Array) -> Array:
 
 
 @given(SEEDS, SIZES, PAIRS)
-def test_every_inequality_holds_if_that_is_possible(seed: int, n: int, pairs: int) -> None:
-    """All pairs at once, and the bounds."""
+def test_every_inequality_holds_and_no_nearer_velocity_does_it(seed: int, n: int, pairs: int) -> None:
+    """All pairs at once, and the bounds; for up to 20 pairs another algorithm finds the same velocity."""
     p = problem(seed, n, pairs, feasible=True)
     velocities = LAW(p.situation)
     assert (p.rows @ velocities >= p.least - 1e-5).all()
     assert (velocities >= p.lower).all() and (velocities <= p.upper).all()
-
-
-@given(SEEDS, SIZES, st.integers(1, 20))
-def test_no_nearer_velocity_does_it(seed: int, n: int, pairs: int) -> None:
-    """The solution is that of another algorithm for the same problem."""
-    p = problem(seed, n, pairs, feasible=True)
-    identity = np.eye(n)
-    G, h = np.vstack([p.rows, identity, -identity]), np.concatenate([p.least, p.lower, -p.upper])
-    assert_allclose(LAW(p.situation), least_distance_solution(p.situation.nominal, G, h), atol=2e-5)
+    if pairs <= 20:
+        G, h = np.vstack([p.rows, np.eye(n), -np.eye(n)]), np.concatenate([p.least, p.lower, -p.upper])
+        assert_allclose(velocities, least_distance_solution(p.situation.nominal, G, h), atol=2e-5)
 
 
 def test_positive_control_the_problems_are_not_trivial() -> None:
@@ -111,11 +105,12 @@ def test_one_pair_is_a_maximum(seed: int, length: float, fed: bool, listed: bool
     law = BarrierQP(0.15, 5.0, fed)
     situation = regular_situation(seed)
     situation = situation._replace(row=situation.row * (length / float(np.linalg.norm(situation.row))))
-    if listed:
-        distances, approaches = np.array([situation.distance]), np.array([situation.approach])
-        seen = situation._replace(rows=situation.row[None, :], distances=distances, approaches=approaches)
-    else:
-        seen = situation
+    pair = {
+        "rows": situation.row[None],
+        "distances": np.array([situation.distance]),
+        "approaches": np.array([situation.approach]),
+    }
+    seen = situation._replace(**pair) if listed else situation
     least = -5.0 * (situation.distance - 0.15) + (situation.approach if fed else 0.0)
     c = max(0.0, least + situation.pull)
     assert law.line_rate(situation.distance, situation.pull, situation.approach, 0.0) == pytest.approx(c - situation.pull)
@@ -195,24 +190,13 @@ def test_several_pairs() -> None:
 @pytest.mark.parametrize(("setup_flag", "solve_flag"), [(-1, 0), (0, -2)])
 def test_a_solver_that_gives_up(monkeypatch: pytest.MonkeyPatch, setup_flag: int, solve_flag: int) -> None:
     """Whatever DAQP says, the arm gets a velocity inside its bounds that clears the pair which needs it most."""
-
-    class Stubborn:
-        def setup(self, *_: object) -> tuple[int, float]:
-            return setup_flag, 0.0
-
-        def soft_weights(self, rho_l: Array) -> None:
-            del rho_l
-
-        def solve(self) -> tuple[Array, float, int, dict[str, object]]:
-            return np.full(7, np.nan), 0.0, solve_flag, {}
-
-    monkeypatch.setattr("controllers.laws.barrier_qp.daqp.Model", Stubborn)
+    solved = np.full(7, np.nan), 0.0, solve_flag, {}
+    methods = {"setup": lambda *_: (setup_flag, 0.0), "soft_weights": lambda *_, **__: None, "solve": lambda _: solved}
+    monkeypatch.setattr("controllers.laws.barrier_qp.daqp.Model", type("Stubborn", (), methods))
     situation = corner(0.15, 0.13)
     assert situation.rows is not None
-    least = LAW.line_rate(0.13, 0.0, 0.0, 0.0)
-    assert float(situation.rows[1] @ LAW(situation)) == pytest.approx(least)
-    tight = LAW(situation._replace(lower=np.full(7, -0.5), upper=np.full(7, 0.5)))
-    assert np.abs(tight).max() <= 0.5
+    assert float(situation.rows[1] @ LAW(situation)) == pytest.approx(LAW.line_rate(0.13, 0.0, 0.0, 0.0))
+    assert np.abs(LAW(situation._replace(lower=np.full(7, -0.5), upper=np.full(7, 0.5)))).max() <= 0.5
 
 
 @given(st.lists(st.floats(0.0, 0.1), max_size=20))

@@ -48,21 +48,14 @@ def row_under_task(turn: float) -> Situation:
     return Situation(np.zeros(7), rng.uniform(-1.0, 1.0, 7), row, 0.1, 0.0, J)
 
 
-@given(SEEDS, DIMENSIONS)
-def test_the_free_part_is_the_projected_row(seed: int, m: int) -> None:
-    """J_d N with N of eq. (6) built as a matrix, and J (J_d N)ᵀ = 0 to rounding."""
+@given(SEEDS, DIMENSIONS, st.floats(1e-3, 1.0))
+def test_free_parts_of_a_row(seed: int, m: int, damping: float) -> None:
+    """J_d N with N of eq. (6) built as a matrix, J (J_d N)ᵀ = 0; mostly free: (JᵀJ + μ² I) r = μ² J_dᵀ."""
     situation = near_situation(seed, m)
-    J = task(situation)
+    J, square = task(situation), damping * damping
     free = free_part(situation.row, J)
     assert_allclose(free, null_space_projector(J) @ situation.row, atol=1e-9)
     assert_allclose(J @ free, 0.0, atol=1e-12)
-
-
-@given(SEEDS, DIMENSIONS, st.floats(1e-3, 1.0))
-def test_the_mostly_free_part_solves_the_damped_problem(seed: int, m: int, damping: float) -> None:
-    """(JᵀJ + μ² I) r = μ² J_dᵀ."""
-    situation = near_situation(seed, m)
-    J, square = task(situation), damping * damping
     way = mostly_free_part(situation.row, J, square)
     assert_allclose((J.T @ J + square * np.eye(7)) @ way, square * situation.row, atol=1e-9)
 
@@ -72,25 +65,13 @@ def test_special_tasks() -> None:
     rng = np.random.default_rng(2)
     once, row = rng.uniform(-1.0, 1.0, (2, 7)), rng.uniform(-1.0, 1.0, 7)
     assert_allclose(free_part(row, np.vstack([once, once[:1]])), free_part(row, once), atol=1e-9)
-    # Same situation: the paper's law changes the hand's velocity by decimetres a second, and the formula's test is not empty.
+    # The paper's law changes the hand's velocity by decimetres a second, so that the formula's test is not empty.
     situation = regular_situation(4)._replace(distance=0.1)
     assert np.linalg.norm(task(situation) @ (PAPER(situation) - situation.nominal)) > 0.1
     assert np.linalg.norm(HAND_FIRST(situation) - situation.nominal) > 0.1
     # J = I, given or by default: N = 0, and the arm does not avoid at all.
-    situation = regular_situation(4)._replace(distance=0.1)
     assert_array_equal(HAND_FIRST(situation._replace(task_jacobian=None)), situation.nominal)
     assert_allclose(HAND_FIRST(situation._replace(task_jacobian=np.eye(7))), situation.nominal, atol=1e-12)
-
-
-@given(SEEDS, DIMENSIONS)
-def test_the_hand_keeps_its_velocity_with_little_motion(seed: int, m: int) -> None:
-    # J q̇ = J q̇_n to 1e-9, whatever the obstacle does.
-    situation = near_situation(seed, m)
-    assert_allclose(task(situation) @ (HAND_FIRST(situation) - situation.nominal), 0.0, atol=1e-9)
-    # |Δ| ≤ 11 c however short J_d N is: the undamped formula would need c / |J_d N|.
-    situation = near_situation(seed, m)
-    c = abs(HAND_FIRST.correction(situation.distance, situation.pull, 0.0))
-    assert np.linalg.norm(HAND_FIRST(situation) - situation.nominal) <= 11.0 * c + 1e-12
 
 
 @given(SEEDS, DIMENSIONS)
@@ -115,17 +96,17 @@ def test_formulas_of_the_laws_that_know_the_task(seed: int, m: int) -> None:
 
 
 @given(SEEDS, DIMENSIONS, st.floats(0.0, 1.0))
-def test_bounds_shorten_the_evasive_motion(seed: int, m: int, room: float) -> None:
-    """Inside the box, on the same line, the hand still undisturbed; as far as the box goes."""
+def test_the_hand_keeps_its_velocity_with_little_motion(seed: int, m: int, room: float) -> None:
+    """J q̇ = J q̇_n whatever the obstacle does, |Δ| ≤ 11 c however short J_d N is; a box shortens Δ as far as it must."""
     situation = near_situation(seed, m)
-    free, nominal = HAND_FIRST(situation), situation.nominal
-    lower, upper = nominal - room, nominal + room
-    velocities = HAND_FIRST(situation._replace(lower=lower, upper=upper))
-    assert (velocities >= lower - 1e-12).all() and (velocities <= upper + 1e-12).all()
-    assert_allclose(task(situation) @ (velocities - nominal), 0.0, atol=1e-9)
-    reach = float(np.abs(free - nominal).max())
-    share = min(1.0, room / reach) if reach > 0.0 else 1.0
-    assert_allclose(velocities - nominal, share * (free - nominal), atol=1e-9)
+    nominal, change = situation.nominal, HAND_FIRST(situation) - situation.nominal
+    assert np.linalg.norm(change) <= 11.0 * abs(HAND_FIRST.correction(situation.distance, situation.pull, 0.0)) + 1e-12
+    bounded = HAND_FIRST(situation._replace(lower=nominal - room, upper=nominal + room)) - nominal
+    assert np.abs(bounded).max() <= room + 1e-12
+    reach = float(np.abs(change).max())
+    assert_allclose(bounded, min(1.0, room / reach if reach > 0.0 else 1.0) * change, atol=1e-9)
+    for motion in (change, bounded):
+        assert_allclose(task(situation) @ motion, 0.0, atol=1e-9)
 
 
 def test_activation_of_null_space_avoidance() -> None:

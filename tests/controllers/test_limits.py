@@ -1,4 +1,4 @@
-"""Joint bounds: the box keeps the stops, and the bounded row solves its quadratic programme, or says why nobody could."""
+"""Joint bounds: the box keeps the stops, and the bounded row solves its quadratic programme, or says why no velocity could."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """All figures, made quickly and once for all tests of this folder."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

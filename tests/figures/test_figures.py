@@ -1,10 +1,9 @@
 """What the figures show: their numbers repeat the paper's claims and our closed forms, and are the same each time."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,9 +34,6 @@ def csv_text(figure: FigureEntry, plan: Plan) -> str:
     return out.getvalue()
 
 
-# ---- files --------------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("figure", CATALOGUE, ids=lambda e: e.name)
 def test_files(figure: FigureEntry, folder: Path) -> None:
     """PNG at 200 dpi with something on it, SVG without a date, CSV with a header and rows."""
@@ -46,14 +42,12 @@ def test_files(figure: FigureEntry, folder: Path) -> None:
         assert np.asarray(picture.convert("L")).std() > 10.0
     drawing = (folder / f"{figure.stem}.svg").read_text(encoding="utf-8")
     assert "<svg" in drawing and "<path" in drawing and "dc:date" not in drawing
-    table = read((folder / f"{figure.stem}.csv").read_text(encoding="utf-8")) if figure.name != "scheme" else None
-    if table is not None:
-        assert len(next(iter(table.columns.values()))) >= 1
-        assert table.settings
+    if figure.name != "scheme":
+        table = read((folder / f"{figure.stem}.csv").read_text(encoding="utf-8"))
+        assert table.settings and next(iter(table.columns.values()))
 
 
-def test_same_bytes_each_time(folder: Path) -> None:
-    """Every CSV, from a plan of its own; and SVG, of one figure with text, lines and markers."""
+def test_every_csv_has_the_same_bytes_from_a_plan_of_its_own(folder: Path) -> None:
     plan = Plan(quick=True)
     for figure in CATALOGUE:
         assert csv_text(figure, plan) == (folder / f"{figure.stem}.csv").read_text(encoding="utf-8"), figure.name
@@ -72,9 +66,6 @@ def test_runs_are_shared_and_progress_counts_every_step() -> None:
     assert plan.shared(plan.settings(), 1.0) is first
     assert plan.shared(plan.settings(rig="table"), 1.0) is not first
     assert sum(made) == 2 * 200
-
-
-# ---- the paper's --------------------------------------------------------------------------------------------------------------
 
 
 def test_path(table: Numbers) -> None:
@@ -147,12 +138,8 @@ def test_imitation_and_film(table: Numbers) -> None:
     assert_allclose(frames["d"], rows["d"][places])
 
 
-def test_setup(table: Numbers) -> None:
-    """The moment of Fig. 5 when the arms are nearest."""
+def test_setup_is_the_moment_of_the_hold_run_when_the_arms_are_nearest(table: Numbers) -> None:
     assert table("setup")["d"].tolist() == [table("hold")["d"].min()]
-
-
-# ---- ours ---------------------------------------------------------------------------------------------------------------------
 
 
 def test_resting(table: Numbers) -> None:
@@ -207,14 +194,10 @@ def test_null_space_avoidance_jumps_where_the_hands_lie_parallel() -> None:
     assert "The law itself does not jump" in laws.cause("x", jump, True) and "slide by" in laws.cause("x", jump, True)
 
 
-def test_growth_of_a_jump_and_of_a_smooth_law() -> None:
-    """p is 1 if q̈ doubles when dt is halved, 0 if it stays."""
-    summary = Plan(quick=True).run(RunSettings(), 0.1).summary
-    steps = (0.02, 0.01, 0.005)
-    jump = [type(summary)(**{**vars(summary), "ddq_max": 3.0 / dt}) for dt in steps]
-    smooth = [type(summary)(**{**vars(summary), "ddq_max": 3.0}) for _ in steps]
-    assert laws.growth(jump, steps) == pytest.approx(1.0)
-    assert laws.growth(smooth, steps) == 0.0
+def test_growth_is_1_if_the_acceleration_doubles_when_dt_is_halved_and_0_if_it_stays() -> None:
+    summary, steps = Plan(quick=True).run(RunSettings(), 0.1).summary, (0.02, 0.01, 0.005)
+    assert laws.growth([replace(summary, ddq_max=3.0 / dt) for dt in steps], steps) == pytest.approx(1.0)
+    assert laws.growth([replace(summary, ddq_max=3.0) for _ in steps], steps) == 0.0
 
 
 def test_switches(table: Numbers) -> None:
@@ -245,9 +228,6 @@ def test_stability(table: Numbers) -> None:
     assert (rows["survival"] > 0.0).all() and (rows["survival"] <= 1.0).all()
 
 
-# ---- report -------------------------------------------------------------------------------------------------------------------
-
-
 def test_report(folder: Path) -> None:
     """Every figure has a section with its title, its three files, what the paper says, and what was found in numbers."""
     text = (folder / "report.md").read_text(encoding="utf-8")
@@ -263,11 +243,10 @@ def test_report(folder: Path) -> None:
     assert "Quick" in text and "--seed 1 --quick" in text
 
 
-def test_report_tells_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
+def test_report_gives_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
     text = (folder / "report.md").read_text(encoding="utf-8")
-    assert f"its minimum is {1000 * table('hold')['d'].min():.1f} mm" in text
-    assert f"its minimum is {1000 * table('imitation')['d'].min():.1f} mm" in text
-    assert f"the actual one stays {1000 * table('path')['d'].min():.1f} mm away" in text
+    for name, words in (("hold", "its minimum is"), ("imitation", "its minimum is"), ("path", "the actual one stays")):
+        assert f"{words} {1000 * table(name)['d'].min():.1f} mm" in text
     jumps = table("switches")
     single = [f"{x:.3g}" for x, kind in zip(jumps["dq_step_max"], jumps.columns["pairs"], strict=True) if kind == "single"]
     assert f"largest step of q̇ {', '.join(single)} rad/s" in text

@@ -7,14 +7,13 @@ from app.lessons.notes import Notes, StepNotes, read_notes
 from app.page.panels.notes_panel import notes_html
 
 
-def test_a_heading_with_a_number_begins_what_belongs_to_a_step() -> None:
-    text = "# For *me*\n\nAll.\n\n## 2. The switch\nA.\n### Deep\nB.\n## 1\nC.\n"
-    assert read_notes(text) == Notes("For *me*", "All.", (StepNotes(2, "The switch", "A.\n### Deep\nB."), StepNotes(1, "", "C.")))
-
-
 @pytest.mark.parametrize(
     ("text", "notes"),
     [
+        (
+            "# For *me*\n\nAll.\n\n## 2. The switch\nA.\n### Deep\nB.\n## 1\nC.\n",
+            Notes("For *me*", "All.", (StepNotes(2, "The switch", "A.\n### Deep\nB."), StepNotes(1, "", "C."))),
+        ),
         ("", Notes("", "", ())),
         ("just a word", Notes("", "just a word", ())),
         ("# Title", Notes("Title", "", ())),
@@ -23,7 +22,7 @@ def test_a_heading_with_a_number_begins_what_belongs_to_a_step() -> None:
         ("a\n## 3rd floor", Notes("", "a\n## 3rd floor", ())),
     ],
 )
-def test_notes_need_no_form(text: str, notes: Notes) -> None:
+def test_notes_need_no_form_but_a_heading_with_a_number_begins_a_step(text: str, notes: Notes) -> None:
     assert read_notes(text) == notes
 
 

@@ -1,22 +1,29 @@
 """What several tests of the rooms need: runs shared by all of them, and ways into particular situations."""
 
-from collections.abc import Iterable
+import json
+import struct
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import platformdirs
+import pytest
 
 from controllers.kinematics import Array
 from controllers.proximity import Treatment
 from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.inputs import InputsLog, Recorded
-from scenes.settings import LawName, LawSettings, RigName, RunSettings, changed
+from scenes.settings import LawName, LawSettings, RigName, RunSettings, SceneName, changed
 from scenes.simulation import Simulation
-from scenes.targets import HandTarget
+from scenes.targets import HandTarget, Target
 
 RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
+SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
 SCRIPT: float = 46.0
 """Length of a hold run [s]."""
 
@@ -46,7 +53,7 @@ def column(table: Array, name: str) -> Array:
     return table[:, COLUMN[name]]
 
 
-def play(simulation: Simulation, targets: Iterable[HandTarget | None]) -> Array:
+def play(simulation: Simulation, targets: Iterable[Target | None]) -> Array:
     """Step once a target; return the history's table."""
     for target in targets:
         simulation.step(target)
@@ -113,11 +120,11 @@ def given_settings(**changes: object) -> RunSettings:
     return settings
 
 
-def recorded_run(
-    settings: RunSettings, seconds: float, window: float, changes: dict[float, dict[str, Any]] | None = None
-) -> tuple[Simulation, Recorded]:
-    """A run with the experiment's own person, and its last seconds; the settings change at shares of its time."""
-    simulation, log = Simulation(settings), InputsLog()
+def logged_run(
+    settings: RunSettings, seconds: float, log: InputsLog | None = None, changes: dict[float, dict[str, Any]] | None = None
+) -> tuple[Simulation, InputsLog]:
+    """A run with the experiment's own person, and the log of it; the settings change at shares of its time."""
+    simulation, log = Simulation(settings), log or InputsLog()
     person, due = simulation.source(), dict(changes or {})
     while simulation.time < seconds - 1e-9:
         for share in [share for share in due if simulation.time >= share * seconds]:
@@ -126,6 +133,38 @@ def recorded_run(
         target = person.target(simulation.time)
         log.record(simulation, target)
         simulation.step(target)
+    return simulation, log
+
+
+def scene_settings(scene: SceneName, **changes: object) -> RunSettings:
+    """The default settings in a scene, where a ball crosses if there is one."""
+    return given_settings(scene=scene, ball="cross" if scene == "ball" else "still", **changes)
+
+
+def recorded_run(
+    settings: RunSettings, seconds: float, window: float, changes: dict[float, dict[str, Any]] | None = None
+) -> tuple[Simulation, Recorded]:
+    """The same run, and its last seconds."""
+    simulation, log = logged_run(settings, seconds, changes=changes)
     recorded = log.window(window)
     assert recorded is not None
     return simulation, recorded
+
+
+@contextmanager
+def own_cache(folder: Path, *memories: Any) -> Iterator[Path]:
+    """A cache on disk in this folder and empty caches in memory, so that what is asked for really is built."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(platformdirs, "user_cache_dir", lambda *_: str(folder))
+        for memory in memories:
+            memory.cache_clear()
+        yield folder
+    for memory in memories:
+        memory.cache_clear()
+
+
+def glb_head(data: bytes) -> dict[str, Any]:
+    """The JSON head of a GLB file."""
+    magic, version, length, size, kind = struct.unpack("<IIIII", data[:20])
+    assert (magic, version, length, kind) == (0x46546C67, 2, len(data), 0x4E4F534A)
+    return json.loads(data[20 : 20 + size])

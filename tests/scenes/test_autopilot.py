@@ -25,7 +25,6 @@ def path(rig: RigName, guided: ArmName, seed: int, times: Array) -> Array:
 
 @given(st.sampled_from(RIG_NAMES), st.sampled_from(["left", "right"]), SEEDS)
 def test_a_seed_is_a_person(rig: RigName, guided: ArmName, seed: int) -> None:
-    """The same seed gives the same path bit for bit, in whatever order it is asked; the next seed another one."""
     times = np.linspace(0.0, 30.0, 40)
     first = path(rig, guided, seed, times)
     assert_array_equal(path(rig, guided, seed, times), first)
@@ -71,7 +70,7 @@ def test_it_goes_there_and_back(rig: RigName, guided: ArmName) -> None:
 
 
 def test_starts_and_targets() -> None:
-    # At time 0 it wants the hand where it is in the start posture, or where it is told that it is.
+    # At time 0 it wants the hand where it is in the start posture, or where the settings say.
     room = build_room("torso")
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)

@@ -62,38 +62,39 @@ class Contact:
         nominal = self.along(joints, -pull) + wander - self.along(joints, float(row @ wander))
         return self.law(Situation(self.q[joints], nominal, row, distance, approach))
 
-    def run(self, steps: int, dt: float, pull: float, approach: float = 0.0, aside: float = 0.0) -> Array:
-        """Return d (steps + 1,) while the left arm avoids and the right one comes with w."""
+    def run(
+        self, steps: int, dt: float, pull: float, approach: float = 0.0, aside: float = 0.0, both: float | None = None
+    ) -> Array:
+        """Return d (steps + 1,) while the left arm avoids and the right one comes with w, or avoids a pull of its own."""
         path = [self.measure()]
         for _ in range(steps):
-            self.q[self.left] += self.avoiding(self.left, path[-1], pull, approach, aside) * dt
-            self.q[self.right] += self.along(self.right, -approach) * dt
-            path.append(self.measure())
-        return np.array(path)
-
-    def run_both(self, steps: int, dt: float, pull_left: float, pull_right: float) -> Array:
-        """Return d (steps + 1,) while each arm avoids the other."""
-        path = [self.measure()]
-        for _ in range(steps):
-            left = self.avoiding(self.left, path[-1], pull_left, 0.0, 0.0)
-            right = self.avoiding(self.right, path[-1], pull_right, 0.0, 0.0)
+            left, right = self.avoiding(self.left, path[-1], pull, approach, aside), self.along(self.right, -approach)
+            if both is not None:
+                right = self.avoiding(self.right, path[-1], both, 0.0, 0.0)
             self.q[self.left] += left * dt
             self.q[self.right] += right * dt
             path.append(self.measure())
         return np.array(path)
 
 
+DM, V = 0.15, 0.3
+
+
+def contact_at(rig: RigName, distance: float, n: float, v: float = V, dm: float = DM, fed: bool = False) -> Contact:
+    """Arms at a distance under the paper's law."""
+    contact = Contact(rig, SmoothPriority(dm, n, v, feed_forward=fed))
+    contact.start_at(distance)
+    return contact
+
+
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("n", "u"), [(2.0, 0.2), (6.0, 0.05), (6.0, 0.2), (10.0, 0.2), (20.0, 0.4)])
 def test_static_resting_distance(rig: RigName, n: float, u: float) -> None:
     """Against a steady pull and an obstacle that stands still, the real arm comes to rest within 1 mm of d*, from either side."""
-    dm, v = 0.15, 0.3
-    rest, tau = budget.resting_distance(dm, n, v, u), budget.settling_time(dm, n, v, u)
+    rest, tau = budget.resting_distance(DM, n, V, u), budget.settling_time(DM, n, V, u)
+    dt = min(0.1 * tau, 0.02)
     for start in (rest - 0.02, rest + 0.02):
-        contact = Contact(rig, SmoothPriority(dm, n, v))
-        contact.start_at(start)
-        dt = min(0.1 * tau, 0.02)
-        path = contact.run(round(5.0 * tau / dt), dt, u)
+        path = contact_at(rig, start, n).run(round(5.0 * tau / dt), dt, u)
         assert path[-1] == pytest.approx(rest, abs=1e-3)
         assert abs(path[0] - rest) > 0.019
 
@@ -102,78 +103,62 @@ def test_static_resting_distance(rig: RigName, n: float, u: float) -> None:
 @pytest.mark.parametrize(("n", "u", "w"), [(6.0, 0.1, 0.1), (10.0, 0.0, 0.2), (10.0, 0.2, 0.25), (20.0, -0.05, 0.15)])
 def test_moving_resting_distance(rig: RigName, n: float, u: float, w: float) -> None:
     """Against an obstacle that comes with w ≤ v, d settles at d* with w: above d_m, below the static rest."""
-    dm, v = 0.15, 0.3
-    rest, tau = budget.resting_distance(dm, n, v, u, w), budget.settling_time(dm, n, v, u, w)
-    contact = Contact(rig, SmoothPriority(dm, n, v))
-    contact.start_at(rest + 0.01)
-    path = contact.run(round(5.0 * tau / 0.005), 0.005, u, w)
+    rest, tau = budget.resting_distance(DM, n, V, u, w), budget.settling_time(DM, n, V, u, w)
+    path = contact_at(rig, rest + 0.01, n).run(round(5.0 * tau / 0.005), 0.005, u, w)
     assert path[-1] == pytest.approx(rest, abs=1e-3)
-    assert path.min() >= dm
-    assert rest < budget.resting_distance(dm, n, v, u)
+    assert path.min() >= DM
+    assert rest < budget.resting_distance(DM, n, V, u)
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_motion_aside_and_fed_forward(rig: RigName) -> None:
     # A task that also wanders across the row, even quickly, rests at the same d*: the joints themselves do go elsewhere.
-    dm, v, n, u = 0.15, 0.3, 10.0, 0.2
-    rest, tau = budget.resting_distance(dm, n, v, u), budget.settling_time(dm, n, v, u)
+    n, u = 10.0, 0.2
+    rest, tau = budget.resting_distance(DM, n, V, u), budget.settling_time(DM, n, V, u)
     ends = []
     for aside in (0.0, 0.3):
-        contact = Contact(rig, SmoothPriority(dm, n, v))
-        contact.start_at(rest + 0.01)
-        path = contact.run(round(5.0 * tau / 0.001), 0.001, u, aside=aside)
-        assert path[-1] == pytest.approx(rest, abs=1e-3)
-        ends.append(contact.q.copy())
+        contact = contact_at(rig, rest + 0.01, n)
+        assert contact.run(round(5.0 * tau / 0.001), 0.001, u, aside=aside)[-1] == pytest.approx(rest, abs=1e-3)
+        ends.append(contact.q)
     assert np.abs(ends[1] - ends[0]).max() > 0.05
     # With w fed forward, line (R) holds with v + w for v: d ≥ d_m at w = 2 v, where the plain law loses (positive control).
-    dm, v, w, u, n = 0.15, 0.3, 0.6, 0.1, 10.0
+    u, w = 0.1, 0.6
     for fed in (True, False):
-        contact = Contact(rig, SmoothPriority(dm, n, v, feed_forward=fed))
-        contact.start_at(0.16)
-        path = contact.run(300, 0.0005, u, w)
+        path = contact_at(rig, 0.16, n, fed=fed).run(300, 0.0005, u, w)
+        assert bool(path.min() >= DM) is fed
         if fed:
-            assert path[-1] == pytest.approx(budget.resting_distance(dm, n, v + w, u, w), abs=1e-3)
-        assert bool(path.min() >= dm) is fed
+            assert path[-1] == pytest.approx(budget.resting_distance(DM, n, V + w, u, w), abs=1e-3)
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("u", "w"), [(0.2, 0.35), (0.2, 0.45), (-0.1, 0.45), (1.0, 0.45)])
 def test_a_faster_obstacle_wins_by_exactly_the_difference(rig: RigName, u: float, w: float) -> None:
     """w > v: below d_m the distance falls at w − v whatever u, within 1 mm/s."""
-    dm, v = 0.15, 0.3
-    contact = Contact(rig, SmoothPriority(dm, 6.0, v))
-    contact.start_at(0.14)
     dt = 0.0005
-    path = contact.run(300, dt, u, w)
-    slope = -np.diff(path) / dt
-    assert path.max() < dm
-    assert np.abs(slope - budget.loss_rate(v, w)).max() < 1e-3
-    assert budget.loss_rate(v, w) == pytest.approx(w - v)
+    path = contact_at(rig, 0.14, 6.0).run(300, dt, u, w)
+    assert path.max() < DM
+    assert np.abs(-np.diff(path) / dt - budget.loss_rate(V, w)).max() < 1e-3
+    assert budget.loss_rate(V, w) == pytest.approx(w - V)
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("w", "keeps"), [(0.30, True), (0.28, True), (0.32, False)])
-def test_the_threshold_is_where_the_obstacle_is_as_fast_as_the_retreat(rig: RigName, w: float, keeps: bool) -> None:
-    """d ≥ d_m is kept if and only if w ≤ v."""
-    dm, v = 0.15, 0.3
-    contact = Contact(rig, SmoothPriority(dm, 10.0, v))
-    contact.start_at(0.16)
-    path = contact.run(300, 0.001, 0.2, w)
-    assert bool(path.min() >= dm - 1e-4) is keeps
-    assert budget.holds_distance(v, w) is keeps
+def test_the_threshold_is_kept_if_and_only_if_the_obstacle_is_no_faster_than_the_retreat(
+    rig: RigName, w: float, keeps: bool
+) -> None:
+    path = contact_at(rig, 0.16, 10.0).run(300, 0.001, 0.2, w)
+    assert bool(path.min() >= DM - 1e-4) is keeps
+    assert budget.holds_distance(V, w) is keeps
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("v", "pulls"), [(0.05, (0.2, 0.3)), (0.3, (0.2, 0.2)), (0.3, (0.4, -0.1))])
 def test_both_arms(rig: RigName, v: float, pulls: tuple[float, float]) -> None:
     """If both arms avoid, d never passes d_m for any v > 0, and each step's rate is 2 λ v − (1 − λ)(u_L + u_R)."""
-    dm, n, dt = 0.15, 10.0, 0.001
-    contact = Contact(rig, SmoothPriority(dm, n, v))
-    contact.start_at(0.17)
-    path = contact.run_both(500, dt, *pulls)
-    assert path.min() >= dm
-    lam = np.minimum(1.0, (dm / path[:-1]) ** n)
-    expected = [budget.distance_rate_both(x, v, *pulls) for x in lam]
+    n, dt = 10.0, 0.001
+    path = contact_at(rig, 0.17, n, v).run(500, dt, pulls[0], both=pulls[1])
+    assert path.min() >= DM
+    expected = [budget.distance_rate_both(x, v, *pulls) for x in np.minimum(1.0, (DM / path[:-1]) ** n)]
     assert np.abs(np.diff(path) / dt - expected).max() < 1e-3
 
 
@@ -181,34 +166,22 @@ def test_both_arms(rig: RigName, v: float, pulls: tuple[float, float]) -> None:
 @pytest.mark.parametrize(("n", "u"), [(10.0, 0.2), (20.0, 0.4)])
 def test_explicit_euler_breaks_where_the_budget_says(rig: RigName, n: float, u: float) -> None:
     """Around d*, half a millimetre off dies out at .93 of `largest_step_at_rest`, and swings for ever at 1.07 of it."""
-    dm, v = 0.15, 0.3
-    rest, limit = budget.resting_distance(dm, n, v, u), budget.largest_step_at_rest(dm, n, v, u)
-    swings = []
-    for share in (0.93, 1.07):
-        contact = Contact(rig, SmoothPriority(dm, n, v))
-        contact.start_at(rest + 5e-4)
-        path = contact.run(120, share * limit, u)
-        swings.append(float(np.ptp(path[-10:])))
-        changes = np.sign(np.diff(path[-10:]))
-        if share > 1.0:
-            assert (changes[1:] * changes[:-1] < 0.0).all()
-    assert swings[0] < 1e-4
-    assert swings[1] > 2e-3
+    rest, limit = budget.resting_distance(DM, n, V, u), budget.largest_step_at_rest(DM, n, V, u)
+    quiet, swinging = (contact_at(rig, rest + 5e-4, n).run(120, share * limit, u)[-10:] for share in (0.93, 1.07))
+    assert np.ptp(quiet) < 1e-4
+    assert np.ptp(swinging) > 2e-3
+    changes = np.sign(np.diff(swinging))
+    assert (changes[1:] * changes[:-1] < 0.0).all()
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_explicit_euler_at_the_critical_distance(rig: RigName) -> None:
     """Near the threshold the limit is `largest_step`: at .9 of it d follows an obstacle quietly, at 1.3 of it d swings."""
-    dm, n, v, u, w = 0.05, 20.0, 0.3, 1.0, 0.25
-    limit, rest = budget.largest_step(dm, n, v, u), budget.resting_distance(dm, n, v, u, w)
-    swings = []
-    for share in (0.9, 1.3):
-        contact = Contact(rig, SmoothPriority(dm, n, v))
-        contact.start_at(rest + 5e-4)
-        path = contact.run(80, share * limit, u, w)
-        swings.append(float(np.abs(np.diff(path[-10:])).max()))
-    assert swings[0] < 2e-5
-    assert swings[1] > 2e-4
+    dm, n, u, w = 0.05, 20.0, 1.0, 0.25
+    limit, rest = budget.largest_step(dm, n, V, u), budget.resting_distance(dm, n, V, u, w)
+    quiet, swinging = (contact_at(rig, rest + 5e-4, n, dm=dm).run(80, share * limit, u, w)[-10:] for share in (0.9, 1.3))
+    assert np.abs(np.diff(quiet)).max() < 2e-5
+    assert np.abs(np.diff(swinging)).max() > 2e-4
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)

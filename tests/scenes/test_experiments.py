@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array
 from scenes.headless import Run, run
-from scenes.history import COLUMN
 from scenes.settings import (
     AvoidChoice,
     BallMotion,
@@ -24,8 +23,8 @@ from scenes.settings import (
 )
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
+from tests.scenes.helpers import SCENES, column, play, with_law
 
-SCENES = get_args(SceneName)
 LAWS = get_args(LawName)
 ROBOTS = get_args(RobotName)
 
@@ -42,15 +41,9 @@ def long_run(settings: RunSettings, seconds: float = 30.0) -> Run:
     return run(settings, seconds)
 
 
-def column(result: Run, name: str) -> Array:
-    """One column (rows,) of the history."""
-    return result.table[:, COLUMN[name]]
-
-
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("scene", SCENES)
 def test_every_law_runs_in_every_experiment(scene: SceneName, law: LawName) -> None:
-    """Finite, inside the joint stops, and inside the velocity bounds, whatever is chosen; coupled and soft too."""
     for coupled in (False, True):
         settings = experiment(scene, law, law=LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single"))
         result = run(settings, 2.0)
@@ -59,50 +52,16 @@ def test_every_law_runs_in_every_experiment(scene: SceneName, law: LawName) -> N
         assert np.isfinite(q).all() and np.isfinite(dq).all()
         assert (q >= model.lowerPositionLimit - 1e-9).all() and (q <= model.upperPositionLimit + 1e-9).all()
         assert (np.abs(dq) <= model.velocityLimit * (1.0 + 1e-9)).all()
-        assert 0.0 <= column(result, "lambda").min() <= column(result, "lambda").max() <= 1.0
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_the_same_settings_give_the_same_bits(scene: SceneName) -> None:
-    """Twice the same run, to the last bit."""
-    first, second = (run(experiment(scene), 2.0).table for _ in range(2))
-    assert_array_equal(first, second)
-
-
-@pytest.mark.parametrize("law", ["smooth_priority", "barrier_qp", "intermediate_value"])
-@pytest.mark.parametrize("scene", SCENES)
-def test_a_snapshot_goes_on_to_the_same_bits(scene: SceneName, law: LawName) -> None:
-    """Stop in the middle, go on in another simulation: nothing tells it from a run without a stop."""
-    settings = experiment(scene, law)
-    whole, half = Simulation(settings), Simulation(settings)
-    person = whole.source()
-    targets = [person.target(i * settings.dt) for i in range(600)]
-    for target in targets:
-        whole.step(target)
-    for target in targets[:300]:
-        half.step(target)
-    other = Simulation(settings)
-    other.resume(half.snapshot())
-    for target in targets[300:]:
-        other.step(target)
-    assert_array_equal(other.history.table(), whole.history.table(300))
+        assert 0.0 <= column(result.table, "lambda").min() <= column(result.table, "lambda").max() <= 1.0
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: SceneName) -> None:
-    """A ball wished for where there is none, angles where nobody is imitated: nothing raises and nothing runs away."""
     simulation = Simulation(experiment(scene))
     n = simulation.guided.joints.stop - simulation.guided.joints.start
-    for wish in (
-        HandTarget(np.array([0.2, 0.1, 1.1])),
-        JointTarget(np.zeros(n)),
-        BallTarget(np.array([0.3, 0.0, 1.0])),
-        AnglesTarget(np.zeros((2, 4))),
-        AnglesTarget(None),
-        None,
-    ):
-        for _ in range(10):
-            simulation.step(wish)
+    places = HandTarget(np.array([0.2, 0.1, 1.1])), BallTarget(np.array([0.3, 0.0, 1.0]))
+    for wish in (*places, JointTarget(np.zeros(n)), AnglesTarget(np.zeros((2, 4))), AnglesTarget(None), None):
+        play(simulation, [wish] * 10)
     assert np.isfinite(simulation.positions).all()
 
 
@@ -115,8 +74,7 @@ def test_every_arm_does_every_experiment(robot: RobotName, scene: SceneName) -> 
     assert result.summary.out_of_authority_s == 0.0
 
 
-def test_changing_everything_while_it_runs_leaves_the_arms_where_they_are_or_starts_anew() -> None:
-    """Walk through rooms, robots, laws and roles on one simulation."""
+def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are() -> None:
     simulation = Simulation(RunSettings())
     for scene in SCENES:
         for robot in ROBOTS:
@@ -134,10 +92,9 @@ def test_changing_everything_while_it_runs_leaves_the_arms_where_they_are_or_sta
 @pytest.mark.parametrize("pairs", ["single", "soft"])
 def test_the_threshold_is_kept_in_all_three_experiments(scene: SceneName, pairs: str) -> None:
     """Figs 5, 6, 7: d ≥ d_m; without avoidance the same inputs bring the arms into each other."""
-    settings = experiment(scene, seed=2)
-    settings = replace(settings, law=replace(settings.law, pairs=pairs))
+    settings = with_law(experiment(scene, seed=2), pairs=pairs)
     assert long_run(settings).summary.d_min >= 0.15 - 1e-4
-    assert long_run(replace(settings, law=replace(settings.law, law="unprotected"))).summary.d_min < 0.0
+    assert long_run(with_law(settings, law="unprotected")).summary.d_min < 0.0
 
 
 @pytest.mark.parametrize("v", [0.02, 0.05])
@@ -154,8 +111,7 @@ def test_smooth_minimum_has_no_jumps_where_the_closest_pair_has(scene: SceneName
     """Halving dt halves the largest step of q̇ under the smooth minimum and under the QP; the hard switch's stays."""
 
     def steps(law: LawName, pairs: str, dt: float) -> float:
-        settings = experiment(scene, law, seed=2, dt=dt)
-        return long_run(replace(settings, law=replace(settings.law, pairs=pairs)), 20.0).summary.dq_step_max
+        return long_run(with_law(experiment(scene, law, seed=2, dt=dt), pairs=pairs), 20.0).summary.dq_step_max
 
     assert steps("smooth_priority", "soft", 0.0025) < 0.65 * steps("smooth_priority", "soft", 0.005)
     assert steps("strict_switched", "single", 0.0025) > 0.75 * steps("strict_switched", "single", 0.005)
@@ -168,23 +124,17 @@ def test_followers_copy_their_models() -> None:
         simulation = Simulation(settings)
         master, slave, start = simulation.guided.joints, simulation.avoiding.joints, simulation.room.start
         wish = JointTarget(start[master] + np.array([0.1, -0.1, 0.05, 0.1, 0.2, -0.1, 0.1]))
-        for _ in range(1200):
-            simulation.step(wish)
+        play(simulation, [wish] * 1200)
         assert_allclose(simulation.positions[master], wish.positions, atol=1e-3)
         assert_allclose(simulation.positions[slave] - start[slave], signs * (wish.positions - start[master]), atol=1e-3)
-    # Nobody seen: the robots come to rest in the last pose, and go on when the person is back.
+    # Without a person seen, the robots come to rest in the last pose; they go on when the person is back.
     simulation = Simulation(experiment("imitation", "unprotected", clip="wave"))
     person = simulation.source()
-    for i in range(400):
-        simulation.step(person.target(i * 0.005))
-    for _ in range(600):
-        simulation.step(AnglesTarget(None))
+    play(simulation, [person.target(i * 0.005) for i in range(400)] + [AnglesTarget(None)] * 600)
     still = simulation.positions.copy()
-    for _ in range(50):
-        simulation.step(AnglesTarget(None))
+    play(simulation, [AnglesTarget(None)] * 50)
     assert_allclose(simulation.positions, still, atol=1e-4)
-    for i in range(1000, 1400):
-        simulation.step(person.target(i * 0.005))
+    play(simulation, (person.target(i * 0.005) for i in range(1000, 1400)))
     assert np.abs(simulation.positions - still).max() > 0.05
     # One row over 14 joints: d_m is kept as well, and the correction of both is one multiple of the whole row.
     settings = experiment("imitation", law=LawSettings(coupled=True, pairs="single"), clip="clap")
@@ -200,7 +150,7 @@ def test_followers_copy_their_models() -> None:
         row = simulation.detector.row(simulation.sample().pair)
         assert_allclose(change, row * (row.dot(change) / row.dot(row)), atol=1e-9)
     assert seen > 3
-    assert np.min(simulation.history.table()[:, COLUMN["d"]]) >= 0.15 - 1e-4
+    assert column(simulation.history.table(), "d").min() >= 0.15 - 1e-4
 
 
 @pytest.mark.parametrize("clip", get_args(ClipName))
@@ -221,9 +171,8 @@ def test_the_ball_is_passed_clear(point: ControlPoint, motion: BallMotion) -> No
     assert result.summary.d_min >= 0.15 - 1e-4
     assert long_run(experiment("ball", "unprotected", point=point, ball=motion)).summary.d_min < 0.15
     # At the far end, with the ball left behind, the hand is where it should be.
-    still = point != "arm" and motion == "still"
-    if still:
-        assert column(result, "e2")[int(7.4 / 0.005)] < 0.08**2
+    if point != "arm" and motion == "still":
+        assert column(result.table, "e2")[int(7.4 / 0.005)] < 0.08**2
 
 
 def test_drift_rattling_and_smoothness() -> None:
@@ -249,13 +198,11 @@ def test_drift_rattling_and_smoothness() -> None:
 def test_paths_and_swings() -> None:
     # Chosen in mid-run, the circle begins at the hand: its place does not leap to where it would be by now.
     simulation = Simulation(experiment("solo"))
-    for _ in range(777):
-        simulation.step(None)
+    play(simulation, [None] * 777)
     simulation.apply(experiment("solo", path="circle"))
-    simulation.step(None)
+    play(simulation, [None])
     assert simulation.sample().error < 0.002
-    for _ in range(200):
-        simulation.step(None)
+    play(simulation, [None] * 200)
     assert simulation.sample().error < 0.01
     # Eq. (4): N q̇₀ moves the elbow by decimetres and the hand by less than a millimetre.
     result = long_run(experiment("solo"), 10.0)

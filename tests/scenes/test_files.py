@@ -1,7 +1,5 @@
 """Files that the user names: what is no file is neither waited for nor replaced, and no half of one is left."""
 
-from __future__ import annotations
-
 import errno
 import os
 import threading
@@ -50,7 +48,7 @@ def test_links_devices_and_pipes_stay_what_they_are(tmp_path: Path) -> None:
         assert draft == Path(os.devnull)
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    # Nobody reads it.
+    # No process reads it.
     with pytest.raises(OSError), replacing(pipe):
         raise AssertionError("it must not come to that")
     read: list[str] = []
@@ -69,7 +67,6 @@ def test_links_devices_and_pipes_stay_what_they_are(tmp_path: Path) -> None:
 
 
 def test_files_and_names_stay_in_their_folder(tmp_path: Path) -> None:
-    # Nothing is written to a folder.
     with pytest.raises(IsADirectoryError), replacing(tmp_path):
         raise AssertionError("it must not come to that")
     # A name stays in its folder.

@@ -45,11 +45,9 @@ def test_two_readers_agree(model: pin.Model, other: yourdfpy.URDF) -> None:
         assert_allclose(flange_pose(model, q), other.get_transform(FLANGE, "link0"), atol=1e-9)
 
 
-@pytest.mark.parametrize(("q", "position"), [([0, -0.2, 0, 1.3, 0, -0.6, 0], (0.536, 0, 0.690)), ([0] * 7, (0, 0, 1.178))])
-def test_known_flange_positions(model: pin.Model, other: yourdfpy.URDF, q: list[float], position: tuple[float, ...]) -> None:
-    assert_allclose(flange_pose(model, np.array(q, float))[:3, 3], position, atol=1e-3)
-    other.update_cfg(np.array(q, float))
-    assert_allclose(other.get_transform(FLANGE, "link0")[:3, 3], position, atol=1e-3)
+def test_known_flange_positions(model: pin.Model) -> None:
+    for q, position in (([0, -0.2, 0, 1.3, 0, -0.6, 0], (0.536, 0, 0.690)), ([0] * 7, (0, 0, 1.178))):
+        assert_allclose(flange_pose(model, np.array(q, float))[:3, 3], position, atol=1e-3)
 
 
 def test_the_chain_and_its_masses(model: pin.Model) -> None:
@@ -87,11 +85,10 @@ def test_the_chain_and_its_masses(model: pin.Model) -> None:
     assert len(with_meshes.scene.geometry) == len(visual.geometryObjects)
 
 
-@pytest.mark.parametrize("link", range(8))
-def test_inertias_belong_to_real_bodies(other: yourdfpy.URDF, link: int) -> None:
-    tensor = other.link_map[f"link{link}"].inertial.inertia
-    assert_allclose(tensor, tensor.T)
-    assert_allclose(np.diag(tensor), link_inertia(link), rtol=1e-9)
-    moments = np.sort(np.linalg.eigvalsh(tensor))
-    assert moments[0] > 0
-    assert moments[0] + moments[1] >= moments[2]
+def test_inertias_belong_to_real_bodies(other: yourdfpy.URDF) -> None:
+    for link in range(8):
+        tensor = other.link_map[f"link{link}"].inertial.inertia
+        assert_allclose(tensor, tensor.T)
+        assert_allclose(np.diag(tensor), link_inertia(link), rtol=1e-9)
+        moments = np.sort(np.linalg.eigvalsh(tensor))
+        assert moments[0] > 0 and moments[2] <= moments[0] + moments[1]

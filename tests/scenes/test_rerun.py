@@ -1,13 +1,11 @@
 """A run made again from its inputs: to the last bit, as it would have been, in finer steps, and whether it is smooth."""
 
-from __future__ import annotations
-
 import math
 import pickle
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
-from typing import get_args
+from itertools import pairwise, permutations
+from typing import Any, get_args
 
 import numpy as np
 import pinocchio as pin
@@ -23,24 +21,22 @@ from scenes.settings import LawName, RunSettings, SceneName, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, Measured, Verdict, largest_step, unmeasured
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
-from tests.scenes.helpers import column, given_settings, recorded_run
-
-SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
+from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, scene_settings
 
 
 @cache
 def session(scene: SceneName, law: LawName, seconds: float, window: float) -> tuple[Simulation, Recorded]:
     """A run with the experiment's own person whose settings change twice, and its last seconds."""
-    settings = given_settings(scene=scene, law=law, ball="cross" if scene == "ball" else "still")
-    return recorded_run(settings, seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}})
+    return recorded_run(
+        scene_settings(scene, law=law), seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}}
+    )
 
 
 @pytest.mark.parametrize(
     ("scene", "law"),
     [
         *(("hold", law) for law in get_args(LawName)),
-        *((scene, "smooth_priority") for scene in SCENES if scene != "hold"),
-        ("master_slave", "barrier_qp"),
+        *((scene, law) for scene in SCENES if scene != "hold" for law in ("smooth_priority", "barrier_qp", "intermediate_value")),
     ],
 )
 def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: SceneName, law: LawName) -> None:
@@ -96,42 +92,37 @@ def test_other_settings() -> None:
 
 
 @pytest.mark.parametrize(
-    ("overrides", "message"),
+    ("impossible", "message"),
     [
-        ({"rig": "table"}, "rig cannot be given"),
-        ({"dt": 0.01}, "dt cannot be given"),
-        ({"dm": 9.0}, "dm = 9"),
-        ({"mood": 1}, "no setting 'mood'"),
+        *(({"overrides": {key: value}}, f"{key} cannot be given") for key, value in (("rig", "table"), ("dt", 0.01))),
+        ({"overrides": {"dm": 9.0}}, "dm = 9"),
+        ({"overrides": {"mood": 1}}, "no setting 'mood'"),
+        *(({"substeps": a, "stride": b}, "do not go together") for a, b in ((0, 1), (1, 0), (-1, 1), (2, 2))),
     ],
 )
-def test_impossible_overrides_are_refused(overrides: dict[str, object], message: str) -> None:
+def test_what_is_impossible_is_refused(impossible: dict[str, Any], message: str) -> None:
     _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
     with pytest.raises(BadSetting, match=message):
-        rerun(recorded, overrides)
+        rerun(recorded, **impossible)
 
 
 def test_what_if_is_exact_or_a_draft() -> None:
-    # What if is exact if there is time.
-    simulation, recorded = recorded_run(RunSettings(), 4.5, 3.0)
-    before = summarise(simulation, simulation.history.table(recorded.steps))
-    present = values(given_settings(dm=0.1))
-    asked = {key: present[key] for key in WHAT_IF_KEYS}
-    answer = what_if(recorded, asked, before, None)
-    again = rerun(recorded, {"dm": 0.1})
-    assert answer.stride == 1 and answer.before == before and answer.settings == given_settings(dm=0.1)
-    assert replace(answer.summary, step_us_median=0.0) == replace(again.summary, step_us_median=0.0)
-    table = simulation.history.table(recorded.steps)
-    assert answer.times.tobytes() == column(table, "t").tobytes()
-    assert answer.distance.tobytes() == column(again.table, "d").tobytes()
-    assert answer.squared_error.tobytes() == column(again.table, "e2").tobytes()
-    # What if is a draft if there is not and the draft is near.
     simulation, recorded = recorded_run(RunSettings(), 6.0, 3.0)
-    before = summarise(simulation, simulation.history.table(recorded.steps))
-    exact = what_if(recorded, {"dm": 0.12}, before, None)
-    draft = what_if(recorded, {"dm": 0.12}, before, 1e-6)
+    table = simulation.history.table(recorded.steps)
+    before = summarise(simulation, table)
+    # Exact if there is time.
+    present = values(given_settings(dm=0.1))
+    exact = what_if(recorded, {key: present[key] for key in WHAT_IF_KEYS}, before, None)
+    again = rerun(recorded, {"dm": 0.1})
+    assert exact.stride == 1 and exact.before == before and exact.settings == given_settings(dm=0.1)
+    assert replace(exact.summary, step_us_median=0.0) == replace(again.summary, step_us_median=0.0)
+    assert exact.times.tobytes() == column(table, "t").tobytes()
+    assert exact.distance.tobytes() == column(again.table, "d").tobytes()
+    assert exact.squared_error.tobytes() == column(again.table, "e2").tobytes()
+    # A draft if there is not: the same moments, within the error of the longer steps.
+    draft = what_if(recorded, {"dm": 0.1}, before, 1e-6)
     assert draft.stride == round(COARSEST / recorded.dt) == 4
     assert len(draft.times) == math.ceil(recorded.steps / 4)
-    # The same moments, within the error of the longer steps.
     assert np.allclose(draft.times, exact.times[::4], atol=1e-9)
     assert np.abs(draft.distance - exact.distance[::4]).max() < 2e-3
     assert abs(draft.summary.d_min - exact.summary.d_min) < 1e-3
@@ -161,14 +152,7 @@ def test_coarser_steps_cover_the_same_time(stride: int) -> None:
     assert exact[-1] - COARSEST * 2 < column(again.table, "t")[-1] <= exact[-1] + 1e-9
 
 
-@pytest.mark.parametrize(("substeps", "stride"), [(0, 1), (1, 0), (-1, 1), (2, 2)])
-def test_impossible_steps_are_refused(substeps: int, stride: int) -> None:
-    _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
-    with pytest.raises(BadSetting, match="do not go together"):
-        rerun(recorded, substeps=substeps, stride=stride)
-
-
-def test_whoever_is_not_wanted_any_more_stops_soon() -> None:
+def test_what_is_not_wanted_any_more_stops_soon() -> None:
     _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
     asked: list[bool] = []
 
@@ -203,10 +187,8 @@ def test_seams_and_kinds() -> None:
         *(None, HandTarget(np.zeros(3)), HandTarget(np.zeros(3), np.eye(3)), HandTarget(np.zeros(3), None, np.zeros(3))),
         *(JointTarget(np.zeros(7)), BallTarget(np.zeros(3)), AnglesTarget(None), AnglesTarget(np.zeros((2, 4)))),
     ]
-    for i, first in enumerate(kinds):
-        for j, second in enumerate(kinds):
-            if i != j:
-                assert between(first, second, 0.5) is first
+    for first, second in permutations(kinds, 2):
+        assert between(first, second, 0.5) is first
     assert between(AnglesTarget(None), AnglesTarget(None), 0.5) == AnglesTarget(None)
     # A jump of the settings is not held against the law.
     changes = {share: {"dm": 0.15 + 0.05 * (i % 2)} for i, share in enumerate((0.75, 0.8, 0.9))}
@@ -231,39 +213,23 @@ def test_between_two_poses(a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.nd
 
 @given(st.floats(0.0, 1.0))
 def test_between_two_of_the_other_kinds(share: float) -> None:
-    low, high = np.zeros(3), np.ones(3)
-    for kind in (JointTarget, BallTarget):
-        target = between(kind(low), kind(high), share)
-        assert isinstance(target, kind) and np.allclose(target[0], share)
-    angles = between(AnglesTarget(np.zeros((2, 4))), AnglesTarget(np.ones((2, 4))), share)
-    assert isinstance(angles, AnglesTarget) and angles.angles is not None and np.allclose(angles.angles, share)
+    for kind, shape in ((JointTarget, 3), (BallTarget, 3), (AnglesTarget, (2, 4))):
+        target = between(kind(np.zeros(shape)), kind(np.ones(shape)), share)
+        assert isinstance(target, kind) and np.allclose(np.array(target[0]), share)
 
 
 @pytest.mark.parametrize(
     ("changes", "verdict"), [({"pairs": "soft"}, "smooth"), ({"pairs": "single"}, "jump"), ({"law": "strict_switched"}, "jump")]
 )
 def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes: dict[str, str], verdict: Verdict) -> None:
-    recorded = hold_record()
+    # Two seconds of the hold scene during which the hand comes near and the closest pair changes.
+    _, recorded = recorded_run(RunSettings(), 6.0, 2.0)
     settings = given_settings(**changes)
     largest = tuple(largest_step(recorded, settings, substeps) for substeps in SUBSTEPS)
     measured = replace(unmeasured(recorded, settings), largest=largest)
     assert measured.verdict == verdict, largest
-    ratios = [b / a for a, b in pairwise(largest)]
-    if verdict == "smooth":
-        assert all(0.4 < ratio < 0.6 for ratio in ratios), ratios
-    else:
-        assert all(0.95 < ratio < 1.05 for ratio in ratios), ratios
-
-
-@cache
-def hold_record() -> Recorded:
-    """Two seconds of the hold scene during which the hand comes near and the closest pair changes."""
-    return recorded_run(RunSettings(), 6.0, 2.0)[1]
-
-
-def measured(*largest: float | None) -> Measured:
-    """What was measured, with these largest steps."""
-    return Measured(RunSettings(), 10.0, tuple(0.005 / k for k in SUBSTEPS), largest)
+    low, high = (0.4, 0.6) if verdict == "smooth" else (0.95, 1.05)
+    assert all(low < b / a < high for a, b in pairwise(largest)), largest
 
 
 @pytest.mark.parametrize(
@@ -287,5 +253,6 @@ def measured(*largest: float | None) -> Measured:
     ],
 )
 def test_verdicts(largest: tuple[float | None, ...], verdict: Verdict, words: str) -> None:
-    assert measured(*largest).verdict == verdict
-    assert words in measured(*largest).words
+    measured = Measured(RunSettings(), 10.0, tuple(0.005 / k for k in SUBSTEPS), largest)
+    assert measured.verdict == verdict
+    assert words in measured.words

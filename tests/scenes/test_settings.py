@@ -56,31 +56,15 @@ def test_declared_fields() -> None:
         assert DEFAULTS[key] in SPECS[key].choices
     # Rigs, laws, treatments, tasks and arms, and which of them one starts with.
     expected = {
-        "scene": ("solo", "ball", "hold", "master_slave", "imitation"),
-        "rig": ("torso", "table"),
-        "robot": ("lwr", "panda", "ur5"),
-        "guided": ("left", "right"),
-        "task": ("position", "pose"),
-        "avoid": ("paper", "free", "guided", "both"),
-        "following": ("identical", "mirrored"),
-        "path": ("stay", "circle"),
-        "point": ("hand", "elbow", "arm"),
-        "ball": ("still", "cross"),
-        "clip": ("medley", "wave", "clap", "cross", "reach"),
-        "law": (
-            *("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance"),
-            *("potential_field", "barrier_qp", "intermediate_value", "unprotected"),
-        ),
-        "pairs": ("single", "soft"),
-    }
-    assert {key: SPECS[key].choices for key in CHOICES} == expected
-    first = {
-        **{key: choices[0] for key, choices in expected.items()},
-        "scene": "hold",
-        "guided": "right",
-        "following": "mirrored",
-        "pairs": "soft",
-    }
+        "scene": "solo ball hold master_slave imitation", "rig": "torso table", "robot": "lwr panda ur5", "guided": "left right",
+        "task": "position pose", "avoid": "paper free guided both", "following": "identical mirrored", "path": "stay circle",
+        "point": "hand elbow arm", "ball": "still cross", "clip": "medley wave clap cross reach", "pairs": "single soft",
+        "law": "smooth_priority strict_priority strict_switched null_space_avoidance potential_field barrier_qp intermediate_value"
+        " unprotected",
+    }  # fmt: skip
+    assert {key: " ".join(SPECS[key].choices) for key in CHOICES} == expected
+    first = {key: SPECS[key].choices[0] for key in CHOICES}
+    first |= {"scene": "hold", "guided": "right", "following": "mirrored", "pairs": "soft"}
     assert {key: DEFAULTS[key] for key in CHOICES} == first
     assert not any(DEFAULTS[key] for key in FLAGS)
     # g dt ≤ 1 and K dt < 1 at every corner of the ranges: no setting can make the joints pass their stops.
@@ -88,71 +72,44 @@ def test_declared_fields() -> None:
     assert SPECS["k"].high * SPECS["dt"].high < 1.0
 
 
-@pytest.mark.parametrize(
-    ("key", "default", "low", "high"),
-    [
-        ("dm", 0.15, 0.03, 0.30),
-        ("n", 6.0, 1.0, 20.0),
-        ("v", 0.30, 0.0, 1.0),
-        ("k", 2.0, 0.0, 20.0),
-        ("dt", 0.005, 0.00125, 0.020),
-        ("wmax", 0.25, None, None),
-        ("beta", 100.0, None, None),
-        ("g", 10.0, None, None),
-    ],
-)
-def test_the_promised_defaults_and_ranges(key: str, default: float, low: float | None, high: float | None) -> None:
-    """What the project promised its users."""
-    assert DEFAULTS[key] == default
-    if low is not None and high is not None:
-        assert (SPECS[key].low, SPECS[key].high) == (low, high)
+def test_the_promised_defaults_and_ranges() -> None:
+    promised = {"dm": (0.15, 0.03, 0.30), "n": (6.0, 1.0, 20.0), "v": (0.30, 0.0, 1.0), "k": (2.0, 0.0, 20.0)}
+    promised |= {"dt": (0.005, 0.00125, 0.020)}
+    assert {key: (DEFAULTS[key], SPECS[key].low, SPECS[key].high) for key in promised} == promised
+    assert {key: DEFAULTS[key] for key in ("wmax", "beta", "g")} == {"wmax": 0.25, "beta": 100.0, "g": 10.0}
 
 
-def others_untouched(settings: RunSettings, key: str) -> bool:
-    """Whether every other field still has its default."""
-    return {k: v for k, v in values(settings).items() if k != key} == {k: v for k, v in DEFAULTS.items() if k != key}
+def taken(key: str, value: object, expected: object) -> None:
+    """Check that a value is taken over as expected, and that every other field still has its default."""
+    settings = changed(RunSettings(), key, value)
+    assert values(settings) == DEFAULTS | {key: expected}
+    assert type(values(settings)[key]) is type(DEFAULTS[key])
+    assert validate(settings) == settings
 
 
 @given(st.sampled_from(NUMBERS), st.floats(0.0, 1.0))
-def test_numbers_round_trip(key: str, part: float) -> None:
-    """Every number in range comes back bit for bit, also as text, and touches nothing else."""
+def test_numbers_in_range_are_taken_over_bit_for_bit_also_as_text(key: str, part: float) -> None:
     spec = SPECS[key]
-    value: float = spec.low + part * (spec.high - spec.low)
-    value = min(max(value, spec.low), spec.high)
+    value: float = min(max(spec.low + part * (spec.high - spec.low), spec.low), spec.high)
     if isinstance(DEFAULTS[key], int):
         value = round(value)
-    for given_value in (value, str(value)):
-        settings = changed(RunSettings(), key, given_value)
-        assert values(settings)[key] == value
-        assert type(values(settings)[key]) is type(DEFAULTS[key])
-        assert others_untouched(settings, key)
-        assert validate(settings) == settings
+    taken(key, value, value)
+    taken(key, str(value), value)
 
 
-@pytest.mark.parametrize("key", CHOICES)
-def test_choices_round_trip(key: str) -> None:
-    """Every choice comes back as it is."""
-    for choice in SPECS[key].choices:
-        settings = changed(RunSettings(), key, choice)
-        assert values(settings)[key] == choice
-        assert others_untouched(settings, key)
-
-
-@pytest.mark.parametrize("key", FLAGS)
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [(True, True), (False, False), ("1", True), ("off", False), ("True", True), ("no", False), ("YES", True)],
-)
-def test_flags_round_trip(key: str, value: object, expected: bool) -> None:
-    """On and off in the ways people write them."""
-    settings = changed(RunSettings(), key, value)
-    assert values(settings)[key] is expected
-    assert others_untouched(settings, key)
+def test_choices_and_flags_are_taken_over_in_the_ways_people_write_them() -> None:
+    for key in CHOICES:
+        for choice in SPECS[key].choices:
+            taken(key, choice, choice)
+    for key in FLAGS:
+        for on in (True, "1", "True", "YES"):
+            taken(key, on, True)
+        for off in (False, "off", "no"):
+            taken(key, off, False)
 
 
 @given(st.lists(st.tuples(st.sampled_from(NUMBERS), st.floats(0.0, 1.0)), max_size=6))
 def test_a_tree_can_be_rebuilt_from_its_values(changes: list[tuple[str, float]]) -> None:
-    """values() holds everything: fed back through changed(), it makes the same tree."""
     settings = RunSettings()
     for key, part in changes:
         low, high = SPECS[key].low, SPECS[key].high
@@ -187,8 +144,7 @@ def test_range_ends_and_bad_fields(key: str) -> None:
 
 
 @given(st.sampled_from(NUMBERS), st.floats(1e-6, 1e300), st.booleans())
-def test_out_of_range_is_refused(key: str, beyond: float, above: bool) -> None:
-    """A number outside its range is refused with the range."""
+def test_out_of_range_is_refused_with_the_range(key: str, beyond: float, above: bool) -> None:
     spec = SPECS[key]
     slack = 1e-9 * max(1.0, abs(spec.low), abs(spec.high))
     value = spec.high + beyond if above else spec.low - beyond
@@ -197,65 +153,36 @@ def test_out_of_range_is_refused(key: str, beyond: float, above: bool) -> None:
     refused(key, repr(value), *bounds(spec), spec.unit)
 
 
-@pytest.mark.parametrize("key", NUMBERS)
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "nan", "inf", "-Infinity", "1e999", 10**400])
-def test_not_finite_is_refused(key: str, value: object) -> None:
-    """nan and the infinities, as numbers or as text, are refused with the range."""
-    refused(key, value, *bounds(SPECS[key]))
-
-
-NOT_NUMBERS: list[Any] = [
-    None,
-    True,
-    False,
-    [],
-    {},
-    (1.0,),
-    b"1",
-    1j,
-    object(),
-    "",
-    " ",
-    "fast",
-    "0.1 m",
-    "0,15",
-    "1;2",
-    "\x00",
-    "é" * 5000,
-]
+NOT_FINITE = (math.nan, math.inf, -math.inf, "nan", "inf", "-Infinity", "1e999", 10**400)
+NOT_NUMBERS = (None, True, False, [], {}, (1.0,), b"1", 1j, object())
+NOT_NUMBERS += ("", " ", "fast", "0.1 m", "0,15", "1;2", "\x00", "é" * 5000)
 
 
 @pytest.mark.parametrize("key", NUMBERS)
-@pytest.mark.parametrize("value", NOT_NUMBERS, ids=lambda value: repr(value)[:12])
-def test_what_is_no_number_is_refused(key: str, value: object) -> None:
-    """The wrong type, and text that reads as no number, are refused with the range."""
-    refused(key, value, *bounds(SPECS[key]))
+def test_what_is_no_finite_number_is_refused_with_the_range(key: str) -> None:
+    for value in (*NOT_FINITE, *NOT_NUMBERS):
+        refused(key, value, *bounds(SPECS[key]))
 
 
-@pytest.mark.parametrize("value", [1.5, "2.5", 1e-3])
-def test_a_seed_is_a_whole_number(value: object) -> None:
-    """A seed with a fraction is refused; 2.0 is 2 (positive control)."""
-    refused("seed", value, "whole number")
+def test_a_seed_is_a_whole_number() -> None:
+    for value in (1.5, "2.5", 1e-3):
+        refused("seed", value, "whole number")
     assert changed(RunSettings(), "seed", 2.0).seed == 2
 
 
-@given(st.sampled_from(CHOICES), st.one_of(st.text(max_size=60), st.none(), st.integers(), st.floats(), st.booleans()))
-def test_no_choice_is_refused(key: str, value: object) -> None:
-    """Anything that is not one of the choices is refused with all of them."""
-    assume(value not in SPECS[key].choices)
-    refused(key, value, *SPECS[key].choices)
+ANYTHING = st.text(max_size=60) | st.none() | st.integers() | st.floats()
 
 
-@given(st.sampled_from(FLAGS), st.one_of(st.text(max_size=60), st.none(), st.integers(), st.floats()))
-def test_no_flag_is_refused(key: str, value: object) -> None:
-    """Anything that is neither on nor off is refused, and says what to give."""
-    assume(not (isinstance(value, str) and value.lower() in {"1", "true", "on", "yes", "0", "false", "off", "no"}))
-    refused(key, value, "give 1 or 0")
+@given(st.sampled_from(CHOICES), ANYTHING | st.booleans(), st.sampled_from(FLAGS), ANYTHING)
+def test_what_is_no_choice_or_no_flag_is_refused_with_what_to_give(key: str, choice: object, flag: str, on: object) -> None:
+    if choice not in SPECS[key].choices:
+        refused(key, choice, *SPECS[key].choices)
+    if not (isinstance(on, str) and on.lower() in {"1", "true", "on", "yes", "0", "false", "off", "no"}):
+        refused(flag, on, "give 1 or 0")
 
 
 @given(st.sampled_from(NUMBERS), st.text(max_size=80))
 def test_any_text_is_a_number_in_range_or_refused(key: str, text: str) -> None:
-    """No text whatever gets past the check, and none raises anything else."""
     try:
         settings = changed(RunSettings(), key, text)
     except BadSetting as error:
@@ -265,13 +192,9 @@ def test_any_text_is_a_number_in_range_or_refused(key: str, text: str) -> None:
 
 
 @given(st.text(max_size=40))
-def test_an_unknown_key_is_refused(key: str) -> None:
-    """A key that does not exist is answered with those that do."""
+def test_an_unknown_key_is_answered_with_those_there_are(key: str) -> None:
     assume(key not in SPECS)
-    settings = RunSettings()
     with pytest.raises(BadSetting) as caught:
-        changed(settings, key, 1.0)
+        changed(RunSettings(), key, 1.0)
     assert repr(key) in str(caught.value)
-    for known in SPECS:
-        assert known in str(caught.value)
-    assert settings == RunSettings()
+    assert all(known in str(caught.value) for known in SPECS)

@@ -1,7 +1,5 @@
 """Grids of settings, and running them: every value checked first, every figure the same whatever the number of workers."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import multiprocessing
@@ -60,35 +58,29 @@ def test_evenly_spaced_values_rise_from_end_to_end(first: float, width: float, c
     assert all(math.isclose(step, (last - first) / (count - 1), rel_tol=1e-6, abs_tol=1e-11) for step in steps)
 
 
-@pytest.mark.parametrize("key", list(specs(RunSettings)))
-def test_every_setting_can_be_swept(key: str) -> None:
-    spec, present = specs(RunSettings)[key], values(USUAL)[key]
-    if spec.choices:
-        assert read_axis(f"{key}={','.join(spec.choices)}", USUAL).values == spec.choices
-    elif isinstance(present, bool):
-        assert read_axis(f"{key}=off,on", USUAL).values == (False, True)
-    else:
-        assert read_axis(f"{key}={spec.low:g}:{spec.high:g}:2", USUAL).values == (spec.low, spec.high)
+def test_every_setting_can_be_swept() -> None:
+    for key, spec in specs(RunSettings).items():
+        if spec.choices:
+            assert read_axis(f"{key}={','.join(spec.choices)}", USUAL).values == spec.choices
+        elif isinstance(values(USUAL)[key], bool):
+            assert read_axis(f"{key}=off,on", USUAL).values == (False, True)
+        else:
+            assert read_axis(f"{key}={spec.low:g}:{spec.high:g}:2", USUAL).values == (spec.low, spec.high)
 
 
 @pytest.mark.parametrize(
     ("text", "named"),
     [
         ("n", ["'n'", "key=a:b", "key=x,y,z", "n=1:20"]),
-        ("n=", ["key=a:b"]),
-        ("=1:3", ["key=a:b"]),
+        *((text, ["key=a:b"]) for text in ("n=", "=1:3")),
         ("zz=1:3", ["'zz'", "choose from", "dm"]),
         ("n=1:2:3:4", ["key=a:b:count"]),
-        ("n=1:x", ["must be numbers"]),
-        ("n=1:", ["must be numbers"]),
-        ("n=1:nan", ["cannot be read"]),
-        ("n=1:inf", ["cannot be read"]),
+        *((text, ["must be numbers"]) for text in ("n=1:x", "n=1:")),
+        *((text, ["cannot be read"]) for text in ("n=1:nan", "n=1:inf")),
         ("n=5:1", ["upwards", "5"]),
         ("n=5:5", ["upwards"]),
         ("v=0.1:0.5", ["whole numbers", "v=0.1:0.5:12"]),
-        ("n=1:5:1", ["count", "from 2"]),
-        ("n=1:5:2.5", ["count", "2.5"]),
-        ("n=1:5:-3", ["count", "-3"]),
+        *((f"n=1:5:{count}", ["count", shown]) for count, shown in (("1", "from 2"), ("2.5", "2.5"), ("-3", "-3"))),
         ("v=0:1:1e9", ["1e+09", str(grids.MOST_POINTS)]),
         ("seed=1:1e12", ["at most"]),
         ("n=0:3", ["n = 0.0", "1 to 20"]),
@@ -140,20 +132,12 @@ def test_grids_and_their_figures() -> None:
         (["n=1:2"], math.nan, ["seconds = nan"]),
         # 2000 s are possible with the larger of the two time steps only.
         (["dt=0.00125,0.02"], 2000.0, ["seconds = 2000", "1250"]),
+        (["n=1:5", "rig=torso,table", "law=smooth_priority,unprotected"], 1.0, ["wants protection"]),
     ],
 )
-def test_what_cannot_be_run_is_said_before_anything_is(
+def test_what_cannot_be_run_is_said_after_one_step_of_each_combination_of_choices(
     monkeypatch: pytest.MonkeyPatch, over: list[str], seconds: float, named: list[str]
 ) -> None:
-    seen: list[float] = []
-    monkeypatch.setattr(grids, "run", lambda settings, seconds: seen.append(seconds))
-    with pytest.raises(BadSetting) as error:
-        read_grid(USUAL, over, seconds)
-    assert all(part in str(error.value) for part in named), error.value
-    assert all(made <= 0.02 for made in seen)
-
-
-def test_a_combination_that_only_fails_when_it_is_run_is_found_first(monkeypatch: pytest.MonkeyPatch) -> None:
     def fussy(settings: RunSettings, seconds: float) -> None:
         tried.append((settings.rig, settings.law.law))
         assert seconds == settings.dt
@@ -162,12 +146,12 @@ def test_a_combination_that_only_fails_when_it_is_run_is_found_first(monkeypatch
 
     tried: list[tuple[str, str]] = []
     monkeypatch.setattr(grids, "run", fussy)
-    over = ["n=1:5", "rig=torso,table", "law=smooth_priority,unprotected"]
-    with pytest.raises(BadSetting, match="wants protection"):
-        read_grid(USUAL, over, 1.0)
-    # Each combination of choices once, however many numbers there are.
+    with pytest.raises(BadSetting) as error:
+        read_grid(USUAL, over, seconds)
+    assert all(part in str(error.value) for part in named), error.value
+    # However many numbers there are.
     tried.clear()
-    read_grid(USUAL, [over[0], over[1], "law=smooth_priority"], 1.0)
+    read_grid(USUAL, ["n=1:5", "rig=torso,table", "law=smooth_priority"], 1.0)
     assert tried == [("torso", "smooth_priority"), ("table", "smooth_priority")]
 
 
@@ -190,7 +174,7 @@ def test_two_workers_and_one_find_the_same() -> None:
 
 
 def test_workers_stop_and_their_end_is_reported() -> None:
-    # Whoever stops listening leaves no workers.
+    # Where the listener stops, no workers are left.
     points = run_points(read_grid(USUAL, ["seed=1:40"], 1.0), range(40), workers=2)
     next(points)
     assert multiprocessing.active_children()
@@ -238,33 +222,28 @@ def test_workers_do_not_outlive_a_parent_that_is_killed() -> None:
                 os.close(worker)
 
 
-def test_trade_off_maps(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Trade off.
-    made: list[RunSettings] = []
-
-    def counted(settings: RunSettings, seconds: float):
-        made.append(settings)
-        return run(settings, seconds)
-
-    monkeypatch.setattr(sweeping, "run", counted)
-    points = trade_off(changed(USUAL, "k", 3.0), 8.0, orders=(2.0, 8.0), velocities=(0.05, 0.3))
-    assert made == []
-    first = next(points)
-    assert len(made) == 1
-    found = [first, *points]
-    assert {(point.order, point.nominal_velocity) for point in found} == {(2.0, 0.05), (2.0, 0.3), (8.0, 0.05), (8.0, 0.3)}
-    for point, settings in zip(found, made, strict=True):
-        assert (settings.law.order, settings.law.nominal_velocity, settings.gain) == (point.order, point.nominal_velocity, 3.0)
-        summary = run(settings, 8.0).summary
+def test_trade_off_maps() -> None:
+    chosen, orders, velocities = changed(USUAL, "k", 3.0), (2.0, 8.0), (0.05, 0.3)
+    found = list(trade_off(chosen, 8.0, orders=orders, velocities=velocities))
+    assert {(point.order, point.nominal_velocity) for point in found} == set(itertools.product(orders, velocities))
+    for point in found:
+        summary = run(changed(changed(chosen, "n", point.order), "v", point.nominal_velocity), 8.0).summary
         assert (point.d_min, point.e2_max) == (summary.d_min, summary.e2_max)
     # There is something to trade: more distance costs more error.
     by_distance = sorted(found, key=lambda point: point.d_min)
     assert by_distance[0].e2_max < by_distance[-1].e2_max
-    # The usual map has 25 points.
-    monkeypatch.setattr(sweeping, "run", lambda settings, seconds: run(settings, settings.dt))
-    points = list(trade_off(USUAL))
-    assert len(points) == 25 and len({point[:2] for point in points}) == 25
-    for order, velocity, *_ in points:
+
+
+def test_the_usual_map_has_25_points_run_as_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[RunSettings] = []
+    monkeypatch.setattr(sweeping, "run", lambda settings, seconds: made.append(settings) or run(settings, settings.dt))
+    points = trade_off(USUAL)
+    assert made == []
+    found = [next(points)]
+    assert len(made) == 1
+    found += points
+    assert len(found) == len({point[:2] for point in found}) == 25
+    for order, velocity, *_ in found:
         changed(changed(USUAL, "n", order), "v", velocity)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
 from playwright.sync_api import Page
 
@@ -13,6 +13,17 @@ from app.settings import Settings
 from scenes.settings import specs
 
 SPECS = specs(Settings)
+BUTTONS = {
+    "run": (r"Run( again)?\s*$", "Space"),
+    "next": (r"(Next|Skip the run|Back to the outcome)", "n"),
+    "why": ("Show me why", "y"),
+    "check": ("(Check|Test) my", "c"),
+    "hint": (r"Hint \d of", "h"),
+    "reset": ("Reset step", None),
+    "again": (r"Reset\s*$", "r"),
+    "leave": ("Leave the lessons", "x"),
+}
+"""What there is to do: the beginning of the button's label, and its key; what has no key of its own is reached by Tab."""
 
 
 def press(page: Page, label: str) -> None:
@@ -25,25 +36,12 @@ def control_of(key: str, value: Any) -> tuple[str, str, str]:
     spec = SPECS[key]
     tab = next(name for name, _, keys in TABS if key in keys)
     label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
-    if spec.choices:
-        return tab, label, spec.choice_labels[spec.choices.index(value)]
-    return tab, label, f"{value * spec.page_scale:g}"
+    entered = spec.choice_labels[spec.choices.index(value)] if spec.choices else f"{value * spec.page_scale:g}"
+    return tab, label, entered
 
 
 class Clicks:
     """What a student does by the mouse alone."""
-
-    LABELS: ClassVar = {
-        "run": r"Run( again)?\s*$",
-        "next": r"(Next|Skip the run|Back to the outcome)",
-        "back": r"Back\s*$",
-        "why": "Show me why",
-        "check": "(Check|Test) my",
-        "hint": r"Hint \d of",
-        "reset": "Reset step",
-        "again": r"Reset\s*$",
-        "leave": "Leave the lessons",
-    }
 
     def __init__(self, page: Page) -> None:
         self.page = page
@@ -52,12 +50,10 @@ class Clicks:
         press(self.page, rf"(● )?{answer + 1} ")
 
     def do(self, what: str) -> None:
-        press(self.page, self.LABELS[what])
+        press(self.page, BUTTONS[what][0])
 
     def say(self, label: str, text: str) -> None:
-        box = self.page.get_by_label(label, exact=True)
-        box.click()
-        box.fill(text)
+        self.page.get_by_label(label, exact=True).fill(text)
 
     def set(self, key: str, value: Any) -> None:
         tab, label, entered = control_of(key, value)
@@ -67,27 +63,13 @@ class Clicks:
             row.locator("input:visible").first.click()
             self.page.get_by_role("option", name=entered, exact=True).click()
         else:
-            box = row.locator("input[type=text]").last
-            box.fill(entered)
+            row.locator("input[type=text]").last.fill(entered)
             # A click elsewhere leaves the box.
             self.page.get_by_role("tab", name=tab, exact=True).click()
 
 
 class Keys:
     """What a student does by the keyboard alone."""
-
-    KEYS: ClassVar = {
-        "run": "Space",
-        "next": "n",
-        "back": "b",
-        "why": "y",
-        "check": "c",
-        "hint": "h",
-        "again": "r",
-        "leave": "x",
-        "slower": "[",
-        "faster": "]",
-    }
 
     def __init__(self, page: Page) -> None:
         self.page = page
@@ -96,72 +78,58 @@ class Keys:
         self.page.keyboard.press(str(answer + 1))
 
     def do(self, what: str) -> None:
-        if what == "reset":
-            # A button without a key of its own: reached as every control is.
-            self.tab_to(lambda: self._focused("innerText").strip() == "Reset step", "“Reset step”")
-            self.page.keyboard.press("Enter")
-            self._let_go()
+        label, key = BUTTONS[what]
+        if key is None:
+            self._tab_to(lambda: self._focused("innerText") == label, label)
+            self._enter(None)
         else:
-            self.page.keyboard.press(self.KEYS[what])
+            self.page.keyboard.press(key)
 
     def say(self, label: str, text: str) -> None:
-        self.tab_to(lambda: self._focused("getAttribute('aria-label')") == label, f"the box “{label}”")
-        self.page.keyboard.press("Control+a")
-        self.page.keyboard.type(text)
-        self._let_go()
+        self._tab_to(lambda: self._focused("getAttribute('aria-label')") == label, f"the box “{label}”")
+        self._enter(text)
 
     def set(self, key: str, value: Any) -> None:
         tab, label, entered = control_of(key, value)
         names = {name for name, _, _ in TABS}
-        self.tab_to(
-            lambda: self._focused("getAttribute('role')") == "tab" and self._focused("innerText").strip() in names, "the tabs"
-        )
-        for _ in range(2 * len(names)):
-            if self._focused("innerText").strip() == tab:
-                break
-            self.page.keyboard.press("ArrowRight")
-        else:
-            raise AssertionError(f"the tab “{tab}” cannot be reached by the arrows")
+        self._tab_to(lambda: self._focused("getAttribute('role')") == "tab" and self._focused("innerText") in names, "the tabs")
+        self._press_until("ArrowRight", lambda: self._focused("innerText") == tab, f"the tab “{tab}”")
         self.page.keyboard.press("Enter")
         self.page.locator("[role=tab][aria-selected=true]").get_by_text(tab, exact=True).wait_for()
-        self.tab_to(lambda: self._name() == label and self._focused("tagName") == "INPUT", f"“{label}”")
+        name = "labels?.[0]?.textContent"
+        self._tab_to(
+            lambda: (
+                label in (self._focused("getAttribute('aria-label')"), self._focused(name))
+                and self._focused("tagName") == "INPUT"
+            ),
+            f"“{label}”",
+        )
         if SPECS[key].choices:
-            self._pick(entered)
-        else:
-            self.page.keyboard.press("Control+a")
-            self.page.keyboard.type(entered)
-            self.page.keyboard.press("Enter")
-        self._let_go()
-
-    def _pick(self, choice: str) -> None:
-        """Go down the open list to a choice, and take it."""
-        for _ in range(30):
-            self.page.keyboard.press("ArrowDown")
-            marked = self.page.evaluate(
+            marked = (
                 "document.getElementById(document.activeElement?.getAttribute('aria-activedescendant') ?? '')?.innerText ?? ''"
             )
-            if str(marked).strip() == choice:
-                self.page.keyboard.press("Enter")
-                return
-        raise AssertionError(f"“{choice}” is not among the choices")
+            self._press_until("ArrowDown", lambda: str(self.page.evaluate(marked)).strip() == entered, f"the choice “{entered}”")
+        self._enter(None if SPECS[key].choices else entered)
 
-    def tab_to(self, there: Callable[[], bool], what: str) -> None:
-        """Press Tab until something has the focus."""
+    def _tab_to(self, there: Callable[[], bool], what: str) -> None:
+        self._press_until("Tab", there, what)
+
+    def _press_until(self, key: str, there: Callable[[], bool], what: str) -> None:
         for _ in range(120):
             if there():
                 return
-            self.page.keyboard.press("Tab")
-        raise AssertionError(f"{what} cannot be reached by Tab")
-
-    def _name(self) -> str:
-        """What the control that has the focus is called."""
-        return self._focused("getAttribute('aria-label')") or self._focused("labels?.[0]?.textContent").strip()
+            self.page.keyboard.press(key)
+        raise AssertionError(f"{what} cannot be reached by {key}")
 
     def _focused(self, what: str) -> str:
-        return str(self.page.evaluate(f"document.activeElement?.{what} ?? ''"))
+        return str(self.page.evaluate(f"document.activeElement?.{what} ?? ''")).strip()
 
-    def _let_go(self) -> None:
-        # Escape leaves a box as a click beside it would; keys are the lesson's again.
+    def _enter(self, text: str | None) -> None:
+        """Write over what has the focus, and press Enter; then let go of it, so that keys are the lesson's again."""
+        if text is not None:
+            self.page.keyboard.press("Control+a")
+            self.page.keyboard.type(text)
+        self.page.keyboard.press("Enter")
         self.page.keyboard.press("Escape")
         self.page.evaluate("document.activeElement?.blur()")
 

@@ -11,21 +11,8 @@ from app.custom_law.examination import NO_FILE, ExaminationProgress
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
+from app.lessons.session import lesson_actions
 from app.lessons.session.further_runs import FurtherRuns
-from app.lessons.session.lesson_actions import (
-    Check,
-    Choose,
-    GoBack,
-    GoOn,
-    GoTo,
-    Leave,
-    LessonAction,
-    ResetStep,
-    RunAgain,
-    ShowHint,
-    ShowWhy,
-    StartOrPause,
-)
 from app.lessons.session.lesson_settings import asks_for_custom_law, deviation_from_lesson, with_look
 from app.lessons.session.saved import SavedLesson
 from app.lessons.session.step_runner import StepRunner
@@ -64,7 +51,7 @@ class LessonSession:
         self._errors = ThrottledLog(log)
         self._runs = FurtherRuns()
         self._runner = StepRunner(session, self._runs, self.notes)
-        self._waiting: GoOn | Check | None = None
+        self._waiting: lesson_actions.GoOn | lesson_actions.Check | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
 
@@ -78,10 +65,7 @@ class LessonSession:
     @property
     def begun(self) -> bool:
         """Return whether anything was done in any lesson."""
-        walk = self._walk
-        return walk is not None and any(
-            not walk.done_in(lesson.id, step.id).untouched for lesson in self.book.lessons for step in lesson.steps
-        )
+        return self._walk is not None and self._walk.begun
 
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
         """Open the lessons where they were left, or at a step. `lesson`, `step`: from 0, or a lesson's name."""
@@ -126,7 +110,7 @@ class LessonSession:
             self._own if open_now else settings,
             open_now,
             self.seen,
-            settings if open_now and not self._showing else None,
+            settings if open_now and not self.walk.showing else None,
             dict(self._walk.kept),
             said,
         )
@@ -157,11 +141,6 @@ class LessonSession:
         return self._said.setdefault((self.walk.lesson.id, self.walk.step.id), [])
 
     @property
-    def _showing(self) -> bool:
-        """Return whether the run that shows why is on."""
-        return self.walk.view().showing
-
-    @property
     def seen(self) -> Mapping[tuple[str, str], Recorded]:
         """Return the runs in which the visitor saw what came of a step, by lesson and step."""
         return self._runner.seen
@@ -176,7 +155,7 @@ class LessonSession:
         """Return whether something waits for a further run."""
         return self._waiting is not None
 
-    def act(self, action: LessonAction) -> None:
+    def act(self, action: lesson_actions.LessonAction) -> None:
         """Do what the student asks for; an action at the wrong moment does nothing."""
         if not self.open:
             return
@@ -193,44 +172,44 @@ class LessonSession:
             log.exception("an action of a lesson failed and was left out")
             self.notes.append(("Something went wrong", "It was left out. Reset restarts the step."))
 
-    def _act(self, action: LessonAction) -> None:
+    def _act(self, action: lesson_actions.LessonAction) -> None:
         walk, session = self.walk, self._session
-        if isinstance(action, GoOn | Check) and not self._runs.ready:
+        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runs.ready:
             self._waiting = action
             return
         match action:
-            case Choose(answer):
+            case lesson_actions.Choose(answer):
                 walk.choose(answer)
-            case GoTo(lesson, step):
+            case lesson_actions.GoTo(lesson, step):
                 walk.go(lesson, step)
-            case GoOn():
+            case lesson_actions.GoOn():
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
                     self._runner.observe(walk)
                 if not self._fast_forwards():
                     walk.next()
-            case GoBack():
+            case lesson_actions.GoBack():
                 walk.back()
-            case ResetStep():
+            case lesson_actions.ResetStep():
                 walk.reset()
                 self.said.clear()
                 self._run_id = -1
-            case RunAgain():
+            case lesson_actions.RunAgain():
                 self._run_again()
-            case StartOrPause():
+            case lesson_actions.StartOrPause():
                 self._run()
-            case ShowWhy():
+            case lesson_actions.ShowWhy():
                 walk.show_why()
-            case ShowHint():
+            case lesson_actions.ShowHint():
                 walk.hint()
-            case Check():
+            case lesson_actions.Check():
                 self._check()
-            case Leave():
+            case lesson_actions.Leave():
                 self.leave()
 
     def _fast_forwards(self) -> bool:
         """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
         walk, session = self.walk, self._session
-        to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not self._showing
+        to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not walk.showing
         if (
             not to_measure
             or walk.yours
@@ -304,7 +283,7 @@ class LessonSession:
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation):
             return
-        runs_out = self._showing or walk.phase in (Phase.DO, Phase.CHALLENGE)
+        runs_out = walk.showing or walk.phase in (Phase.DO, Phase.CHALLENGE)
         if not runs_out:
             return
         if not walk.yours:
@@ -312,7 +291,7 @@ class LessonSession:
         if not self._runs.ready:
             return
         self._measured = walk.run_id
-        if walk.phase is not Phase.CHALLENGE or self._showing:
+        if walk.phase is not Phase.CHALLENGE or walk.showing:
             if walk.step.measurements:
                 self._runner.observe(walk)
             elif not walk.yours:
@@ -363,13 +342,14 @@ class LessonSession:
         """Return how far the tests of the visitor's own law are; None where the step does not ask for one."""
         if not self.open or not asks_for_custom_law(self.walk):
             return None
-        examination = self._session.examination
+        examination = self._session.law.examination
         return NO_FILE if examination is None else examination.progress
 
     @property
     def custom_law_state(self) -> tuple[str, bool]:
         """Return why the visitor's own law is not in force ("" if all is well), and whether its file is gone."""
-        return self._session.custom_law_problem, self._session.custom_law_away
+        law = self._session.student_law
+        return law.problem, law.away
 
     def live(self, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are now. `book`: see `view`."""

@@ -1,41 +1,35 @@
 """How a session begins a lesson's run, takes on its settings, and gets the visitor's own ones back."""
 
 from dataclasses import replace
-from typing import Final
 
 from app.i18n.speaking import N_
 from app.lessons.phases import Phase
 from app.lessons.walkthrough import Walkthrough
 from app.session.session import Session
-from app.settings import Settings
+from app.settings import Look, Settings
 from controllers.errors import BadSetting
 from scenes.settings import values
-
-_KEPT_LOOK: Final = ("theme", "profile", "picture", "language")
 
 
 def with_look(settings: Settings, session: Session) -> Settings:
     """Return settings with the look that the page has now: a lesson does not change how the visitor likes to see it."""
-    look = {name: getattr(session.settings.page, name) for name in _KEPT_LOOK}
-    return replace(settings, page=replace(settings.page, **look))
+    page = session.settings.page
+    return replace(settings, page=Look(page.theme, page.profile, page.picture, page.language).of(settings.page))
 
 
 def apply_settings(session: Session, settings: Settings) -> str:
     """Apply settings one by one, in whatever order they are possible; return the last refusal, "" if all were applied."""
-    wanted = values(settings)
     problem = ""
     for _ in range(3):
-        refused = ""
-        for key, value in wanted.items():
-            if values(session.settings)[key] == value:
-                continue
-            try:
-                session.change(key, value)
-            except BadSetting as error:
-                refused = str(error)
-        if not refused:
-            return ""
-        problem = refused
+        problem = ""
+        for key, value in values(settings).items():
+            if values(session.settings)[key] != value:
+                try:
+                    session.change(key, value)
+                except BadSetting as error:
+                    problem = str(error)
+        if not problem:
+            break
     return problem
 
 

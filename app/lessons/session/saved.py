@@ -1,12 +1,11 @@
-"""What is kept of a student's way through the lessons: progress that outlives a connection, and a run that can be done again."""
+"""What is kept of a student's way through the lessons."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from app.settings import Settings
 from scenes.inputs import Recorded
 from scenes.roles import TargetSource
-from scenes.targets import Target
 
 
 @dataclass(frozen=True)
@@ -30,21 +29,3 @@ class SavedLesson:
     now: Settings | None = None
     kept: Mapping[str, TargetSource] = field(default_factory=dict)
     said: Mapping[tuple[str, str], tuple[float | None, ...]] = field(default_factory=dict)
-
-
-class RecordedSource:
-    """Repeats the targets of a recorded run.
-
-    Args:
-        targets: one for every step.
-        dt: of the steps [s].
-    """
-
-    def __init__(self, targets: Sequence[Target | None], dt: float) -> None:
-        self._targets, self._dt = targets, dt
-
-    def target(self, time: float) -> Target | None:
-        """Return the recorded target; after the end the last one."""
-        if not self._targets:
-            return None
-        return self._targets[min(max(round(time / self._dt), 0), len(self._targets) - 1)]

@@ -1,26 +1,16 @@
 """The run that a step of a lesson asks for, in a session: begun with its settings, and measured."""
 
+from collections import deque
 from collections.abc import Sequence
-from typing import Protocol
 
 from app.lessons.law_challenge import attempt_of
 from app.lessons.runs import LONGEST
 from app.lessons.session.further_runs import FurtherRuns
 from app.lessons.session.lesson_settings import apply_settings, begin, with_look
-from app.lessons.session.saved import RecordedSource
 from app.lessons.walkthrough import Walkthrough
 from app.session.session import Session
 from app.settings import Settings
-from scenes.inputs import Recorded
-from scenes.roles import TargetSource
-
-
-class Notifier(Protocol):
-    """Receives notices for the visitor."""
-
-    def append(self, note: tuple[str, str], /) -> None:
-        """Take a title and a text."""
-        ...
+from scenes.inputs import Recorded, RecordedPerson
 
 
 class StepRunner:
@@ -29,19 +19,19 @@ class StepRunner:
     Args:
         session: in which it runs.
         further: the further runs that it is compared with.
-        notes: receives notices for the visitor.
+        notes: takes title and text of notices for the visitor.
 
     Attributes:
         seen: (lesson, step) → the run in which the visitor saw what came of it.
     """
 
-    def __init__(self, session: Session, further: FurtherRuns, notes: Notifier) -> None:
+    def __init__(self, session: Session, further: FurtherRuns, notes: deque[tuple[str, str]]) -> None:
         self._session, self._further, self._notes = session, further, notes
         self.seen: dict[tuple[str, str], Recorded] = {}
 
     def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
         """Begin the present run. `own_settings`: with the visitor's, not with those of the step."""
-        self._further.prepare(walk.lesson.id, walk.step, walk.setup if walk.view().showing else None)
+        self._further.prepare(walk.lesson.id, walk.step, walk.setup if walk.showing else None)
         if not own_settings:
             self.apply(walk.settings(with_look(Settings(), self._session)))
         begin(self._session, walk)
@@ -54,8 +44,8 @@ class StepRunner:
 
     def observe(self, walk: Walkthrough) -> None:
         """Measure the run, and keep it where it is the one that answers the step's question."""
-        showing, step = walk.view().showing, (walk.lesson.id, walk.step.id)
-        if walk.observe(self._session.simulation).complete and not showing and self._session.custom_law is None:
+        showing, step = walk.showing, (walk.lesson.id, walk.step.id)
+        if walk.observe(self._session.simulation).complete and not showing and self._session.student_law.file is None:
             recorded = self._session.recorded(LONGEST)
             if recorded is not None:
                 self.seen[step] = recorded
@@ -66,20 +56,17 @@ class StepRunner:
         if challenge is None:
             return
         if challenge.custom_law:
-            if session.examination is not None:
-                session.examination.begin()
+            if session.law.examination is not None:
+                session.law.examination.begin()
             return
         count = len(challenge.forecasts)
-        person: TargetSource | None = None
-        if challenge.keep:
-            recorded = session.recorded()
-            if recorded is not None and recorded.begin == 0.0:
-                person = RecordedSource(tuple(recorded.targets()), recorded.dt)
+        recorded = session.recorded() if challenge.keep else None
+        person = RecordedPerson(recorded) if recorded is not None and recorded.begin == 0.0 else None
         walk.attempt(session.simulation, (*said, *(None,) * count)[:count], person)
 
     def advance_own_tests(self, walk: Walkthrough) -> bool:
         """Look after the tests of the visitor's own law; return whether there is anything new."""
-        examination = self._session.examination
+        examination = self._session.law.examination
         if examination is None or not examination.advance():
             return False
         if examination.progress.finished:

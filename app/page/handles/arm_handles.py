@@ -1,14 +1,17 @@
 """The handles on an arm: its hand to move and turn, its elbow to swivel about the line from shoulder to wrist."""
 
 import math
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 import pinocchio as pin
 import viser
 
+from app.page.handles.transform_handle import TransformHandle
+from app.session.actions import Action
 from app.session.session import Session
-from app.stage.poses import checked_pose, fresh, put
+from app.stage.poses import put
 from controllers.kinematics import Array
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
@@ -17,109 +20,47 @@ FARTHEST_SWING: Final = 0.35
 """A key held down pulls the elbow no further ahead of where it is [rad]."""
 
 
-class HandHandle:
-    """Sits on the hand that one moves, or, where a hand is drawn to its place, on the place.
+class HandHandle(TransformHandle):
+    """Sits on the hand that one moves, or, where a hand is drawn to its place, on the place."""
 
-    Args:
-        scene: of the client that has the controls.
-        session: with an arm that is yours.
-    """
-
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
-        self._session = session
+    def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
+        super().__init__(scene, session, post, "hand", scale=0.22)
         self._turns = True
-        self.dragged = False
-        """Whether the visitor is dragging it."""
-        handle = scene.add_transform_controls("/gizmo/hand", scale=0.22, line_width=3.5, depth_test=False, disable_sliders=True)
-        self._handle = fresh(handle)
 
-        @self._handle.on_update
-        async def _(event: viser.TransformControlsEvent) -> None:
-            place, turn = checked_pose(event.target.position, event.target.wxyz)
-            phase = event.phase
-            session.post(lambda: self._moved(place, turn, phase), ("hand", phase))
-
-    def _moved(self, place: Array | None, turn: Array | None, phase: str) -> None:
-        if phase == "end":
-            if self.dragged:
-                self.dragged = False
-                self._session.hold(None)
-        elif place is not None and turn is not None:
-            self.dragged = True
-            self._session.hold(HandTarget(place, turn if self._turns else None))
+    def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
+        return None if place is None or turn is None else HandTarget(place, turn if self._turns else None)
 
     def show(self) -> None:
         """Put it where it belongs, unless it is being dragged."""
         simulation = self._session.simulation
-        turns = not keeps_place(simulation) or simulation.settings.task == "pose"
-        if turns != self._turns:
-            self._turns = turns
-            self._handle.disable_rotations = not turns
+        self._turns = not keeps_place(simulation) or simulation.settings.task == "pose"
+        self._handle.disable_rotations = not self._turns
         if not self.dragged:
             place, rotation = wanted_pose(simulation)
-            put(self._handle, place, rotation if turns else np.eye(3))
-
-    def forget_drag(self) -> None:
-        """Behave as if it had been let go."""
-        self.dragged = False
-
-    def remove(self) -> None:
-        """Take it out of the scene."""
-        self._handle.remove()
+            put(self._handle, place, rotation if self._turns else np.eye(3))
 
 
-class ElbowHandle:
-    """An arc about the line from shoulder to wrist; the hand stays where it is.
+class ElbowHandle(TransformHandle):
+    """An arc about the line from shoulder to wrist; the hand stays where it is."""
 
-    Args:
-        scene: of the client that has the controls.
-        session: with an arm that is yours.
-    """
-
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
-        self._session = session
+    def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
+        arc = {"disable_axes": True, "active_axes": (False, True, True), "opacity": 0.9}
+        super().__init__(scene, session, post, "elbow", scale=0.26, **arc)
         self._start: tuple[Array, Array, Array, HandTarget] | None = None
-        handle = scene.add_transform_controls(
-            "/gizmo/elbow",
-            scale=0.26,
-            line_width=3.5,
-            depth_test=False,
-            disable_sliders=True,
-            disable_axes=True,
-            active_axes=(False, True, True),
-            opacity=0.9,
-        )
-        self._handle = fresh(handle)
 
-        @self._handle.on_update
-        async def _(event: viser.TransformControlsEvent) -> None:
-            _, turn = checked_pose((0.0, 0.0, 0.0), event.target.wxyz)
-            phase = event.phase
-            session.post(lambda: self._turned(turn, phase), ("elbow", phase))
-
-    @property
-    def dragged(self) -> bool:
-        """Whether the visitor is dragging it."""
-        return self._start is not None
-
-    def _turned(self, turn: Array | None, phase: str) -> None:
-        session, simulation = self._session, self._session.simulation
-        if phase == "end":
-            if self._start is not None:
-                self._start = None
-                session.hold(None)
-            return
+    def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
+        del place
         if turn is None:
-            return
-        if self._start is None:
+            return None
+        if self._start is None or not self.dragged:
+            simulation = self._session.simulation
             frame, centre = swivel_frame(simulation)
             elbow = simulation.kinematics.joint_point(simulation.guided.elbow)
-            place, rotation = wanted_pose(simulation)
-            self._start = frame, centre, elbow - centre, HandTarget(place, rotation if _spare(simulation) else None)
+            self._start = frame, centre, elbow - centre, _hand_kept(simulation)
         frame, centre, out, hand = self._start
         # The handle turns about its own first axis, which is the line from shoulder to wrist.
         angle = pin.log3(turn.dot(frame.T)).dot(frame[:, 0])
-        session.hold(hand._replace(elbow=centre + pin.exp3(frame[:, 0] * angle).dot(out)))
+        return hand._replace(elbow=centre + pin.exp3(frame[:, 0] * angle).dot(out))
 
     def swing(self, angle: float) -> None:
         """Have the elbow pulled on by an angle [rad], or, where it is not dragged, away from where it is; the hand stays where it is."""
@@ -131,26 +72,15 @@ class ElbowHandle:
         if held is not None and held.elbow is not None:
             there = held.elbow - centre
             ahead = math.atan2(float(frame[:, 0].dot(np.cross(out, there))), float(out.dot(there)))
-        if held is None:
-            place, rotation = wanted_pose(simulation)
-            held = HandTarget(place, rotation if _spare(simulation) else None)
         turned = min(max(ahead + angle, -FARTHEST_SWING), FARTHEST_SWING)
-        session.hold(held._replace(elbow=centre + pin.exp3(frame[:, 0] * turned).dot(out)))
+        session.hold((held or _hand_kept(simulation))._replace(elbow=centre + pin.exp3(frame[:, 0] * turned).dot(out)))
 
     def show(self) -> None:
         """Put it where the elbow is, unless it is being dragged."""
         simulation = self._session.simulation
-        if self._start is None:
+        if not self.dragged:
             frame, _ = swivel_frame(simulation)
             put(self._handle, simulation.kinematics.joint_point(simulation.guided.elbow), frame)
-
-    def forget_drag(self) -> None:
-        """Behave as if it had been let go."""
-        self._start = None
-
-    def remove(self) -> None:
-        """Take it out of the scene."""
-        self._handle.remove()
 
 
 def keeps_place(simulation: Simulation) -> bool:
@@ -167,10 +97,11 @@ def wanted_pose(simulation: Simulation) -> tuple[Array, Array]:
     return pose.translation.copy(), pose.rotation.copy()
 
 
-def _spare(simulation: Simulation) -> bool:
-    """Return whether the elbow can move while the hand keeps its place and its turn."""
-    joints = simulation.guided.joints
-    return joints.stop - joints.start > 6 and (not keeps_place(simulation) or simulation.settings.task == "pose")
+def _hand_kept(simulation: Simulation) -> HandTarget:
+    """Return the hand at its place, and turned as it is where the elbow can move all the same."""
+    joints, (place, rotation) = simulation.guided.joints, wanted_pose(simulation)
+    spare = joints.stop - joints.start > 6 and (not keeps_place(simulation) or simulation.settings.task == "pose")
+    return HandTarget(place, rotation if spare else None)
 
 
 def swivel_frame(simulation: Simulation) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ from typing import Final, get_args
 import viser
 
 from app.page.handles.pull_ball import Grip
+from app.session.actions import Action, Drag
 from app.session.session import Session
 from app.stage.person_figure import on_person, on_stage
 from app.theme import BRAND
@@ -18,41 +19,20 @@ RADIUS: Final = {"elbow": 0.044, "wrist": 0.034}
 """Of the handles [m]."""
 
 
-class FigurePerson:
-    """Stands in for the built-in person: the figure, as it was pulled.
-
-    Args:
-        figure: the figure of the handles.
-    """
-
-    def __init__(self, figure: Figure) -> None:
-        self.figure = figure
-
-    def target(self, time: float) -> AnglesTarget:
-        """Return how the figure's arms are, at any time."""
-        return AnglesTarget(self.figure.angles(time))
-
-
 class FigureHandles:
-    """The figure stays as it was pulled.
+    """Stands in for the built-in person: the figure stays as it was pulled."""
 
-    Args:
-        scene: of the client that has the controls.
-        session: of an imitation.
-    """
-
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+    def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
         self._session = session
         present = session.target()
         # It begins as the person stood who was imitated before.
         seen = present.angles if isinstance(present, AnglesTarget) else None
         self._figure = figure = Figure() if seen is None else Figure(start=seen)
-        self._person = FigurePerson(figure)
-        session.set_source(self._person)
+        session.set_source(self)
         drags = {"elbow": figure.drag_elbow, "wrist": figure.drag_wrist}
         self._grips: dict[tuple[ArmName, str], Grip] = {
             (side, joint): Grip(
-                scene, f"/gizmo/{side}_{joint}", RADIUS[joint], BRAND, 0.8, session.post, self._pulling(side, drags[joint])
+                scene, f"/gizmo/{side}_{joint}", RADIUS[joint], BRAND, 0.8, post, self._pulling(side, drags[joint])
             )
             for side in get_args(ArmName)
             for joint in drags
@@ -63,6 +43,11 @@ class FigureHandles:
         """Whether the visitor is dragging it."""
         return any(grip.held for grip in self._grips.values())
 
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at a wrist or an elbow."""
+        for grip in self._grips.values():
+            grip.drag(action)
+
     def _pulling(self, side: ArmName, drag: Callable[[ArmName, Array], None]) -> Callable[[Array | None], None]:
         def pulled(place: Array | None) -> None:
             if place is None:
@@ -70,9 +55,13 @@ class FigureHandles:
             drag(side, on_person(place))
             if not self._session.settings.page.autopilot:
                 # Dragging the figure makes it the source again.
-                self._session.set_source(self._person)
+                self._session.set_source(self)
 
         return pulled
+
+    def target(self, time: float) -> AnglesTarget:
+        """Return how the figure's arms are, at any time."""
+        return AnglesTarget(self._figure.angles(time))
 
     def show(self) -> None:
         """Put the handles where wrists and elbows are."""

@@ -1,12 +1,16 @@
 """What can be taken hold of on the stage: for each experiment its own handles."""
 
-from typing import Final, Protocol
+from collections.abc import Callable
+from typing import Final
 
 import viser
 
+from app.lessons.session.lesson_session import LessonSession
 from app.page.handles.arm_handles import ElbowHandle, HandHandle, swivel_frame
 from app.page.handles.ball_handle import BallHandle
 from app.page.handles.figure_handles import FigureHandles
+from app.session.actions import Action, Drag
+from app.session.frame import Frame
 from app.session.session import Session
 from controllers.kinematics import Array
 
@@ -19,83 +23,57 @@ SWING: Final = 0.07
 """Angle of one key press [rad]."""
 
 
-class Handle(Protocol):
-    """Something that can be taken hold of.
-
-    A handle that is being dragged is left alone; a free one sits on what it moves, so that it snaps back when it is let go.
-    """
-
-    @property
-    def dragged(self) -> bool: ...
-
-    def show(self) -> None:
-        """Put it where what it moves is."""
-        ...
-
-    def forget_drag(self) -> None:
-        """Behave as if it had been let go."""
-        ...
-
-    def remove(self) -> None:
-        """Take it out of the scene."""
-        ...
+Handle = HandHandle | ElbowHandle | BallHandle | FigureHandles
+"""A handle that is being dragged is left alone; a free one sits on what it moves, so that it snaps back when it is let go."""
 
 
 class Gizmos:
     """All handles of one session, drawn on the scene of the client that has the controls.
 
     Args:
-        scene: where to draw.
-        session: what is operated.
+        lessons: an open one may move what the handles would.
+        post: has an action done on the session's thread.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
-        self._scene, self._session = scene, session
+    def __init__(self, scene: viser.SceneApi, session: Session, lessons: LessonSession, post: Callable[[Action], None]) -> None:
+        self._scene, self._session, self._lessons, self._post = scene, session, lessons, post
         self._handles: tuple[Handle, ...] = ()
         self._made: tuple[object, ...] | None = None
-        self._offered = True
-        self._make()
 
-    def _make(self) -> None:
-        settings = self._session.settings
-        figure = settings.run.scene == "imitation" and settings.page.source == "figure"
-        made = (
-            settings.run.scene,
-            settings.run.path,
-            id(self._session.simulation.room),
-            settings.run.guided,
-            figure,
-            self._offered,
-        )
-        if made == self._made:
-            return
-        self._made = made
-        if any(handle.dragged for handle in self._handles):
-            # A handle that is no longer there cannot be dragged.
-            self._session.hold(None)
-        self.remove()
-        scene, session = self._scene, self._session
-        match settings.run.scene:
-            case _ if not self._offered:
-                self._handles = ()
-            case "ball":
-                self._handles = (BallHandle(scene, session),)
-            case "solo" if settings.run.path == "circle":
-                self._handles = ()
-            case "imitation":
-                self._handles = (FigureHandles(scene, session),) if figure else ()
-            case _:
-                self._handles = (HandHandle(scene, session), ElbowHandle(scene, session))
-
-    def offer(self, offered: bool) -> None:
-        """Show the handles, or none while the visitor cannot move anything."""
-        self._offered = offered
-
-    def show(self) -> None:
+    def show(self, frame: Frame) -> None:
         """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
-        self._make()
+        session, run = self._session, self._session.settings.run
+        # A replay cannot be taken hold of.
+        offered = not frame.replayed and not self._lessons.hands_off
+        figure = run.scene == "imitation" and session.settings.page.source == "figure"
+        made = run.scene, run.path, id(session.simulation.room), run.guided, figure, offered
+        if made != self._made:
+            self._made = made
+            if any(handle.dragged for handle in self._handles):
+                # A handle that is no longer there cannot be dragged.
+                session.hold(None)
+            for handle in self._handles:
+                handle.remove()
+            self._handles = self._make(figure) if offered else ()
         for handle in self._handles:
             handle.show()
+
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at a handle."""
+        for handle in self._handles:
+            handle.drag(action)
+
+    def _make(self, figure: bool) -> tuple[Handle, ...]:
+        run, of = self._session.settings.run, (self._scene, self._session, self._post)
+        match run.scene:
+            case "ball":
+                return (BallHandle(*of),)
+            case "solo" if run.path == "circle":
+                return ()
+            case "imitation":
+                return (FigureHandles(*of),) if figure else ()
+            case _:
+                return HandHandle(*of), ElbowHandle(*of)
 
     def nudge(self, way: Array) -> None:
         """Move what is yours, a hand or the ball, by (3,) [m]; nothing happens where nothing is."""
@@ -112,9 +90,3 @@ class Gizmos:
         """Behave as if every handle had been let go; for a reset in mid-drag."""
         for handle in self._handles:
             handle.forget_drag()
-
-    def remove(self) -> None:
-        """Take the handles out of the scene."""
-        for handle in self._handles:
-            handle.remove()
-        self._handles = ()

@@ -34,7 +34,6 @@ class Marks:
     """What is seen of them.
 
     Args:
-        scene: where to draw.
         session, run: the run that touches them.
         page: gives how the page looks.
     """
@@ -43,7 +42,6 @@ class Marks:
         self._scene, self._session, self._run, self._page = scene, session, run, page
         self._nodes: list[tuple[viser.IcosphereHandle, viser.LabelHandle]] = []
         self._drawn: tuple[object, ...] | None = None
-        self._touched: list[bool | None] = []
         self._next = 0.0
 
     def show(self, frame: Frame) -> None:
@@ -75,13 +73,9 @@ class Marks:
             )
             label.font_screen_scale = 1.15 * larger
             self._nodes.append((fresh(ball), label))
-            self._touched.append(None)
             self._paint(i, False)
 
     def _paint(self, index: int, touched: bool) -> None:
-        if self._touched[index] == touched:
-            return
-        self._touched[index] = touched
         theme, (ball, label) = self._page().theme, self._nodes[index]
         ball.color = rgb(PALETTES[theme].velocity) if touched else UNTOUCHED[theme]
         angle = shown_parameter("angle", self._run.walk.step.marks[index])
@@ -91,7 +85,7 @@ class Marks:
         for ball, label in self._nodes:
             ball.remove()
             label.remove()
-        self._nodes, self._touched = [], []
+        self._nodes.clear()
 
 
 def reaches(step: Step) -> tuple[float, ...]:

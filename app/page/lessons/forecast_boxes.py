@@ -18,8 +18,6 @@ class Forecasts:
     """The boxes. The caller has opened their container.
 
     Args:
-        gui: of the visitor who operates them.
-        session: in which the lessons run.
         run: the lessons; what is typed goes to their `said`.
     """
 
@@ -27,7 +25,6 @@ class Forecasts:
         self._session, self._run = session, run
         self._filled_for: tuple[str, str] | None = None
         self._boxes = [self._make(gui, i) for i in range(MOST_FORECASTS)]
-        self._set: dict[tuple[int, str], object] = {(i, "visible"): False for i in range(MOST_FORECASTS)}
 
     def _make(self, gui: viser.GuiApi, index: int) -> viser.GuiTextHandle:
         box = gui.add_text(f"forecast {index}", "", visible=False, order=ORDER["after"] + 1.0 + index)
@@ -52,21 +49,13 @@ class Forecasts:
             self._filled_for = here
             said = (*self._run.said, *(None,) * MOST_FORECASTS)
             for box, number in zip(self._boxes, said[:MOST_FORECASTS], strict=True):
-                text = "" if number is None else f"{number:g}"
-                if box.value != text:
-                    box.value = text
-        for i in range(MOST_FORECASTS):
-            shown = challenge is not None and i < len(view.forecasts)
-            if challenge is not None and shown:
+                box.value = "" if number is None else f"{number:g}"
+        for i, box in enumerate(self._boxes):
+            box.visible = challenge is not None and i < len(view.forecasts)
+            if challenge is not None and box.visible:
                 unit = challenge.forecasts[i].measurement.unit
-                self._write(i, "label", view.forecasts[i])
-                self._write(i, "hint", tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number."))
-            self._write(i, "visible", shown)
-
-    def _write(self, index: int, prop: str, value: object) -> None:
-        if self._set.get((index, prop)) != value:
-            self._set[index, prop] = value
-            setattr(self._boxes[index], prop, value)
+                box.label = view.forecasts[i]
+                box.hint = tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number.")
 
 
 def read_number(text: object) -> float | None:

@@ -10,6 +10,7 @@ from app.i18n.speaking import tr
 from app.lessons.progress import MOST_WORDS
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.session.frame import Frame
 from app.session.session import Session
 
 _WORDS: Final = ORDER["hints"] + 3.0
@@ -20,8 +21,6 @@ class LabReportBox:
     """What a student writes, and the buttons. The caller has opened the container of the button that is always there.
 
     Args:
-        gui: of the visitor who operates it.
-        session: in which the lessons run.
         lessons: of which is reported.
         panel: where the box and the second button stand.
         shelf: makes the report.
@@ -32,7 +31,6 @@ class LabReportBox:
     ) -> None:
         self._gui, self._session, self._lessons, self._panel, self._shelf = gui, session, lessons, panel, shelf
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
-        self._shown: tuple[object, ...] = ()
         self._of_lesson: viser.GuiButtonHandle | None = None
         self._of_all = self._button("Lab report on all lessons", False)
 
@@ -41,8 +39,7 @@ class LabReportBox:
         button = self._gui.add_button(tr(label), icon=viser.Icon.REPORT, hint=hint, color="gray", visible=False, order=order)
 
         @button.on_click
-        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            del event
+        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             self._session.post(lambda: self._ask(one), ("report", one))
 
         return button
@@ -53,14 +50,12 @@ class LabReportBox:
             done_in(self._lessons.book.lessons, walk.done_in, self._lessons.seen, walk.lesson.id if one else None)
         )
 
-    def _box(self, lesson: str, step: str) -> viser.GuiTextHandle:
+    def _box(self, lesson: str, step: str, tab: viser.GuiTabHandle) -> viser.GuiTextHandle:
         # A box of its own for every step: what is typed last may arrive when the student is already in the next one.
-        assert self._panel.tab is not None
-        words = self._lessons.walk.done_in(lesson, step).words
-        with self._panel.tab:
+        with tab:
             box = self._gui.add_text(
                 tr("in my own words"),
-                words,
+                self._lessons.walk.done_in(lesson, step).words,
                 multiline=True,
                 visible=False,
                 hint=tr("What you saw, and why: it goes into your lab report."),
@@ -75,27 +70,20 @@ class LabReportBox:
 
         return box
 
-    def show(self) -> None:
+    def show(self, frame: Frame) -> None:
         """Offer box and buttons where they belong."""
-        run = self._lessons
-        state = run.open, run.version
-        if state == self._shown or not run.book.lessons:
-            return
-        self._shown = state
+        del frame
+        run, tab = self._lessons, self._panel.tab
         self._of_all.visible = run.begun
-        here: tuple[str, str] | None = None
-        last = False
-        if run.open and self._panel.tab is not None:
-            walk = run.walk
-            if walk.phase is walk.phases[-1]:
-                here = walk.lesson.id, walk.step.id
-                last = walk.step is walk.lesson.steps[-1]
-            if here is not None and here not in self._boxes:
-                self._boxes[here] = self._box(*here)
-            if self._of_lesson is None:
-                with self._panel.tab:
-                    self._of_lesson = self._button("Lab report on this lesson", True, _REPORT)
+        if tab is None:
+            return
+        walk = run.walk
+        here = (walk.lesson.id, walk.step.id) if run.open and walk.phase is walk.phases[-1] else None
+        if here is not None and here not in self._boxes:
+            self._boxes[here] = self._box(*here, tab)
+        if self._of_lesson is None:
+            with tab:
+                self._of_lesson = self._button("Lab report on this lesson", True, _REPORT)
         for place, box in self._boxes.items():
             box.visible = place == here
-        if self._of_lesson is not None:
-            self._of_lesson.visible = last
+        self._of_lesson.visible = here is not None and walk.step is walk.lesson.steps[-1]

@@ -105,7 +105,7 @@ def verdict_html(view: StepView, computing: bool) -> str:
     if view.showing:
         return (
             f'<div class="card why duet-say"><b>{tr("The run that shows why")}</b>'
-            f"{_lines(view.why_outcome) or _paragraph(tr('Run it, and compare it with your prediction.'))}</div>"
+            f"{_lines(view.why_outcome or (tr('Run it, and compare it with your prediction.'),))}</div>"
             + (_reply(view) if view.why_outcome else "")
         )
     if view.verdict is None:
@@ -125,10 +125,6 @@ def verdict_html(view: StepView, computing: bool) -> str:
 
 def _reply(view: StepView) -> str:
     return lesson_html(view.verdict.reply, view.step.setup.folder) if view.verdict is not None else ""
-
-
-def _paragraph(text: str) -> str:
-    return f"<p>{text}</p>"
 
 
 def _lines(lines: tuple[str, ...]) -> str:

@@ -32,7 +32,6 @@ class LessonPanel:
 
     Args:
         gui: of those who see it.
-        run: the lessons.
         width: of the panel [CSS px].
         operated: whether the reader also operates it.
         narrow: whether the controls fold up for it until a challenge needs them.
@@ -53,61 +52,52 @@ class LessonPanel:
         self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
         self._sheet, self._book = sheet, book
         self._folded = False
-        self._panel: viser.PanelHandle | None = None
+        self.panel: viser.PanelHandle | None = None
+        """The panel itself; None before a lesson was opened."""
         self.tab: viser.GuiTabHandle | None = None
-        self._blocks: dict[str, viser.GuiHtmlHandle] = {}
-        self._texts: dict[str, str] = {}
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
 
-    @property
-    def panel(self) -> viser.PanelHandle | None:
-        """The panel itself; None before a lesson was opened."""
-        return self._panel
-
-    def _make(self) -> None:
-        panel = self._panel = self._gui.add_panel()
+    def _make(self) -> viser.PanelHandle:
+        panel = self.panel = self._gui.add_panel()
         tab = self.tab = panel.add_tab(tr("Lesson"), viser.Icon.SCHOOL)
         with tab:
             self._style = self._gui.add_html("", order=0.0)
-            for name in BLOCKS:
-                self._blocks[name] = self._gui.add_html("", order=ORDER[name])
-        panel.dock_left()
-        panel.set_width(self._width)
+            self._blocks = {name: self._gui.add_html("", order=ORDER[name]) for name in BLOCKS}
+        return panel
 
     def show(self, frame: Frame) -> bool:
         """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
-        run = self._run
+        run, panel = self._run, self.panel
         if not run.open:
-            if self._panel is None or not self._panel.visible:
+            if panel is None or not panel.visible:
                 return False
-            self._panel.visible = False
-            self._write("style", "")
+            panel.visible = False
+            self._style.content = ""
             self._fold(False)
             return True
-        if self._panel is None:
-            self._make()
-        assert self._panel is not None
-        opened = not self._texts or not self._panel.visible
-        if not self._panel.visible:
-            self._panel.visible = True
-            self._panel.dock_left()
-            self._panel.set_width(self._width)
+        opened = panel is None or not panel.visible
+        if panel is None:
+            panel = self._make()
+        if opened:
+            panel.visible = True
+            panel.dock_left()
+            panel.set_width(self._width)
         state = run.version, run.computing, run.custom_law_state
         if opened or state != self._shown or frame.now >= self._next:
             self._next = frame.now + PERIOD
             self._shown = state
             view = run.view(self._book)
             numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()
-            self._write("style", self._sheet() + lesson_style(self._width, view))
+            self._style.content = self._sheet() + lesson_style(self._width, view)
             self._fold(view.phase is not Phase.CHALLENGE)
             if opened and self._narrow:
-                self._panel.expand()
+                panel.expand()
             blocks = blocks_html(view, numbers, run.computing, self._operated)
             if run.own_tests is not None:
                 blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed)
             for name, text in blocks.items():
-                self._write(name, text)
+                self._blocks[name].content, self._blocks[name].visible = text, bool(text)
         return opened
 
     def _fold(self, folded: bool) -> None:
@@ -117,15 +107,6 @@ class LessonPanel:
                 self._gui.main_panel.minimize()
             else:
                 self._gui.main_panel.expand()
-
-    def _write(self, name: str, text: str) -> None:
-        if self._texts.get(name) == text:
-            return
-        self._texts[name] = text
-        handle = self._style if name == "style" else self._blocks[name]
-        handle.content = text
-        if name != "style":
-            handle.visible = bool(text)
 
 
 def lesson_style(width: float, view: StepView) -> str:

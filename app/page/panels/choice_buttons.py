@@ -15,7 +15,6 @@ class ChoiceButtons:
     """A row of buttons, one for each choice.
 
     Args:
-        gui: of the visitor who operates it; the caller has opened the container.
         label: before the row, in English; may be empty.
         labels: what the buttons say, in English.
         hint: one line that explains it, in English.
@@ -33,8 +32,6 @@ class ChoiceButtons:
         order: float | None = None,
     ) -> None:
         said = self._labels = tr_all(labels)
-        self._marked = -1
-        self._offered = tuple(range(len(labels)))
         self._buttons = gui.add_button_group(tr(label), said, hint=tr(hint), order=order)
 
         @self._buttons.on_click
@@ -43,21 +40,14 @@ class ChoiceButtons:
             if plain in said:
                 chosen(said.index(plain))
 
-    def mark(self, index: int) -> None:
-        """Mark one choice; none if the index is −1."""
-        if index != self._marked:
-            self._marked = index
-            self._write()
+    def show(self, marked: int = -1, offered: tuple[int, ...] | None = None, visible: bool = True) -> None:
+        """Update the row.
 
-    def offer(self, indices: tuple[int, ...]) -> None:
-        """Show the buttons of these choices only."""
-        if indices != self._offered:
-            self._offered = indices
-            self._write()
-
-    def show(self, visible: bool) -> None:
-        """Show or hide the whole row."""
+        Args:
+            marked: index of the present choice; −1 for none.
+            offered: indices of the choices that have a button; None for all.
+            visible: whether the row is there.
+        """
+        indices = range(len(self._labels)) if offered is None else offered
+        self._buttons.options = tuple((MARK if i == marked else "") + self._labels[i] for i in indices)
         self._buttons.visible = visible
-
-    def _write(self) -> None:
-        self._buttons.options = tuple((MARK if i == self._marked else "") + self._labels[i] for i in self._offered)

@@ -17,12 +17,7 @@ from scenes.smoothness import Measured
 
 
 class ComparePanel:
-    """The lower part of the tab on comparisons.
-
-    Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: of the run.
-    """
+    """The lower part of the tab on comparisons."""
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
         self._session = session
@@ -43,14 +38,14 @@ class ComparePanel:
         del frame
         session = self._session
         visible = matters("ghost", session.settings)
-        answers = session.what_if, session.smoothness
-        state = visible, session.computing, session.study_message, session.settings.page.what_if
+        answers = session.what_if, session.studies.smoothness
+        state = visible, session.studies.busy, session.studies.message, session.settings.page.what_if
         # Answers are compared by identity: they hold arrays, and are never changed.
         if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
         self._state, self._answers = state, answers
         self._what_if.visible = self._smoothness.visible = visible
-        self._button.show(visible)
+        self._button.show(visible=visible)
         self._what_if.content = f'<div class="duet">{_what_if_block(session)}</div>'
         self._smoothness.content = f'<div class="duet">{_smoothness_block(session)}</div>'
 
@@ -58,22 +53,19 @@ class ComparePanel:
 def _what_if_block(session: Session) -> str:
     if not session.settings.page.what_if:
         return ""
-    answer = session.what_if
-    if answer is None:
-        measuring = session.smoothness is not None and not session.smoothness.finished
-        waiting = (
-            tr("Computing …")
-            if session.computing and not measuring
-            else tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
-        )
-        return f'<p class="duet-tip">{waiting} {tr(session.study_message)}</p>'
-    return what_if_html(answer)
+    if session.what_if is not None:
+        return what_if_html(session.what_if)
+    measuring = session.studies.smoothness is not None and not session.studies.smoothness.finished
+    waiting = tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
+    if session.studies.busy and not measuring:
+        waiting = tr("Computing …")
+    return f'<p class="duet-tip">{waiting} {tr(session.studies.message)}</p>'
 
 
 def _smoothness_block(session: Session) -> str:
-    if session.smoothness is None:
-        return f'<p class="duet-tip">{tr(session.study_message)}</p>' if session.study_message else ""
-    return smoothness_html(session.smoothness)
+    if session.studies.smoothness is None:
+        return f'<p class="duet-tip">{tr(session.studies.message)}</p>' if session.studies.message else ""
+    return smoothness_html(session.studies.smoothness)
 
 
 def what_if_html(answer: WhatIf) -> str:

@@ -11,13 +11,12 @@ from app.page.panels.compare import ComparePanel
 from app.page.panels.hotkeys import help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources
-from app.session.actions import Action, Pause, Reset, SingleStep, control_of
+from app.session.actions import Action, Pause, Reset, SetSetting, SingleStep
 from app.session.clock import SPEEDS
 from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
-from controllers.errors import BadSetting
 from scenes.settings import Spec, specs, values
 
 PICKER: Final = ("scene", "robot", "rig")
@@ -59,16 +58,14 @@ class Controls:
     """All controls of one session.
 
     Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: what is operated.
-        act: does an action.
+        post: has an action done on the session's thread.
         notify: shows a message to the visitor.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, session: Session, act: Callable[[Action], None], notify: Callable[[str, str], None]
+        self, gui: viser.GuiApi, session: Session, post: Callable[[Action], None], notify: Callable[[str, str], None]
     ) -> None:
-        self._gui, self._session, self._act, self._notify = gui, session, act, notify
+        self._gui, self._session, self._post = gui, session, post
         self._specs: dict[str, Spec] = specs(Settings)
         self._handles: dict[str, Handle] = {}
         self._shown: dict[str, Any] = {}
@@ -85,7 +82,7 @@ class Controls:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Arms":
                     self._sources = Sources(gui, session, notify)
-                    self._joints = JointSliders(gui, session)
+                    self._joints = JointSliders(gui, session, post)
                 if name == "Compare":
                     self._compare = ComparePanel(gui, session)
                     self._note = gui.add_html("")
@@ -99,17 +96,19 @@ class Controls:
         return self._tabs.order - 0.5
 
     def _transport(self) -> None:
-        gui, session = self._gui, self._session
+        gui = self._gui
         actions = (Pause(), SingleStep(), Reset())
         self._clock = ChoiceButtons(
             gui,
             "clock",
             ("Pause", "Step", "Reset"),
-            "Space pauses and goes on, . makes one step, R starts anew.",
-            lambda i: session.post(lambda: self._act(actions[i]), control_of(actions[i])),
+            "Space pauses and goes on, . makes one step, R restarts the run.",
+            lambda i: self._post(actions[i]),
         )
         labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
-        self._speed = ChoiceButtons(gui, "speed", labels, "Slower and faster: [ and ].", lambda i: self._post("speed", SPEEDS[i]))
+        self._speed = ChoiceButtons(
+            gui, "speed", labels, "Slower and faster: [ and ].", lambda i: self._post(SetSetting("speed", SPEEDS[i]))
+        )
 
     def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Handle:
         gui = self._gui
@@ -144,23 +143,17 @@ class Controls:
                 raw = spec.choices[labels.index(raw)] if raw in labels else raw
             elif isinstance(raw, float):
                 raw /= spec.page_scale
-            self._post(key, raw)
+            self._post(SetSetting(key, raw))
 
         return handle
 
-    def _post(self, key: str, value: object) -> None:
-        def change() -> None:
-            try:
-                self._session.change(key, value)
-            except BadSetting as error:
-                self._notify("This value is not possible", str(error))
-                self._shown.pop(key, None)
-
-        self._session.post(change, key)
+    def forget(self, key: str) -> None:
+        """Write a setting back into its control at the next frame: the value there was refused."""
+        self._shown.pop(key, None)
 
     def show(self, frame: Frame) -> None:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
-        self._clock.mark(0 if frame.pace.paused else -1)
+        self._clock.show(0 if frame.pace.paused else -1)
         settings = self._session.settings
         self._sources.show(frame)
         self._joints.show(frame)
@@ -169,7 +162,7 @@ class Controls:
             return
         self._settings = settings
         present = values(settings)
-        self._speed.mark(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
+        self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
         for key, handle in self._handles.items():
             handle.visible = matters(key, settings)
             if key in self._shown and self._shown[key] == present[key]:

@@ -1,5 +1,6 @@
 """The hotkeys: one table of key bindings, help, and entries of the command palette."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Generic, TypeVar
 
@@ -10,11 +11,11 @@ from app.lessons.session.lesson_actions import Check, GoBack, GoOn, Leave, Lesso
 from app.session.actions import (
     Action,
     ChangeSpeed,
+    ChooseScene,
     FirstView,
     Nudge,
     Pause,
     Reset,
-    SetSetting,
     SingleStep,
     SwingElbow,
     Toggle,
@@ -59,13 +60,29 @@ class Hotkey(Generic[AnyAction]):
         text = tr(self.text)
         return text[:1].upper() + text[1:]
 
+    def add_to(self, gui: viser.GuiApi, act: Callable[[AnyAction], None]) -> viser.CommandHandle:
+        """Add its command to a page. `act`: called with the action when the key is pressed, on the network's thread."""
+        command = gui.add_command(
+            self.title,
+            description=tr("Key: {key}", key=self.shown) if self.relayed else None,
+            hotkey=self.key,
+            modifier=self.modifier,
+            icon=self.icon,
+        )
+
+        @command.on_trigger
+        async def _(_: viser.CommandEvent) -> None:
+            act(self.action)
+
+        return command
+
 
 HOTKEYS: Final[tuple[Hotkey[Action], ...]] = (
     Hotkey("pause", Pause(), "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
     Hotkey("step", SingleStep(), ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD),
     Hotkey("slower", ChangeSpeed(-1), "[", "slower", "2", relayed="[", icon=viser.Icon.PLAYER_TRACK_PREV),
     Hotkey("faster", ChangeSpeed(1), "]", "faster", "3", relayed="]", icon=viser.Icon.PLAYER_TRACK_NEXT),
-    Hotkey("reset", Reset(), "R", "start anew", "R", icon=viser.Icon.REFRESH),
+    Hotkey("reset", Reset(), "R", "restart the run", "R", icon=viser.Icon.REFRESH),
     # viser moves its camera by W, A, S and D.
     Hotkey("autopilot", Toggle("autopilot"), "A", "autopilot on or off", "8", relayed="a", icon=viser.Icon.ROBOT),
     Hotkey("left", Nudge(right=-1), "←", "hand or ball 2 cm to the left", "4", relayed="ArrowLeft", icon=viser.Icon.ARROW_LEFT),
@@ -81,11 +98,11 @@ HOTKEYS: Final[tuple[Hotkey[Action], ...]] = (
     Hotkey("view", FirstView(), "V", "the first view again", "V", icon=viser.Icon.CAMERA),
     Hotkey("law", Toggle("avoidance"), "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
     Hotkey("ghost", Toggle("ghost"), "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),
-    Hotkey("solo", SetSetting("scene", "solo"), "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),
-    Hotkey("ball", SetSetting("scene", "ball"), "2", "a ball in the way", "2", icon=viser.Icon.NUMBER_2),
-    Hotkey("hold", SetSetting("scene", "hold"), "3", "hold", "3", icon=viser.Icon.NUMBER_3),
-    Hotkey("master_slave", SetSetting("scene", "master_slave"), "4", "master and slave", "4", icon=viser.Icon.NUMBER_4),
-    Hotkey("imitation", SetSetting("scene", "imitation"), "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
+    Hotkey("solo", ChooseScene("solo"), "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),
+    Hotkey("ball", ChooseScene("ball"), "2", "a ball in the way", "2", icon=viser.Icon.NUMBER_2),
+    Hotkey("hold", ChooseScene("hold"), "3", "hold", "3", icon=viser.Icon.NUMBER_3),
+    Hotkey("master_slave", ChooseScene("master_slave"), "4", "master and slave", "4", icon=viser.Icon.NUMBER_4),
+    Hotkey("imitation", ChooseScene("imitation"), "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
 )
 
 

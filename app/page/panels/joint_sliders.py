@@ -1,12 +1,14 @@
 """The master's joints as sliders: another way to lead it than by its hand."""
 
 import math
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
 import viser
 
 from app.i18n.speaking import tr
+from app.session.actions import Action, MoveJoint
 from app.session.frame import Frame
 from app.session.session import Session
 from scenes.targets import JointTarget
@@ -19,14 +21,10 @@ class JointSliders:
     """One slider a joint of the guided arm, in degrees; in view where a slave follows its joints.
 
     They follow the arm while none is moved; moving one holds the arm at the angles of all of them.
-
-    Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: what is operated.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
-        self._gui, self._session = gui, session
+    def __init__(self, gui: viser.GuiApi, session: Session, post: Callable[[Action], None]) -> None:
+        self._gui, self._session, self._post = gui, session, post
         self._sliders: list[viser.GuiSliderHandle[float]] = []
         self._of: object = None
         self._next = 0.0
@@ -40,19 +38,12 @@ class JointSliders:
         arm, model = simulation.guided, simulation.room.model
         low, high = np.degrees(model.lowerPositionLimit[arm.joints]), np.degrees(model.upperPositionLimit[arm.joints])
         present = np.degrees(simulation.positions[arm.joints])
-        with self._container:
-            self._sliders = [
-                self._gui.add_slider(
-                    tr(label),
-                    math.floor(a),
-                    math.ceil(b),
-                    0.5,
-                    float(round(2.0 * q) / 2.0),
-                    hint=tr("joint {number}", number=i + 1),
-                )
-                for i, (label, a, b, q) in enumerate(zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True))
-            ]
-        for i, slider in enumerate(self._sliders):
+        self._sliders = []
+        for i, (label, a, b, q) in enumerate(zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True)):
+            with self._container:
+                hint = tr("joint {number}", number=i + 1)
+                slider = self._gui.add_slider(tr(label), math.floor(a), math.ceil(b), 0.5, round(2.0 * q) / 2.0, hint=hint)
+            self._sliders.append(slider)
             self._listen(i, slider)
 
     def _listen(self, joint: int, slider: viser.GuiSliderHandle[float]) -> None:
@@ -63,18 +54,7 @@ class JointSliders:
                 return
             value = float(event.target.value)
             if math.isfinite(value):
-                self._session.post(lambda: self._pull(joint, math.radians(value)), ("joint", joint))
-
-    def _pull(self, joint: int, angle: float) -> None:
-        simulation = self._session.simulation
-        columns = simulation.guided.joints
-        if simulation.settings.scene != "master_slave" or joint >= columns.stop - columns.start:
-            return
-        held = self._session.held
-        wanted = held.positions.copy() if isinstance(held, JointTarget) else simulation.positions[columns].copy()
-        limits = simulation.room.model.lowerPositionLimit[columns], simulation.room.model.upperPositionLimit[columns]
-        wanted[joint] = min(max(angle, float(limits[0][joint])), float(limits[1][joint]))
-        self._session.hold(JointTarget(wanted))
+                self._post(MoveJoint(joint, math.radians(value)))
 
     def show(self, frame: Frame) -> None:
         """Follow the experiment and the arm."""

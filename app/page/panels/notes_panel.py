@@ -21,7 +21,6 @@ class NotesView:
     """The notes to the open lesson, those to the present step first.
 
     Args:
-        gui: the teacher's; the caller has opened the container.
         notes: Markdown by lesson id.
     """
 
@@ -45,17 +44,10 @@ class NotesView:
             self._handle.content = notes_html(notes, walk.lesson.steps.index(walk.step) + 1, walk.step.setup.folder)
 
 
-class NotesPanel(NotesView):
-    """The notes in a tab of their own, for a teacher with a private session.
-
-    Args:
-        gui: the teacher's.
-        notes: Markdown by lesson id.
-    """
-
-    def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
-        with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):
-            super().__init__(gui, notes)
+def notes_tab(gui: viser.GuiApi, notes: Mapping[str, str]) -> NotesView:
+    """Return the notes in a tab of their own, for a teacher with a private session. `notes`: Markdown by lesson id."""
+    with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):
+        return NotesView(gui, notes)
 
 
 def notes_html(notes: Notes, step: int, folder: Path | None = None) -> str:

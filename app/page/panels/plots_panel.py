@@ -41,9 +41,7 @@ class Plots:
     """The panel of plots. A plot is hidden, never removed: viser's page warns of late updates of removed elements.
 
     Args:
-        gui: of the page.
         tab: that holds the plots.
-        page: theme and profile.
         height: of one plot [CSS px].
     """
 
@@ -132,8 +130,11 @@ class Plots:
             self._drawn.clear()
         if simulation.settings is not self._settings or simulation.law is not self._law:
             self._settings, self._law = simulation.settings, simulation.law
-            for name in self._time_plots:
-                self._redefine(name, simulation)
+            for name, (old, plot) in list(self._time_plots.items()):
+                # The experiment may ask for other names.
+                if (new := time_plot_of(name, simulation)) != old:
+                    self._time_plots[name] = new, plot
+                    self._drawn.pop(name, None)
         for name in wanted:
             self._captions[name].content = self._caption(name, ghost is not None)
 
@@ -170,14 +171,6 @@ class Plots:
             )
             self._time_plots[name] = time_plot, handle
 
-    def _redefine(self, name: str, simulation: Simulation) -> None:
-        """Give a plot other names if the experiment asks for them."""
-        old, plot = self._time_plots[name]
-        time_plot = time_plot_of(name, simulation)
-        if time_plot != old:
-            self._time_plots[name] = time_plot, plot
-            self._drawn.pop(name, None)
-
     def _take(self, what_if: WhatIf | None) -> None:
         if what_if is not self._what_if:
             self._what_if = what_if
@@ -189,36 +182,35 @@ class Plots:
 
     def _data(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
         """Return time and all lines; a line that has nothing to show is an empty array, which costs no bytes."""
-        times, *lines = self._lines(time_plot, with_ghost)
         follows = time_plot.span is None
-        lines = [drawable(line, follows) for line in lines]
+        times, found = self._lines(time_plot, with_ghost)
+        lines = [drawable(line, follows) for line in found]
         if follows and not any(len(line) for line in lines):
             # A single point is not drawn, but it holds the axis.
             lines[0] = np.full(len(times), np.nan)
             lines[0][0] = 0.0
         return times, *lines
 
-    def _lines(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
+    def _lines(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, list[Array]]:
         k, nothing = time_plot.scale, np.empty(0)
         times, *own = self.buffer.series(time_plot.columns("own"), k)
         columns = time_plot.columns("ghost")
         ghosts = self._ghost_buffer.beside(self.buffer, columns, k) if with_ghost else (nothing,) * len(columns)
         found = {"own": iter(own), "ghost": iter(ghosts)}
-        data = [times]
-        for line in time_plot.lines:
-            if line.run == "what_if":
-                curve = self._curves.get(line.column)
-                data.append(nothing if curve is None else self.buffer.along(curve, COLUMNS[line.column]))
-            else:
-                data.append(next(found[line.run]))
-        return tuple(data)
+
+        def values(line: PlotLine) -> Array:
+            if line.run != "what_if":
+                return next(found[line.run])
+            curve = self._curves.get(line.column)
+            return nothing if curve is None else self.buffer.along(curve, COLUMNS[line.column])
+
+        return times, [values(line) for line in time_plot.lines]
 
     def _chart_html(self, name: str, frame: Frame) -> str:
         simulation, ghost, sample, trade_off = frame.simulation, frame.ghost, frame.sample, frame.shown.trade_off
         match name:
             case "curve":
-                chart = curve_html(simulation, ghost, sample, self._height)
-                return f'<div class="duet">{chart}</div>'
+                return f'<div class="duet">{curve_html(simulation, ghost, sample, self._height)}</div>'
             case "laws":
                 return laws_html(simulation, ghost, frame.contact, self._height)
             case "map":
@@ -255,7 +247,8 @@ class Plots:
 
     def _caption(self, name: str, with_ghost: bool) -> str:
         """Return title and legend of one plot."""
-        spare = " duet-spare" if self._is_spare(name) else ""
+        # On a narrow screen the squared error makes room for what was chosen.
+        spare = " duet-spare" if name == "error" and makes_room(self._cells) else ""
         if name in CHARTS:
             return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(CHARTS[name])}</span></div>'
         plot, _ = self._time_plots[name]
@@ -265,7 +258,3 @@ class Plots:
         )
         unit = f" [{plot.unit}]" if plot.unit else ""
         return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(plot.title)}{unit}</span>{parts}</div>'
-
-    def _is_spare(self, name: str) -> bool:
-        """Return whether a plot makes room on a narrow screen for what was chosen."""
-        return name == "error" and makes_room(self._cells)

@@ -66,42 +66,37 @@ def budget_lines(simulation: Simulation, sample: Sample, now: Contact) -> tuple[
         template = _FIRST
     if second is not None:
         # Either arm retreats by a row of its own: two of each, and what one does the other need not count as an approach.
-        template = (
-            template.replace("{v}", "2{x}{v}") if "{lam}" not in template else "2" + template.replace("{lam}", "{x}{lam}", 1)
-        )
+        blends = "{lam}" in template
+        template = "2" + template.replace("{lam}", "{x}{lam}", 1) if blends else template.replace("{v}", "2{x}{v}")
         if law.law == "barrier_qp":
             template = "{one} + {other}"
     elif now.approach != 0.0 or not law.coupled:
         template += " − {w}"
     faster = law.feed_forward and law.law == "smooth_priority"
     v, w, u = _in("v", "v"), _in("w", "w"), _in("u", "u")
-    symbols = {
-        "x": "",
-        "lam": _in("lam", "λ"),
-        "rest": f"(1−{_in('lam', 'λ')})",
-        "v": f"({v}+{w})" if faster else v,
-        "u": u if second is None else f"({u}<sub>1</sub>+{u}<sub>2</sub>)",
-        "w": w,
-        "f": "|J<sub>d</sub>|²f" if second is None else "Σ|J<sub>d</sub>|²f",
-        "gap": f"γ({_in('d', 'd')}−{_in('dm', 'd<sub>m</sub>')})",
-        "one": f"max(−{u}<sub>1</sub>, …)",
-        "other": f"max(−{u}<sub>2</sub>, …)",
+    lam, speed = sample.activation, law.nominal_velocity + (now.approach if faster else 0.0)
+    line_rate = simulation.law.line_rate
+    one = line_rate(now.distance, now.pull, now.approach, now.square)
+    other = line_rate(now.distance, second.pull, second.law_approach, now.second_square) if second is not None else 0.0
+    parts = {
+        "x": ("", "·"),
+        "lam": (_in("lam", "λ"), _in("lam", f"{lam:.2f}")),
+        "rest": (f"(1−{_in('lam', 'λ')})", _in("lam", f"{1.0 - lam:.2f}")),
+        "v": (f"({v}+{w})" if faster else v, _in("v", _term(speed))),
+        "u": (
+            u if second is None else f"({u}<sub>1</sub>+{u}<sub>2</sub>)",
+            _in("u", _term(now.pull if second is None else now.pull + second.pull)),
+        ),
+        "w": (w, _in("w", _term(now.approach))),
+        "f": (("" if second is None else "Σ") + "|J<sub>d</sub>|²f", f"{_push(simulation, now):.2f}"),
+        "gap": (
+            f"γ({_in('d', 'd')}−{_in('dm', 'd<sub>m</sub>')})",
+            _term(law.barrier_gain * (now.distance - law.critical_distance)),
+        ),
+        "one": (f"max(−{u}<sub>1</sub>, …)", _term(one)),
+        "other": (f"max(−{u}<sub>2</sub>, …)", _term(other)),
     }
-    speed = law.nominal_velocity + (now.approach if faster else 0.0)
-    numbers = {
-        "x": "·",
-        "lam": _in("lam", f"{sample.activation:.2f}"),
-        "rest": _in("lam", f"{1.0 - sample.activation:.2f}"),
-        "v": _in("v", _term(speed)),
-        "u": _in("u", _term(now.pull if second is None else now.pull + second.pull)),
-        "w": _in("w", _term(now.approach)),
-        "f": f"{_push(simulation, now):.2f}",
-        "gap": _term(law.barrier_gain * (now.distance - law.critical_distance)),
-        "one": _term(simulation.law.line_rate(now.distance, now.pull, now.approach, now.square)),
-        "other": ""
-        if second is None
-        else _term(simulation.law.line_rate(now.distance, second.pull, second.law_approach, now.second_square)),
-    }
+    symbols, numbers = ({name: pair[i] for name, pair in parts.items()} for i in (0, 1))
     return template.format(**symbols), template.format(**numbers)
 
 

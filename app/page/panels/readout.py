@@ -14,7 +14,7 @@ from app.session.elbow_swivel import Swivel
 from app.session.frame import Frame
 from app.session.relevant_settings import both_avoid
 from app.session.shown import Shown
-from app.settings import PageSettings, Theme
+from app.session.student_law import LawStatus
 from app.text.equations import equation_html
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
@@ -61,37 +61,28 @@ class Tile(NamedTuple):
 
 
 class Readout:
-    """Tip, status, tiles, equation and budget, one block each.
+    """Tip, status, tiles, equation and budget, one block each."""
 
-    Args:
-        gui: of the reader; the caller has opened the container.
-        page: how it looks.
-    """
-
-    def __init__(self, gui: viser.GuiApi, page: PageSettings) -> None:
+    def __init__(self, gui: viser.GuiApi) -> None:
         self._tip, self._status, self._tiles, self._equation, self._live = (gui.add_html("") for _ in range(5))
-        self._theme: Theme = page.theme
         self._next = 0.0
-
-    def dress(self, page: PageSettings) -> None:
-        """Take on a theme at the next refresh."""
-        self._theme = page.theme
+        self._shown: tuple[object, ...] = ()
 
     def show(self, frame: Frame) -> None:
-        """Refresh every `PERIOD` while the run goes on, and at once while it rests."""
-        if frame.now < self._next and frame.moved:
+        """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests."""
+        if frame.state == self._shown or (frame.now < self._next and not frame.pace.paused):
             return
-        self._next = frame.now + PERIOD
+        self._shown, self._next = frame.state, frame.now + PERIOD
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
         self._tip.content = f'<div class="duet duet-tip">{tip_html(shown)}</div>'
-        pills = replay_html(shown) + status_html(frame.pace, simulation, sample) + custom_law_html(shown)
+        pills = replay_html(shown) + status_html(frame.pace, simulation, sample) + custom_law_html(shown.student_law)
         self._status.content = f'<div class="duet duet-status" role="status">{pills}</div>'
         self._tiles.content = f'<div class="duet">{tiles_html(simulation, sample, frame.ghost)}</div>'
-        if shown.custom_law is not None:
-            law = f'<div class="duet-eq">q̇ = law(situation)</div>{escape(shown.custom_law)}'
+        if shown.student_law.file is not None:
+            law = f'<div class="duet-eq">q̇ = law(situation)</div>{escape(shown.student_law.file)}'
             self._equation.content = f'<div class="duet">{law}</div>'
             return
-        self._equation.content = f'<div class="duet">{equation_html(frame.settings.run, self._theme)}</div>'
+        self._equation.content = f'<div class="duet">{equation_html(frame.settings.run)}</div>'
         self._live.content = f'<div class="duet">{live_html(simulation, sample, frame.contact)}</div>'
 
 
@@ -102,24 +93,24 @@ def replay_html(shown: Shown) -> str:
     return f'<span class="past">{tr("the past: {time} s", time=f"{shown.replay_time:.1f}")}</span>'
 
 
-def custom_law_html(session: Shown) -> str:
+def custom_law_html(law: LawStatus) -> str:
     """Return a pill that says what runs the student's law, or why nothing does; nothing where there is none."""
-    file = session.custom_law or session.own_ghost
+    file = law.file or law.ghost_file
     if file is None:
         return ""
-    file, why = escape(file), escape(tr(session.custom_law_problem))
+    file, why = escape(file), escape(tr(law.problem))
     if why:
-        still = tr("the arm stands still: {why}", why=why) if session.custom_law else tr("the ghost stands still: {why}", why=why)
+        still = tr("the arm stands still: {why}", why=why) if law.file else tr("the ghost stands still: {why}", why=why)
         return f'<span class="alarm">{still}</span>'
-    if session.custom_law_waits:
+    if law.waits:
         return f'<span class="halt">{tr("waiting for {file}", file=file)}</span>'
-    if session.custom_law_slow is not None:
-        needs, allowed = (f"{1e3 * seconds:.2g}" for seconds in session.custom_law_slow)
+    if law.slow is not None:
+        needs, allowed = (f"{1e3 * seconds:.2g}" for seconds in law.slow)
         slow = tr("slowed: your law needs {needs} ms a call; real time allows {allowed} ms", needs=needs, allowed=allowed)
         return f'<span class="halt">{slow}</span>'
-    if session.custom_law_away:
+    if law.away:
         return f'<span class="past">{tr("{file} is gone; what it said last runs on", file=file)}</span>'
-    return f'<span class="go">{tr("runs {file}", file=file) if session.custom_law else tr("the ghost runs {file}", file=file)}</span>'
+    return f'<span class="go">{tr("runs {file}", file=file) if law.file else tr("the ghost runs {file}", file=file)}</span>'
 
 
 # --- tiles ---------------------------------------------------------------------------------------------------------------------

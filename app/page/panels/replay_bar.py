@@ -1,4 +1,4 @@
-"""Replay with a scrubber, and what a visitor may take home or bring along: the run, a table, pictures, a page that plays, Python."""
+"""Replay with a scrubber, and the files to save or load: the run, a table, pictures, a page that plays, Python."""
 
 import html
 import json
@@ -13,13 +13,19 @@ from app.i18n.speaking import tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.copy_button import copy_button
-from app.page.replay_box import KEY, MODIFIER, box_mark
 from app.runtime.job_pool import JobPool
 from app.session.actions import Action, Pause
 from app.session.frame import Frame
 from app.session.session import Session
-from app.web.viser_internals import uuid_of
+from app.web.viser_internals import HotkeyKey, uuid_of
 from scenes.inputs import KEEP
+
+KEY: Final[HotkeyKey] = "9"
+"""What the script `replay_box.js` presses with Alt and Shift as soon as a moment is about to be typed beside the scrubber.
+
+A replay that plays writes its moment into that box ten times a second, and would overwrite what is being typed. Only the browser
+knows where the focus is, and a value that is not possible yet (the 1 of 12.5) never reaches the server.
+"""
 
 LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, "All": KEEP}
 """What is said → how much of the newest part of the run is meant [s]."""
@@ -42,22 +48,21 @@ CROSSING: Final = 0.3
 """What was written this long ago may meet on its way what the visitor does [s]."""
 
 
+_STYLE: Final = (STATIC / "replay.css").read_text(encoding="utf-8")
+
+
 def replay_style(loaded: str) -> str:
     """Return a style that says all over the page that this is no live run. `loaded`: name of the file that is shown, or ""."""
     words = tr("This is a loaded run") if loaded else tr("This is the past")
-    rules = (STATIC / "replay.css").read_text(encoding="utf-8")
-    return f"<style>body::after{{content:{json.dumps(words, ensure_ascii=False)}}}{rules}</style>"
+    return f"<style>body::after{{content:{json.dumps(words, ensure_ascii=False)}}}{_STYLE}</style>"
 
 
 class ReplayBar:
     """All controls of the shelf.
 
     Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: what is kept.
         background: where everything is computed.
         send: gives the visitor a file: name and content.
-        notify: shows a message to the visitor.
 
     Attributes:
         shelf: what they operate.
@@ -73,18 +78,28 @@ class ReplayBar:
     ) -> None:
         self._gui, self._session, self._send, self._notify = gui, session, send, notify
         self.shelf = shelf = ExportQueue(session, background)
-        session.player = shelf
+        session.player = self._player = player = shelf.player
         self._length = LENGTHS["30 s"]
         self._clock = self._next = 0.0
         self._written, self._crossed = -CROSSING, False
+
+        def operate(button: int) -> None:
+            match button:
+                case 0:
+                    player.watch(self._length)
+                case 1:
+                    player.take(Pause())
+                case _:
+                    player.leave()
+
         self._replay = ChoiceButtons(
             gui,
             "replay",
             ("Watch", "Play", "Back to live"),
             "The run waits while you look at what was; Space plays and rests, . goes one step.",
-            lambda i: session.post((self._watch, self._toggle, shelf.leave)[i], ("replay", i)),
+            lambda i: session.post(lambda: operate(i), ("replay", i)),
         )
-        self._replay.offer((0,))
+        self._replay.show(offered=(0,))
         self._slider = gui.add_slider(
             tr("moment [s]"),
             0.0,
@@ -94,14 +109,15 @@ class ReplayBar:
             visible=False,
             hint=tr("Any moment of what is kept, on the clock of the run."),
         )
-        self._mark = box_mark(uuid_of(self._slider))
+        # By this the script finds the box.
+        self._mark = f'<i hidden data-duet-moment="{html.escape(uuid_of(self._slider))}"></i>'
         self._state = gui.add_html(self._mark)
         self._rest_key: viser.CommandHandle | None = None
         lengths = tuple(LENGTHS)
         self._lengths = ChoiceButtons(
             gui, "the last", lengths, "How much of the run is meant, to watch and to save.", self._choose
         )
-        self._lengths.mark(lengths.index("30 s"))
+        self._lengths.show(lengths.index("30 s"))
         self._save = ChoiceButtons(
             gui, "save as", LABELS, HINT, lambda i: session.post(lambda: shelf.ask(KINDS[i], self._length), ("save", i))
         )
@@ -126,72 +142,66 @@ class ReplayBar:
 
     def take(self, action: Action) -> bool:
         """Do an action if it is about the replay; return whether it was."""
-        return self.shelf.take(action)
+        return self._player.take(action)
 
     def close(self) -> None:
         """Back to live; drop everything that is being computed."""
         self._offer_rest(False)
-        self.shelf.leave()
+        self._player.leave()
         self.shelf.close()
         self._session.player = None
 
     def _choose(self, index: int) -> None:
         def choose() -> None:
             self._length = tuple(LENGTHS.values())[index]
-            self._lengths.mark(index)
+            self._lengths.show(index)
 
         self._session.post(choose, "length")
 
-    def _watch(self) -> None:
-        self.shelf.watch(self._length)
-
-    def _toggle(self) -> None:
-        self.shelf.take(Pause())
-
     def _offer_rest(self, offered: bool) -> None:
-        """Listen to the key of `app.page.replay_box`, or not."""
+        """Listen to `KEY`, or not."""
         if self._rest_key is not None and not offered:
             self._rest_key.remove()
             self._rest_key = None
         elif self._rest_key is None and offered:
-            icon = viser.Icon.PLAYER_PAUSE
-            self._rest_key = self._gui.add_command(tr("Replay: stand still"), hotkey=KEY, modifier=MODIFIER, icon=icon)
+            title, icon = tr("Replay: stand still"), viser.Icon.PLAYER_PAUSE
+            self._rest_key = self._gui.add_command(title, hotkey=KEY, modifier="alt+shift", icon=icon)
 
             @self._rest_key.on_trigger
-            async def _(event: viser.CommandEvent) -> None:
-                del event
+            async def _(_: viser.CommandEvent) -> None:
                 self._session.post(self._rest, "rest")
 
     def _rest(self) -> None:
-        if self.shelf.replay is not None:
-            self.shelf.replay.playing = False
+        if self._player.replay is not None:
+            self._player.replay.playing = False
             # Where it rests is written at once, and then nothing more.
             self._next = self._clock
 
     def _drag(self, time: float) -> None:
         self._next = self._clock + HANDS_OFF
         self._crossed = self._clock - self._written < CROSSING
-        self.shelf.seek(time)
+        self._player.seek(time)
 
     def show(self, frame: Frame) -> None:
         """Hand over what is ready, and bring the controls up to date."""
         self._clock = frame.now
-        shelf, replay = self.shelf, self.shelf.replay
+        shelf, replay = self.shelf, self._player.replay
         for file in shelf.take_files():
             self._send(*file)
         for news in shelf.take_news():
             self._notify(*news)
-        snippet = shelf.take_snippet()
-        if snippet is not None:
+        if (snippet := shelf.take_snippet()) is not None:
             self._show_snippet(snippet)
-        self._replay.offer((0,) if replay is None else (1, 2))
-        self._replay.mark(1 if replay is not None and replay.playing else -1)
+        playing = replay is not None and replay.playing
+        self._replay.show(1 if playing else -1, (0,) if replay is None else (1, 2))
         self._offer_rest(replay is not None)
         self._slider.visible = replay is not None
         if replay is not None and self._clock >= self._next:
             self._next = self._clock + WRITE
             self._write(round(replay.begin, 2), round(replay.end, 2), round(replay.time, 2))
-        self._say(self._words())
+        text = self._words()
+        said = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
+        self._state.content = self._mark + said
 
     def _write(self, begin: float, end: float, time: float) -> None:
         slider = self._slider
@@ -208,15 +218,11 @@ class ReplayBar:
         shelf = self.shelf
         if shelf.busy:
             return tr("Making {what} …", what=tr(shelf.busy))
-        if shelf.replay is None:
+        if self._player.replay is None:
             return ""
-        if shelf.loaded:
-            return tr("This is {file}, not the live run.", file=shelf.loaded)
+        if self._player.loaded:
+            return tr("This is {file}, not the live run.", file=self._player.loaded)
         return tr("This is the past; the live run waits.")
-
-    def _say(self, text: str) -> None:
-        said = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
-        self._state.content = self._mark + said
 
     def _show_snippet(self, snippet: str) -> None:
         with self._gui.add_modal(tr("This run in Python")) as modal:
@@ -227,6 +233,5 @@ class ReplayBar:
             close = self._gui.add_button(tr("Close"))
 
         @close.on_click
-        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            del event
+        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             modal.close()

@@ -15,13 +15,7 @@ from scenes.person.bvh import read_bvh
 
 
 class Sources:
-    """Keeps the session's guest in step with the chosen source.
-
-    Args:
-        gui: of the visitor who operates it; the caller has opened the container.
-        session: what is operated.
-        notify: shows a message to the visitor.
-    """
+    """Keeps the session's guest in step with the chosen source."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, notify: Callable[[str, str], None]) -> None:
         self._session, self._sources, self._notify = session, session.sources, notify

@@ -1,7 +1,5 @@
 """The class without a page: answers are counted once and without names, places are few and fair, and the address can be typed."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ElementTree
 
 from hypothesis import given
@@ -20,9 +18,6 @@ from app.lessons.walkthrough import Walkthrough
 BOOK = load_lessons()
 PLACE = ("redundancy", "one")
 WHO = st.sampled_from(("ann", "bo", "cy", "di", "ed"))
-
-
-# ---- answers --------------------------------------------------------------------------------------------------------------------
 
 
 @given(st.lists(st.tuples(WHO, st.integers(0, 3))), st.sets(WHO))
@@ -90,20 +85,6 @@ def test_a_step_begun_anew_is_a_question_asked_anew() -> None:
     assert room.answer(walk, "ann", 2) and room.ballots.answer_of((walk.lesson.id, walk.step.id), "ann") == 2
 
 
-def test_answers_go_along_when_a_student_explores() -> None:
-    room, walk = Classroom(8), Walkthrough(BOOK)
-    assert room.answer(walk, "ann", 2)
-    walk.go(1, 1)
-    own = Walkthrough.from_json(BOOK, room.progress_of("ann", walk))
-    assert (own.lesson.id, own.step.id) == (walk.lesson.id, walk.step.id)
-    first = BOOK.lessons[0]
-    assert own.done_in(first.id, first.steps[0].id).choice == 2
-    assert Walkthrough.from_json(BOOK, room.progress_of("bo", walk)).done_in(first.id, first.steps[0].id).untouched
-
-
-# ---- places ---------------------------------------------------------------------------------------------------------------------
-
-
 def test_places_go_to_the_first_students_and_are_held_for_a_while() -> None:
     places = BreakoutPlaces(2)
     places.give(("ann", "bo", "cy", "ann"), 0.0)
@@ -131,18 +112,12 @@ def test_who_follows_holds_no_place() -> None:
     assert room.heads == (1, 0) and not room.free
 
 
-# ---- the key --------------------------------------------------------------------------------------------------------------------
-
-
 @given(st.text(max_size=40), st.text(max_size=40))
 def test_the_key_opens_and_nothing_else_does(key: str, given_key: str) -> None:
     assert is_teacher(key, {"key": given_key}) == (key == given_key)
     assert is_mistaken(key, {"key": given_key}) == (key != given_key and given_key != "")
     assert is_teacher(key, {}) == (key == "") and not is_mistaken(key, {})
     assert not is_teacher(None, {"key": given_key}) and not is_mistaken(None, {"key": given_key})
-
-
-# ---- the address ----------------------------------------------------------------------------------------------------------------
 
 
 def test_the_address_is_one_that_students_can_open() -> None:

@@ -1,31 +1,29 @@
 """The class on the wire: a teacher and students who speak viser's protocol, together in one lecture."""
 
-from __future__ import annotations
-
 import html
 import urllib.error
 import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
 from app.bench.blocking_client import BlockingClient
-from app.bench.headless_client import HeadlessClient
 from app.bench.page_mirror import Mirror
-from app.classroom.lecture import LectureHost
 from app.classroom.teacher_panel import COMMANDS
-from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons, load_notes
 from app.lessons.session.lesson_actions import GoOn, GoTo
+from app.page.panels.choice_buttons import MARK
 from app.start import App
 from app.web.audiences import MOVED_CODE
 from app.web.index_page import ROOM_IS_FULL
 from scenes.settings import values
-from tests.app.conftest import HAND, OpenHouse, ask
+from tests.app.conftest import Join, OpenHouse, ask, lecture_of
+from tests.app.page.helpers import bodies, buttons, click, shown
 
 BOOK, NOTES = load_lessons(), load_notes()
-KEY = "chalk"
+KEY = "chalk ü"
 WAIT = 60.0
 Come = Callable[..., BlockingClient]
 
@@ -42,72 +40,38 @@ def heard(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Mirror, "take", remember)
 
 
-def everything(visitor: BlockingClient | HeadlessClient) -> str:
-    """All that a page was ever sent."""
+def everything(visitor: BlockingClient) -> str:
     return html.unescape("\n".join(list(vars(visitor.mirror).get("heard", []))))
 
 
 @pytest.fixture
-def come() -> Iterator[Come]:
-    """`come(house, "ann")` is a student whose tab remembers a word; `come(house, key=KEY)` a teacher."""
-    visitors: list[BlockingClient] = []
+def come(join: Join) -> Come:
+    """`come(house, "ann")` is a student whose tab has an id; `come(house, key=KEY)` a teacher."""
 
     def make(house: App, name: str = "", query: str = "", key: str = "") -> BlockingClient:
-        word = f"resume={name.encode().hex():0<32}" if name else ""
-        visitors.append(BlockingClient(house.url, query="&".join(part for part in (word, query, key and f"key={key}") if part)))
-        visitors[-1].wait_for(lambda v: v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)), WAIT)
-        return visitors[-1]
+        tab = f"resume={name.encode().hex():0<32}" if name else ""
+        return join(house, "&".join(part for part in (tab, query, key and f"key={quote(key)}") if part))
 
-    yield make
-    for visitor in visitors:
-        visitor.close()
-
-
-def host_of(house: App) -> LectureHost:
-    """The lecture's host."""
-    assert isinstance(house.host, LectureHost)
-    return house.host
-
-
-def shown(visitor: BlockingClient | HeadlessClient) -> str:
-    """All texts in view on a page."""
-    return html.unescape(
-        " ".join(str(e.get("content") or "") for e in list(visitor.mirror.gui.values()) if e.get("visible", True))
-    )
+    return make
 
 
 def sees(visitor: BlockingClient, *texts: str) -> None:
-    """Wait until a page shows texts."""
     try:
         visitor.wait_for(lambda _: all(text in shown(visitor) for text in texts), WAIT)
     except TimeoutError as error:
         raise AssertionError(f"{[t for t in texts if t not in shown(visitor)]} not in {shown(visitor)[-3000:]}") from error
 
 
-def labels(visitor: BlockingClient) -> list[str]:
-    """What stands on the buttons in view."""
-    found = [e for e in list(visitor.mirror.gui.values()) if e["type"] == "GuiButtonMessage" and e.get("visible", True)]
-    return [str(e["label"]) for e in found]
-
-
-def click(visitor: BlockingClient, start: str) -> None:
-    """Press the button in view whose label begins like this."""
-    visitor.wait_for(lambda v: any(label.removeprefix("● ").startswith(start) for label in labels(visitor)), WAIT)
-    visitor.click(next(label for label in labels(visitor) if label.removeprefix("● ").startswith(start)))
-
-
 def choose(visitor: BlockingClient, label: str) -> None:
     """Press one of a row of buttons."""
 
-    def row(v: Any) -> dict[str, Any] | None:
-        rows = [e for e in list(v.mirror.gui.values()) if e["type"] == "GuiButtonGroupMessage"]
-        return next((e for e in rows if any(str(o).removeprefix("● ") == label for o in e["options"])), None)
+    def places(_: object) -> list[tuple[str, str]]:
+        rows = bodies(visitor, "GuiButtonGroupMessage")
+        return [(row["uuid"], o) for row in rows for o in row["options"] if str(o).removeprefix(MARK) == label]
 
-    visitor.wait_for(row, WAIT)
-    found = row(visitor)
-    assert found is not None
-    value = next(o for o in found["options"] if str(o).removeprefix("● ") == label)
-    visitor.send({"type": "GuiUpdateMessage", "uuid": found["uuid"], "updates": {"value": value}})
+    visitor.wait_for(places, WAIT)
+    uuid, value = places(None)[0]
+    visitor.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
 
 
 def command(visitor: BlockingClient, name: str) -> None:
@@ -117,38 +81,44 @@ def command(visitor: BlockingClient, name: str) -> None:
     visitor.send({"type": "CommandTriggerMessage", "uuid": uuid})
 
 
-def is_sent_away(visitor: BlockingClient) -> None:
-    """Wait until a page is asked to come again."""
-    visitor.wait_for(lambda v: v.closed is not None, WAIT)
-    assert visitor.closed is not None and visitor.closed.rcvd is not None and visitor.closed.rcvd.code == MOVED_CODE
+class Class:
+    """A lecture, whose teacher is in lesson 1, and its students by their names."""
 
+    def __init__(self, house: OpenHouse, come: Come, **options: Any) -> None:
+        self.opened, self._come = house(lecture=True, key=KEY, **options), come
+        self.host = lecture_of(self.opened)
+        self.teacher = come(self.opened, key=KEY)
+        self.students: dict[str, BlockingClient] = {}
+        click(self.teacher, "Lessons")
+        sees(self.teacher, "Lesson 1 · step 1")
 
-def open_class(house: OpenHouse, come: Come, **options: Any) -> tuple[App, LectureHost, BlockingClient]:
-    """A lecture with its teacher, in lesson 1."""
-    opened = house(lecture=True, key=KEY, **options)
-    teacher = come(opened, key=KEY)
-    click(teacher, "Lessons")
-    sees(teacher, "Lesson 1 · step 1")
-    return opened, host_of(opened), teacher
+    def come(self, *names: str) -> list[BlockingClient]:
+        self.students |= {name: self._come(self.opened, name) for name in names}
+        return [self.students[name] for name in names]
 
+    def send(self, label: str, *names: str) -> list[BlockingClient]:
+        """The teacher chooses where the students work, and their pages are asked to come again, and do."""
+        choose(self.teacher, label)
+        for name in names:
+            self.is_sent_away(name)
+        return self.come(*names)
 
-def dm_of(house: App, host: LectureHost, number: int) -> float:
-    """The d_m of a breakout session."""
-    return ask(host.sessions[number], lambda s: s.settings.run.law.critical_distance)
+    def is_sent_away(self, name: str) -> None:
+        """Wait until a student's page is asked to come again."""
+        visitor = self.students[name]
+        visitor.wait_for(lambda v: v.closed is not None, WAIT)
+        assert visitor.closed is not None and visitor.closed.rcvd is not None and visitor.closed.rcvd.code == MOVED_CODE
 
+    def number(self, name: str) -> int:
+        """Wait until a student has a session of their own, and return its number."""
+        visitor = self.students[name]
+        visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), WAIT)
+        (owner,) = {str(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner")}
+        visitor.wait_for(lambda _: int(owner) in self.host.sessions, WAIT)
+        return int(owner)
 
-def explores(host: LectureHost, visitor: BlockingClient) -> int:
-    """Wait until a visitor has a session of their own, and return its number."""
-    visitor.wait_for(lambda v: HAND in v.mirror.nodes or "Lesson" in shown(visitor), WAIT)
-    visitor.wait_for(lambda v: any(e["type"] == "GuiSliderMessage" for e in list(v.mirror.gui.values())), WAIT)
-    owners = {str(n["owner"]) for n in list(visitor.mirror.nodes.values()) if n.get("owner")}
-    assert len(owners) == 1
-    number = int(owners.pop())
-    visitor.wait_for(lambda _: number in host.sessions, WAIT)
-    return number
-
-
-# ---- the notes ------------------------------------------------------------------------------------------------------------------
+    def critical_distance(self, name: str) -> float:
+        return ask(self.host.sessions[self.number(name)], lambda s: s.settings.run.law.critical_distance)
 
 
 def secrets_of(lesson: str) -> list[str]:
@@ -158,51 +128,47 @@ def secrets_of(lesson: str) -> list[str]:
 
 
 def test_only_the_key_opens_the_notes_and_a_wrong_one_is_named(house: OpenHouse, come: Come) -> None:
-    opened, host, teacher = open_class(house, come)
-    students = [come(opened, "ann"), come(opened, "bo", "key=chal"), come(opened, query="screen=1")]
-    choose(teacher, "Explore freely")
-    is_sent_away(students[0])
-    students.append(come(opened, "ann"))
+    room = Class(house, come)
+    opened, host, teacher = room.opened, room.host, room.teacher
+    students = [*room.come("ann"), come(opened, "bo", "key=chal"), come(opened, query="screen=1")]
+    students += room.send("Explore freely", "ann")
     some = [BOOK.lessons[i] for i in (5, 0)]
     for lesson in some:
         ask(host.session, lambda _, lesson=lesson: host.lessons.act(GoTo(BOOK.lessons.index(lesson), 0)))
         sees(teacher, secrets_of(lesson.id)[0])
         sees(students[2], f"Lesson {lesson.number} · step 1")
-    told, heard = everything(teacher), [everything(student) for student in students]
+    sent, heard = everything(teacher), [everything(student) for student in students]
     for lesson in some:
         words = secrets_of(lesson.id)
-        assert len(words) > 3 and any(word in told for word in words)
+        assert len(words) > 3 and any(word in sent for word in words)
         assert not [word for word in words if any(word in one for one in heard)], lesson.id
-    assert ["not the teacher" in one for one in heard] == [False, True, False, False] and "not the teacher" not in told
+    assert ["not the teacher" in one for one in heard] == [False, True, False, False] and "not the teacher" not in sent
+    # The key is the teacher's: it is on no page.
+    assert not any("chalk" in one or quote(KEY) in one for one in (sent, *heard))
     with urllib.request.urlopen(opened.url, timeout=60) as page:
         assert "Usually believed" not in page.read().decode()
 
 
 def test_alone_the_key_opens_the_notes_and_another_one_says_so(house: OpenHouse, come: Come) -> None:
     opened = house(key=KEY)
-    assert isinstance(opened.host, PrivateHost)
     teacher, student, mistaken = come(opened, key=KEY), come(opened, "ann"), come(opened, "bo", "key=chal")
     for visitor in (teacher, student, mistaken):
         click(visitor, "Lessons")
         sees(visitor, "Lesson 1 · step 1")
     sees(teacher, "Usually believed")
     mistaken.wait_for(lambda _: "This is not the teacher's key" in everything(mistaken).replace("\\'", "'"), WAIT)
-    for visitor in (student, mistaken):
-        assert "Usually believed" not in everything(visitor)
-    assert "not the teacher" not in everything(student) and "not the teacher" not in everything(teacher)
-
-
-# ---- the question ---------------------------------------------------------------------------------------------------------------
+    assert ["Usually believed" in everything(visitor) for visitor in (teacher, student, mistaken)] == [True, False, False]
+    assert ["not the teacher" in everything(visitor) for visitor in (teacher, student, mistaken)] == [False, False, True]
 
 
 def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> None:
-    opened, host, teacher = open_class(house, come)
-    ann, bo, cy = (come(opened, name) for name in ("ann", "bo", "cy"))
-    screen = come(opened, query="screen=1")
+    room = Class(house, come)
+    host, teacher, (ann, bo, cy) = room.host, room.teacher, room.come("ann", "bo", "cy")
+    screen = come(room.opened, query="screen=1")
     sees(ann, "Your prediction? Answer here")
-    choices = [c.text for c in BOOK.lessons[0].steps[0].question.choices]  # type: ignore[union-attr]
-    right = BOOK.lessons[0].steps[0].question.right  # type: ignore[union-attr]
-    wrong = (right + 1) % len(choices)
+    question = BOOK.lessons[0].steps[0].question
+    assert question is not None
+    right, wrong = question.right, (question.right + 1) % len(question.choices)
     sees(teacher, "0 answered · 3 not yet", "students here: 3")
     click(ann, f"{wrong + 1} ")
     sees(ann, "You may change it until the reveal.")
@@ -211,14 +177,14 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
     # Ann changes her mind, and comes back twice; bo's connection is lost.
     click(ann, f"{right + 1} ")
     ann.close()
-    ann = come(opened, "ann")
+    (ann,) = room.come("ann")
     sees(ann, "You may change it until the reveal.")
     bo.close()
     sees(teacher, "2 answered · 1 not yet", "students here: 2")
-    bo = come(opened, "bo")
+    (bo,) = room.come("bo")
     sees(teacher, "2 answered · 1 not yet", "students here: 3")
     assert not any("The class sa" in everything(one) for one in (ann, bo, cy, screen))
-    assert not any(label[:2] in ("1 ", "● ") for label in labels(screen))
+    assert not any(label.startswith("1 ") for label in buttons(screen))
     assert not host.session.paused or ask(host.session, lambda s: s.simulation.steps) == 0
     click(cy, f"{right + 1} ")
     sees(teacher, "3 answered · 0 not yet")
@@ -229,7 +195,7 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
     sees(bo, "Answers are closed.")
     assert host.lessons.walk.done.choice == right and not host.lessons.locked
     sent = ask(host.session, lambda _: host.room.answer(host.lessons.walk, "bo", right))
-    assert not sent and not [label for label in labels(bo) if label.startswith(f"{right + 1} ")]
+    assert not sent and not [label for label in buttons(bo) if label.startswith(f"{right + 1} ")]
     # The outcome stands beside the answers, and everybody gets the verdict on their own one.
     ask(host.session, lambda _: host.lessons.act(GoOn()))
     for one in (ann, bo, cy):
@@ -247,106 +213,89 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
 
 
 def test_a_student_operates_nothing_but_their_own_answer(house: OpenHouse, come: Come) -> None:
-    opened, host, teacher = open_class(house, come)
-    ann, bo = come(opened, "ann"), come(opened, "bo")
+    room = Class(house, come)
+    host, teacher, (ann, bo) = room.host, room.teacher, room.come("ann", "bo")
     sees(bo, "Your prediction? Answer here")
-    mine = {e["uuid"] for e in ann.mirror.gui.values() if e["type"] == "GuiButtonMessage"}
-    theirs = [e["uuid"] for e in list(teacher.mirror.gui.values()) if e["type"] in ("GuiButtonMessage", "GuiButtonGroupMessage")]
-    before = ask(host.session, lambda s: (s.settings, host.room.free, host.room.paused, host.lessons.walk.to_json()))
-    for uuid in mine:
-        bo.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
-    for uuid in theirs:
+
+    def state() -> tuple[Any, ...]:
+        return ask(host.session, lambda s: (s.settings, host.room.free, host.room.paused, host.lessons.walk.to_json()))
+
+    before = state()
+    everything_else = [*bodies(ann, "GuiButtonMessage"), *(e for e in teacher.mirror.gui.values() if "Button" in e["type"])]
+    for element in everything_else:
         for value in (True, "Explore freely", "Reset step"):
-            bo.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
+            bo.send({"type": "GuiUpdateMessage", "uuid": element["uuid"], "updates": {"value": value}})
     for uuid in list(teacher.mirror.commands):
         bo.send({"type": "CommandTriggerMessage", "uuid": uuid})
     click(bo, "1 ")
     sees(teacher, "1 answered · 1 not yet")
-    after = ask(host.session, lambda s: (s.settings, host.room.free, host.room.paused, host.lessons.walk.to_json()))
-    assert after == before and host.room.ballots.answers_of(f"{b'ann'.hex():0<32}") == {}
-
-
-# ---- follow me, or explore --------------------------------------------------------------------------------------------------------
+    assert state() == before and host.room.ballots.answers_of(f"{b'ann'.hex():0<32}") == {}
 
 
 def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, come: Come) -> None:
-    opened, host, teacher = open_class(house, come)
+    room = Class(house, come)
+    host, teacher = room.host, room.teacher
     click(teacher, "Leave the lessons")
     teacher.wait_for(lambda _: not host.lessons.open, WAIT)
     ask(host.session, lambda s: s.change("dm", 0.12))
-    ann, bo = come(opened, "ann"), come(opened, "bo")
-    choose(teacher, "Explore freely")
-    for one in (ann, bo):
-        is_sent_away(one)
-    ann, bo = come(opened, "ann"), come(opened, "bo")
-    a, b = explores(host, ann), explores(host, bo)
+    room.come("ann", "bo")
+    ann, bo = room.send("Explore freely", "ann", "bo")
+    a, b = room.number("ann"), room.number("bo")
     sees(teacher, "exploring: 2")
     sees(ann, "this is your own session")
     # They begin where the teacher is, and see nothing of the stage.
-    assert dm_of(opened, host, a) == dm_of(opened, host, b) == 0.12
+    assert room.critical_distance("ann") == room.critical_distance("bo") == 0.12
     assert all(node.get("owner") == str(a) for name, node in ann.mirror.nodes.items() if name.startswith("/arms/"))
 
-    def state(number: int) -> tuple[Any, ...]:
-        return ask(host.sessions[number], lambda s: (s.settings, s.paused, s.held))
+    def state(number: int | None = None) -> tuple[Any, ...]:
+        session = host.session if number is None else host.sessions[number]
+        return ask(session, lambda s: (s.settings, s.paused, s.held))
 
-    stage, his = ask(host.session, lambda s: (s.settings, s.paused, s.held)), state(b)
+    stage, his = state(), state(b)
     ann.set_value("d_m [mm]", 70.0)
     command(ann, "Pause or go on")
     ann.wait_for(lambda _: host.sessions[a].paused and host.sessions[a].settings.run.law.critical_distance == 0.07, WAIT)
-    assert state(b) == his and ask(host.session, lambda s: (s.settings, s.paused, s.held)) == stage
+    assert state(b) == his and state() == stage
     bo.set_value("d_m [mm]", 200.0)
     click(bo, "Lessons")
     bo.wait_for(lambda _: values(host.sessions[b].settings)["scene"] == "solo", WAIT)
-    assert state(a)[0].run.law.critical_distance == 0.07 and ask(host.session, lambda s: s.settings) == stage[0]
+    assert room.critical_distance("ann") == 0.07 and state() == stage
     ask(host.session, lambda s: s.change("dm", 0.25))
-    assert state(a)[0].run.law.critical_distance == 0.07
+    assert room.critical_distance("ann") == 0.07
     # Ann's connection breaks off, and she is back where she was.
     ann.close()
-    ann = come(opened, "ann")
-    a = explores(host, ann)
-    assert dm_of(opened, host, a) == 0.07
-
+    room.come("ann")
+    assert room.critical_distance("ann") == 0.07
     # Follow me: the stage, and nothing of their own.
-    choose(teacher, "Follow me")
-    for one in (ann, bo):
-        is_sent_away(one)
-    ann, bo = come(opened, "ann"), come(opened, "bo")
+    ann, bo = room.send("Follow me", "ann", "bo")
     sees(ann, "You follow the teacher")
-    assert host.sessions == {} and not any(e["type"] == "GuiSliderMessage" for e in ann.mirror.gui.values())
+    assert host.sessions == {} and not bodies(ann, "GuiSliderMessage")
     # Released again, each has their own settings, and bo is in his lesson.
-    choose(teacher, "Explore freely")
-    for one in (ann, bo):
-        is_sent_away(one)
-    ann, bo = come(opened, "ann"), come(opened, "bo")
-    a, b = explores(host, ann), explores(host, bo)
-    assert dm_of(opened, host, a) == 0.07
+    ann, bo = room.send("Explore freely", "ann", "bo")
+    assert room.critical_distance("ann") == 0.07
     sees(bo, "Lesson 1 · step 1")
+    b = room.number("bo")
     click(bo, "Leave the lessons")
     bo.wait_for(lambda _: host.sessions[b].settings.run.law.critical_distance == 0.2, WAIT)
 
 
 def test_explorers_begin_at_the_teachers_step_with_their_own_answers(house: OpenHouse, come: Come) -> None:
-    opened, host, teacher = open_class(house, come)
-    ann = come(opened, "ann")
+    room = Class(house, come)
+    (ann,) = room.come("ann")
     click(ann, "2 ")
-    sees(teacher, "1 answered")
-    ask(host.session, lambda _: host.lessons.act(GoTo(1, 1)))
-    choose(teacher, "Explore freely")
-    is_sent_away(ann)
-    ann = come(opened, "ann")
+    sees(room.teacher, "1 answered")
+    ask(room.host.session, lambda _: room.host.lessons.act(GoTo(1, 1)))
+    (ann,) = room.send("Explore freely", "ann")
     sees(ann, "Lesson 2 · step 2")
-    number = explores(host, ann)
-    walk = host.participants[number].visitor.lessons.walk  # type: ignore[union-attr]
+    walk = room.host.participants[room.number("ann")].visitor.lessons.walk  # type: ignore[union-attr]
     assert walk.done_in(BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id).choice == 1
 
 
 def test_places_are_few_and_a_student_without_one_reads_so(house: OpenHouse, come: Come) -> None:
-    opened, host, teacher = open_class(house, come, sessions=1)
-    ann, bo, nameless = come(opened, "ann"), come(opened, "bo"), come(opened)
-    choose(teacher, "Explore freely")
-    is_sent_away(ann)
-    ann = come(opened, "ann")
-    explores(host, ann)
+    room = Class(house, come, sessions=1)
+    host, teacher, (ann, bo), nameless = room.host, room.teacher, room.come("ann", "bo"), come(room.opened)
+    (ann,) = room.send("Explore freely", "ann")
+    room.number("ann")
     sees(bo, "All 1 places for exploring are taken")
     sees(nameless, "Your browser blocks storage")
     sees(teacher, "exploring: 1", "without a place: 2")
@@ -366,51 +315,42 @@ def test_places_are_few_and_a_student_without_one_reads_so(house: OpenHouse, com
     sees(ann, "this is your own session")
 
 
-# ---- the way in -----------------------------------------------------------------------------------------------------------------
-
-
-def test_every_button_of_the_teacher_has_a_key_and_the_address_is_on_every_screen_until_it_is_hidden(
-    house: OpenHouse, come: Come
-) -> None:
-    opened, host, teacher = open_class(house, come)
-    ann = come(opened, "ann")
+def test_every_button_of_the_teacher_has_a_key_and_the_address_is_shown_until_it_is_hidden(house: OpenHouse, come: Come) -> None:
+    room = Class(house, come)
+    teacher, (ann,) = room.teacher, room.come("ann")
     sees(teacher, "students here: 1")
     names = {action: name for name, _, action in COMMANDS}
-    address = opened.url.removeprefix("http://") + "/"
-
-    def press(action: str) -> None:
-        command(teacher, names[action])
-
     # The address is the teacher's until it is on every screen.
+    address = room.opened.url.removeprefix("http://") + "/"
     sees(teacher, address, "<svg")
     assert address not in everything(ann)
-    press("invite")
+    command(teacher, names["invite"])
     sees(ann, "Join the class", address, "QR code")
     click(teacher, "Hide it again")
     ann.wait_for(lambda _: "Join the class" not in shown(ann), WAIT)
     # There is nothing to reveal yet; what comes after it is done after it.
-    press("reveal")
-    for action, text in (
-        ("pause", "The teacher has paused everybody."),
-        ("pause", "You follow the teacher"),
-    ):
-        press(action)
+    command(teacher, names["reveal"])
+    for action, text in (("pause", "The teacher has paused everybody."), ("pause", "You follow the teacher")):
+        command(teacher, names[action])
         sees(ann, text)
     command(ann, "Answer 1")
     sees(teacher, "1 answered · 0 not yet")
     for action, text in (("reveal", "The class said"), ("again", "Your prediction? Answer here")):
-        press(action)
+        command(teacher, names[action])
         sees(ann, text)
-    press("free")
-    is_sent_away(ann)
+    command(teacher, names["free"])
+    room.is_sent_away("ann")
     sees(teacher, "exploring: ")
-    press("free")
-    teacher.wait_for(lambda _: not host.room.free, WAIT)
+    command(teacher, names["free"])
+    teacher.wait_for(lambda _: not room.host.room.free, WAIT)
 
 
 def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, come: Come) -> None:
     opened = house(lecture=True, key=KEY, watchers=2)
     ann, _ = come(opened, "ann"), come(opened, "bob")
+    host = lecture_of(opened)
+    ann.wait_for(lambda _: host.session.simulation.time > 0.3)
+    assert host.operator is None
     with pytest.raises(urllib.error.HTTPError, match="503") as full:
         urllib.request.urlopen(opened.url, timeout=60)
     assert "2 places" in full.value.read().decode()
@@ -418,7 +358,7 @@ def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, c
         late.wait_for(lambda v: v.closed)
         assert late.closed is not None and late.closed.rcvd is not None and late.closed.rcvd.reason == ROOM_IS_FULL
     teacher = come(opened, key=KEY)
-    with urllib.request.urlopen(f"{opened.url}/?key={KEY}", timeout=60) as page:
+    with urllib.request.urlopen(f"{opened.url}/?key={quote(KEY)}", timeout=60) as page:
         assert page.status == 200
-    teacher.wait_for(lambda _: host_of(opened).operator is not None)
+    teacher.wait_for(lambda _: host.operator is not None)
     assert ann.closed is None and teacher.closed is None

@@ -1,12 +1,8 @@
 """Every tab of a lecture has its own theme, profile, picture and language, and sees the same run."""
 
-from __future__ import annotations
-
-import html
+import itertools
 
 from app.bench.blocking_client import BlockingClient
-from app.bench.headless_client import HeadlessClient
-from app.classroom.lecture import LectureHost
 from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import GoOn
@@ -15,43 +11,26 @@ from app.settings import Language, Theme
 from app.text.lesson_text import plain
 from app.theme import PALETTES
 from app.web.audiences import MOST
-from tests.app.conftest import HAND, Join, OpenHouse, ask
+from tests.app.conftest import HAND, Join, OpenHouse, ask, lecture_of
+from tests.app.page.helpers import Client, bodies, buttons, click, shown
 
 BOOK = load_lessons()
 WAIT = 25.0
 LESSON = next(i for i, lesson in enumerate(BOOK.lessons) if lesson.number == 1)
 
 
-def texts(visitor: BlockingClient | HeadlessClient) -> str:
-    """All texts on a page."""
-    return html.unescape(" ".join(str(e.get("content") or "") for e in list(visitor.mirror.gui.values())))
-
-
 def says(visitor: BlockingClient, *words: str) -> None:
-    """Wait until a page says something."""
-    visitor.wait_for(lambda _: all(word in texts(visitor) for word in words), WAIT)
+    visitor.wait_for(lambda _: all(word in shown(visitor) for word in words), WAIT)
 
 
-def strokes(visitor: BlockingClient | HeadlessClient) -> set[tuple[str, float]]:
-    """Colour and width of the lines in the plots."""
-    plots = [e for e in list(visitor.mirror.gui.values()) if e["type"] == "GuiUplotMessage"]
+def strokes(visitor: Client) -> set[tuple[str, float]]:
+    plots = bodies(visitor, "GuiUplotMessage")
     return {(str(line["stroke"]), float(line["width"])) for plot in plots for line in plot["series"][1:]}
-
-
-def is_fast(visitor: BlockingClient) -> bool:
-    """Whether a page has the light of the fast picture."""
-    return bool(visitor.mirror.nodes["/light/sky"].get("visible", True))
-
-
-def commands(visitor: BlockingClient | HeadlessClient) -> set[str]:
-    """The names in a page's palette."""
-    return {str(command["label"]) for command in list(visitor.mirror.commands.values())}
 
 
 def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
-    host = opened.host
-    assert isinstance(host, LectureHost)
+    host = lecture_of(opened)
     teacher = join(opened, f"resume={'1' * 32}", language="en")
     teacher.wait_for(lambda v: HAND in v.mirror.nodes, WAIT)
     english, german = join(opened, language="en"), join(opened, "lang=de&picture=fast")
@@ -70,41 +49,37 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
         error = PALETTES[theme].error
         visitor.wait_for(lambda v, error=error: error in {colour for colour, _ in strokes(v)}, WAIT)
         assert 2.2 * larger in {width for _, width in strokes(visitor)}
-        assert is_fast(visitor) == fast
+        assert bool(visitor.mirror.nodes["/light/sky"].get("visible", True)) == fast
     # The buttons of the answers, and the palette's names, are in the language of the tab too.
     for visitor, language, *_ in (looks[0], looks[1], looks[3]):
         name = words_of(language)("Answer {number}", number=1)
-        visitor.wait_for(lambda v, name=name: name in commands(v), WAIT)
+        visitor.wait_for(lambda v, name=name: name in {c["label"] for c in list(v.mirror.commands.values())}, WAIT)
         question = in_language(BOOK, language).lessons[LESSON].steps[0].question
         assert question is not None
         answer = f"1   {plain(question.choices[0].text)}"
-        visitor.wait_for(lambda v, a=answer: any(e.get("label") == a for e in list(v.mirror.gui.values())), WAIT)
-    assert not commands(screen)
+        visitor.wait_for(lambda v, answer=answer: answer in buttons(v), WAIT)
+    assert not screen.mirror.commands
     # What the teacher chooses for the own page stays there, and the lesson goes on where it is.
     steps = ask(host.session, lambda _: host.lessons.walk.run_id)
     ask(host.session, lambda s: [s.change("lang", "sl"), s.change("theme", "dark"), s.change("profile", "projector")])
     says(teacher, plain(in_language(BOOK, "sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
     teacher.wait_for(lambda v: PALETTES["dark"].error in {colour for colour, _ in strokes(v)}, WAIT)
-    assert "--duet-k:1.3" not in texts(english) and ask(host.session, lambda _: host.lessons.walk.run_id) == steps
+    assert "--duet-k:1.3" not in shown(english) and ask(host.session, lambda _: host.lessons.walk.run_id) == steps
     says(english, plain(BOOK.lessons[LESSON].steps[0].title))
     # The class's answers and the outcome, in every language.
-    german.click(next(str(e["label"]) for e in german.mirror.gui.values() if str(e.get("label")).startswith("1   ")))
-    teacher.wait_for(lambda _: host.room.ballots.tally(_place(host), 3, host.room.here).answered == 1, WAIT)
+    click(german, "1   ")
+    walk = host.lessons.walk
+    place = walk.lesson.id, walk.step.id
+    teacher.wait_for(lambda _: host.room.ballots.tally(place, 3, host.room.here).answered == 1, WAIT)
     host.control.post("reveal")
     ask(host.session, lambda _: host.lessons.act(GoOn()))
-    for visitor, language in ((english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")):
+    for visitor, language, *_ in looks:
         says(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
-
-
-def _place(host: LectureHost) -> tuple[str, str]:
-    walk = host.lessons.walk
-    return walk.lesson.id, walk.step.id
 
 
 def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
-    host = opened.host
-    assert isinstance(host, LectureHost)
+    host = lecture_of(opened)
     join(opened)
     ann, bo, cy = join(opened, "lang=de"), join(opened, "lang=de&dm=0.3"), join(opened, "lang=de&theme=dark")
     cy.wait_for(lambda _: len(host.stage.pages) == 2, WAIT)
@@ -114,12 +89,8 @@ def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(ho
     bo.close()
     cy.wait_for(lambda _: len(host.stage.pages) == 1, WAIT)
     # So many looks are drawn; more of them join the one that is most like theirs, in their language.
-    looks = [
-        f"lang={lang}&theme={theme}&profile={size}"
-        for lang in ("sl", "en")
-        for theme in ("light", "dark")
-        for size in ("desk", "projector")
-    ]
+    every = itertools.product(("sl", "en"), ("light", "dark"), ("desk", "projector"))
+    looks = [f"lang={lang}&theme={theme}&profile={size}" for lang, theme, size in every]
     # Each is a tab of its own, as without an id one address has few connections.
     others = [join(opened, f"{look}&resume={number:016d}") for number, look in enumerate(looks)]
     assert len(host.audiences.audiences) == MOST and len(looks) + 1 > MOST

@@ -1,63 +1,39 @@
 """A lecture: all see the same, and one tab has the controls."""
 
-from __future__ import annotations
-
-from urllib.parse import quote
-
-import numpy as np
-
 from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA
 from app.classroom.leader import Leader
-from app.classroom.lecture import LectureHost
 from app.hosting.teacher_key import MOST_ADDRESSES, Guesses
 from app.page.panels.hotkeys import HOTKEYS
-from app.session.session import Session
 from app.settings import Settings
-from app.start import App
 from app.web.index_page import KEY_LATER
-from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask
+from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, hotkey_uuid
 
 LEADER = f"resume={'1' * 32}"
 
 
-def lecture(opened: App) -> tuple[LectureHost, Session]:
-    """The host and the session of a lecture."""
-    assert isinstance(opened.host, LectureHost)
-    return opened.host, opened.host.session
-
-
-def arms(visitor: BlockingClient) -> dict[str, tuple[float, ...]]:
-    """How every link is turned on a visitor's page."""
-    return {name: tuple(node["wxyz"]) for name, node in list(visitor.mirror.nodes.items()) if name.startswith("/arms/")}
-
-
 def has_controls(visitor: BlockingClient) -> bool:
-    """Whether a visitor has anything to operate."""
-    operated = {"GuiSliderMessage", "GuiDropdownMessage", "GuiCheckboxMessage", "GuiNumberMessage", "GuiButtonGroupMessage"}
-    there_are = {element["type"] for element in list(visitor.mirror.gui.values())}
-    return bool(operated & there_are or visitor.mirror.commands or {HAND, ELBOW} & set(visitor.mirror.nodes))
+    operated = {f"Gui{kind}Message" for kind in ("Slider", "Dropdown", "Checkbox", "Number", "ButtonGroup")}
+    return bool(
+        operated & {element["type"] for element in list(visitor.mirror.gui.values())}
+        or visitor.mirror.commands
+        or {HAND, ELBOW} & set(visitor.mirror.nodes)
+    )
 
 
 def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
-    host, session = lecture(opened)
+    host, session = lecture_of(opened), lecture_of(opened).session
     first = join(opened, LEADER)
     first.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS) and HAND in v.mirror.nodes)
     second = join(opened, "dm=0.3")
     assert session.settings == Settings()
     for visitor in (first, second):
-        visitor.wait_for(lambda v: sum(e["type"] == "GuiUplotMessage" for e in v.mirror.gui.values()) == 2)
-    # Stop, so that the poses can be compared.
-    first.wait_for(lambda _: session.simulation.steps > 0)
+        visitor.wait_for(lambda v: len(bodies(v, "GuiUplotMessage")) == 2)
     first.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(first, "pause")})
     first.wait_for(lambda _: session.paused)
     steps = ask(session, lambda s: s.simulation.steps)
-    # viser sends no turn that is as good as the one before.
-    second.wait_for(lambda _: np.allclose(list(arms(second).values()), list(arms(first).values()), atol=1e-6))
-    assert list(arms(second)) == list(arms(first))
-    assert steps > 0 and len(arms(first)) == 18
     assert has_controls(first) and not has_controls(second)
     assert host.operator == int(first.mirror.nodes[HAND]["owner"])
 
@@ -67,9 +43,8 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     for owner in (str(host.operator), "", str(int(host.operator or 0) + 1)):
         target = {"name": HAND, "owner": owner}
         second.send({"type": "TransformControlsDragStartMessage", **target})
-        second.send(
-            {"type": "TransformControlsUpdateMessage", **target, "position": [0.0, 0.0, 1.0], "wxyz": [1.0, 0.0, 0.0, 0.0]}
-        )
+        pose = {"position": [0.0, 0.0, 1.0], "wxyz": [1.0, 0.0, 0.0, 0.0]}
+        second.send({"type": "TransformControlsUpdateMessage", **target, **pose})
         second.send({"type": "TransformControlsDragEndMessage", **target})
     second.send({"type": "GuiUpdateMessage", "uuid": slider, "updates": {"value": 50.0}})
     second.send({"type": "GuiUpdateMessage", "uuid": group, "updates": {"value": "Reset"}})
@@ -146,25 +121,3 @@ def test_one_wrong_key_a_second_is_checked_from_one_address() -> None:
     for i in range(MOST_ADDRESSES + 5):
         guesses.turn_away(f"{i}", wrong)
     assert len(guesses._wrong) == MOST_ADDRESSES
-
-
-def test_with_a_key_only_its_holder_has_the_controls(house: OpenHouse, join: Join) -> None:
-    opened = house(lecture=True, key="chalk ü")
-    host, session = lecture(opened)
-    pupils = [join(opened, query) for query in ("", "key=", f"KEY={quote('chalk ü')}")]
-    pupils[0].wait_for(lambda _: session.simulation.time > 0.3)
-    assert host.operator is None
-    teacher = join(opened, f"key={quote('chalk ü')}")
-    teacher.wait_for(lambda v: HAND in v.mirror.nodes)
-    pupils.append(join(opened, "key=chal"))
-    assert has_controls(teacher) and not any(has_controls(pupil) for pupil in pupils)
-    # The key is the lecturer's: it must not be on anybody's page.
-    assert all("chalk" not in repr((pupil.mirror.gui, pupil.mirror.nodes)) for pupil in (*pupils, teacher))
-    teacher.close()
-    pupils[0].wait_for(lambda _: host.operator is None)
-    until = session.simulation.time + 1.3
-    pupils[0].wait_for(lambda _: session.simulation.time > until)
-    assert host.operator is None and not any(has_controls(pupil) for pupil in pupils)
-    # The wrong key was tried more than a second ago.
-    again = join(opened, f"key={quote('chalk ü')}")
-    again.wait_for(lambda v: HAND in v.mirror.nodes)

@@ -7,6 +7,8 @@ import textwrap
 import threading
 import time
 from collections.abc import Callable
+from contextlib import closing
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +16,14 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
-from app.custom_law.student_situation import Situation as StudentSituation
 from app.custom_law.wire import VelocityQuestion, decode_question, encode
+from app.runtime.job_pool import JobPool
+from app.session.input_sources import InputSources
+from app.session.session import Session
+from app.settings import Settings
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
+from scenes.settings import changed
 
 SHORT = LawLimits(load=0.1, call=0.02, memory=96 * 2**20)
 """So that what never ends is ended soon."""
@@ -52,11 +58,17 @@ def situation(n: int = 7, pairs: int = 5) -> Situation:
     )
 
 
-def received(sent: Situation) -> StudentSituation:
+def received(sent: Situation) -> Situation:
     """What arrives in the law's process."""
     question = decode_question(encode(VelocityQuestion.of(sent)))
     assert isinstance(question, VelocityQuestion)
     return question.situation()
+
+
+def session_of(path: Path, background: JobPool | None = None, **settings: object) -> closing[Session]:
+    """A session of a server that has a law file; closed after a `with`."""
+    given = reduce(lambda present, change: changed(present, *change), settings.items(), Settings())
+    return closing(Session(given, background=background, sources=InputSources(law_file=path)))
 
 
 def until(true: Callable[[], object], seconds: float = 60.0) -> None:
@@ -68,7 +80,7 @@ def until(true: Callable[[], object], seconds: float = 60.0) -> None:
 
 
 def gone(pid: int) -> bool:
-    """Whether a process has ended, and been waited for if it is this one's child; of an orphan that is somebody else's business."""
+    """Whether a process has ended, and been waited for if it is this one's child; an orphan is waited for by another."""
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
@@ -87,7 +99,7 @@ GOOD = "def law(s):\n    return s.nominal * 2"
 
 
 def soon(law: CustomLaw) -> Array:
-    """q̇ of a law that nobody waits for, after a moment at most; zeros where it has not answered by then."""
+    """q̇ of a law that is not waited for, after a moment at most; zeros where it has not answered by then."""
     law.allow(1.0)
     try:
         law.activation(0.1)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,138 +17,94 @@ from app.lessons.phases import Phase
 from app.lessons.session.lesson_actions import Check, GoBack, GoOn
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.custom_law_html import COMMANDS, law_html
-from app.runtime.job_pool import Job, JobPool
-from app.session.input_sources import InputSources
+from app.runtime.job_pool import BUSY, JobPool
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadInputFile
 from scenes.settings import changed
-from tests.app.custom_law.helpers import PAPER, until, write
+from tests.app.custom_law.helpers import PAPER, session_of, until, write
+from tests.app.inline import Inline
 
 NAMES = tuple(TRIALS)
 STANDS_STILL = "def law(s):\n    return 0.0 * s.nominal"
 
 
-class Desk:
-    """Computes in this process, one job whenever it is told so."""
-
-    def __init__(self) -> None:
-        self.jobs: list[Job] = []
-        self.closed = False
-
-    def submit(self, owner: object, kind: str, function: Callable[..., Any], *arguments: Any, wake: Callable[[], None]) -> Job:
-        """As `JobPool.submit`."""
-        job = Job(len(self.jobs), owner, kind, function, arguments, False, wake)
-        if self.closed:
-            job.state, job.message = "failed", "Closed <now>."
-        self.jobs.append(job)
-        return job
-
-    def cancel(self, owner: object) -> None:
-        """As `JobPool.cancel`."""
-        for job in self.jobs:
-            if job.owner is owner and job.state == "waiting":
-                job.state = "dropped"
-
-    def work(self) -> None:
-        """Do what waits first."""
-        job = next(job for job in self.jobs if job.state == "waiting")
-        job.result, job.state = job.function(*job.arguments, lambda: False), "done"
-
-
-@pytest.fixture
-def desk() -> Desk:
-    """Where it is computed."""
-    return Desk()
-
-
-def told(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
+def names_it(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
     """A test that takes no time: it is passed if the text says so."""
     assert path.name == "my_law.py" and not stopped()
     return TrialResult(name, name.encode() in text, f"{name} is named", {})
 
 
-def session_with(path: Path, desk: Desk | None = None, **settings: object) -> Session:
-    """A session whose server has a law file."""
-    given = Settings()
-    for key, value in settings.items():
-        given = changed(given, key, value)
-    return Session(given, background=cast(JobPool | None, desk), sources=InputSources(law_file=path))
-
-
-def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever is saved meanwhile; asked again, it is the new text."""
-    monkeypatch.setattr(examination_module, "examine_one", told)
-    path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[:-1]))
-    examination = Examination(path, cast(JobPool, desk), lambda: None)
+    monkeypatch.setattr(examination_module, "examine_one", names_it)
+    path, background = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[:-1])), Inline()
+    examination = Examination(path, background, lambda: None)
     assert examination.progress == ExaminationProgress("my_law.py") and not examination.advance()
     examination.begin()
     write(path, "# " + ", ".join(NAMES))
-    for count in range(6):
+    for count, name in enumerate(NAMES):
         assert examination.progress.running and not examination.progress.finished
         assert [v.name for v in examination.progress.verdicts] == list(NAMES[:count]) and not examination.advance()
-        desk.work()
+        assert background.work(name) == [name]
         assert examination.advance()
     assert examination.progress.finished and not examination.progress.running and not examination.advance()
     assert [v.passed for v in examination.progress.verdicts] == [True] * 5 + [False]
     examination.begin()
-    for _ in range(6):
-        desk.work()
+    background.work()
     assert examination.advance() and all(v.passed for v in examination.progress.verdicts)
 
 
-def test_tests_that_cannot_be_made_say_why(tmp_path: Path, desk: Desk) -> None:
-    """A server that closes; a file that is gone; whoever gives up begins afresh."""
-    path = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal")
-    examination = Examination(path, cast(JobPool, desk), lambda: None)
+def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
+    """Tests that are given up can be made again; no place in the queue; a file that is gone."""
+    path, background = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal"), Inline()
+    examination = Examination(path, background, lambda: None)
     examination.begin()
     examination.drop()
-    assert examination.progress == ExaminationProgress("my_law.py") and {job.state for job in desk.jobs} == {"dropped"}
-    desk.closed = True
+    assert examination.progress == ExaminationProgress("my_law.py") and {job.state for job in background.jobs} == {"dropped"}
+    closed = JobPool(1)
+    closed.close()
+    examination = Examination(path, closed, lambda: None)
     examination.begin()
-    assert examination.advance() and not examination.progress.running
-    assert examination.progress.message == "Closed <now>."
+    assert examination.advance() and not examination.progress.running and examination.progress.message == BUSY
     path.unlink()
     with pytest.raises(BadInputFile, match="new-law"):
         examination.begin()
 
 
 def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
-    """Never both at once; the run begins anew when it changes sides, and a broken file freezes only the one that runs it."""
+    """Never both at once; the run starts again when it changes sides, and a broken file freezes only the one that runs it."""
     path = write(tmp_path / "my_law.py", STANDS_STILL)
-    session = session_with(path, scene="ball")
+    with session_of(path, scene="ball") as session:
 
-    def moves() -> tuple[bool, bool]:
-        session.advance(0.02)
-        assert session.ghost is not None
-        joints = session.simulation.avoiding.joints
-        return bool(np.any(session.simulation.velocities[joints])), bool(np.any(session.ghost.velocities[joints]))
+        def moves() -> tuple[bool, bool]:
+            session.advance(0.02)
+            assert session.ghost is not None
+            joints = session.simulation.avoiding.joints
+            return bool(np.any(session.simulation.velocities[joints])), bool(np.any(session.ghost.velocities[joints]))
 
-    try:
         session.change("ghost", "smooth_priority")
-        assert (session.custom_law, session.own_ghost) == ("my_law.py", None)
+        assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
         until(lambda: moves() == (False, True))
         session.change("ghost", "own")
-        assert (session.custom_law, session.own_ghost) == (None, "my_law.py")
+        assert (session.student_law.file, session.student_law.ghost_file) == (None, "my_law.py")
         assert session.simulation.steps == 0
         until(lambda: moves() == (True, False))
-        assert session.custom_law_problem == ""
+        assert session.student_law.problem == ""
         write(path, "def law(s):\n    return s.nominal / 0 + nothing")
-        until(lambda: moves() and session.custom_law_problem)
-        assert "line 2: NameError" in session.custom_law_problem and moves() == (True, False)
+        until(lambda: moves() and session.student_law.problem)
+        assert "line 2: NameError" in session.student_law.problem and moves() == (True, False)
         write(path, PAPER)
         until(lambda: moves() == (True, True))
-        assert session.custom_law_problem == ""
+        assert session.student_law.problem == ""
         session.change("ghost", "off")
-        assert (session.custom_law, session.own_ghost) == ("my_law.py", None)
-    finally:
-        session.close()
+        assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
 
 
 def test_without_a_file() -> None:
     # Without a file the ghost of ones own is a twin.
     session = Session(changed(Settings(), "ghost", "own"))
-    assert session.own_ghost is None and session.ghost is not None and session.examination is None
+    assert session.student_law.ghost_file is None and session.ghost is not None and session.law.examination is None
     for _ in range(20):
         session.advance(0.02)
     assert np.array_equal(session.ghost.positions, session.simulation.positions)
@@ -177,32 +132,29 @@ def to_challenge(session: Session, run: LessonSession) -> None:
 
 def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
     """What a lesson measures is about the settings' law; only the step that asks for one's own runs it; outside it runs again."""
-    session = session_with(write(tmp_path / "my_law.py", STANDS_STILL))
-    try:
+    with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
         run = LessonSession(session, load_lessons())
-        assert session.custom_law == "my_law.py" and run.own_tests is None
+        assert session.student_law.file == "my_law.py" and run.own_tests is None
         run.enter("limits", 3)
-        assert session.custom_law is None and run.own_tests is None
+        assert session.student_law.file is None and run.own_tests is None
         to_challenge(session, run)
-        assert session.custom_law == "my_law.py"
+        assert session.student_law.file == "my_law.py"
         # To look back leaves the run alone.
         while run.walk.phase is not Phase.DO:
-            assert session.custom_law == "my_law.py"
+            assert session.student_law.file == "my_law.py"
             run.act(GoBack())
-        assert session.custom_law is None
+        assert session.student_law.file is None
         to_challenge(session, run)
         run.leave()
-        assert session.custom_law == "my_law.py" and run.own_tests is None
-    finally:
-        session.close()
+        assert session.student_law.file == "my_law.py" and run.own_tests is None
 
 
-def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not by the run, not by five; Check while they are made begins them anew."""
-    monkeypatch.setattr(examination_module, "examine_one", told)
+def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not by the run, not by five; Check while they are made starts them again."""
+    monkeypatch.setattr(examination_module, "examine_one", names_it)
+    background = Inline()
     path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[1:]))
-    session = session_with(path, desk)
-    try:
+    with session_of(path, background) as session:
         run = LessonSession(session, load_lessons())
         to_challenge(session, run)
         assert run.own_tests == ExaminationProgress("my_law.py")
@@ -210,8 +162,8 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkey
         def check() -> None:
             until(lambda: run._runs.ready, 60.0)
             run.act(Check())
-            for _ in range(6):
-                desk.work()
+            for name in NAMES:
+                background.work(name)
                 run.decide()
             assert run.own_tests is not None and run.own_tests.finished
 
@@ -225,8 +177,6 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, desk: Desk, monkey
         write(path, "# " + ", ".join(NAMES))
         check()
         assert run.walk.done.attempts == 2 and run.walk.done.passed
-    finally:
-        session.close()
 
 
 def test_every_test_says_how_it_went_in_words() -> None:

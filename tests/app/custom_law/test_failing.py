@@ -1,10 +1,13 @@
-"""However a student's law fails, the arm freezes at worst, the line is named, and nobody is held up."""
+"""However a student's law fails, the arm freezes at worst, the line is named, no call is held up, and no process is left."""
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
+import subprocess
 import sys
+import textwrap
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,10 +52,10 @@ def test_how_it_may_fail(file: Path, text: str, says: str) -> None:
         ("x = 1\nwhile True:\n    x += 1\ndef law(s):\n    return s.nominal", (2, 3), False),
         ("def law(s):\n    return s.nominal\ndef activation(d):\n    while True: d += 1", (4,), True),
     ],
-    ids=["python", "python, nobody waits", "asleep", "below", "while it is read", "activation"],
+    ids=["python", "python, not waited for", "asleep", "below", "while it is read", "activation"],
 )
 def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[int, ...], waits: bool) -> None:
-    """In Python, in C, asleep, while the file is read and in λ. Nobody is held up longer than the limits."""
+    """In Python, in C, asleep, while the file is read and in λ. No call is held up longer than the limits."""
     with CustomLaw(write(file, text), SHORT, waits) as law:
         pids: set[int | None] = set()
 
@@ -97,7 +100,7 @@ def test_processes_that_break(file: Path) -> None:
     finally:
         for number in opened:
             os.close(number)
-    # Somebody kills the process while it waits, and while it works.
+    # The process is killed from outside while it waits, and while it works.
     with CustomLaw(write(file, GOOD), waits=True) as law:
         law(SITUATION)
         assert law.pid is not None
@@ -134,7 +137,7 @@ def test_a_python_that_cannot_be_started(file: Path, monkeypatch: pytest.MonkeyP
             assert law.problem is not None and "could not be started" in law.problem.text and says in law.problem.text
 
 
-def test_a_slow_beginning_holds_nobody_up(file: Path, tmp_path: Path) -> None:
+def test_a_slow_beginning_holds_no_call_up(file: Path, tmp_path: Path) -> None:
     """While the file is read, and while the first call loads something, no call is answered or waits; then the arm moves."""
     text = f"""
         import pathlib, time
@@ -167,3 +170,69 @@ def test_a_slow_beginning_holds_nobody_up(file: Path, tmp_path: Path) -> None:
         law.refresh()
         assert not law.waiting
         assert law.problem is None
+
+
+def test_no_process_is_left(file: Path) -> None:
+    """After close, after a `with`, and when nothing refers to it any more; closing twice is closing once."""
+    write(file, GOOD)
+    law = CustomLaw(file, waits=True)
+    law(SITUATION)
+    pid = law.pid
+    law.close()
+    law.close()
+    assert pid is not None and gone(pid)
+    assert_array_equal(law(SITUATION), ZEROS)
+    law.restart()
+    assert law.pid is None and not law.refresh()
+    forgotten = CustomLaw(file, waits=True)
+    forgotten(SITUATION)
+    pid = forgotten.pid
+    del forgotten
+    gc.collect()
+    assert pid is not None and gone(pid)
+
+
+@pytest.mark.parametrize("end", ["closed", "dead"])
+def test_what_the_law_started_goes_with_it(file: Path, end: str) -> None:
+    """When it is closed, and when it has gone by itself."""
+    text = """
+        import os, subprocess, sys
+        child = subprocess.Popen([sys.executable, "-SE", "-c", "input()"], stdin=subprocess.PIPE)
+
+        def law(s):
+            if s.distance < 0:
+                os._exit(0)
+            return s.nominal * 0 + child.pid
+    """
+    with CustomLaw(write(file, text), waits=True) as law:
+        grandchild = int(law(SITUATION)[0])
+        assert not gone(grandchild)
+        if end == "dead":
+            law(SITUATION._replace(distance=-0.1))
+            assert law.problem is not None and "exit code 0" in law.problem.text
+            until(lambda: gone(grandchild))
+    until(lambda: gone(grandchild))
+
+
+@pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "sys.exit()"])
+def test_it_goes_with_the_page(file: Path, end: str) -> None:
+    """However the page's process ends, and even in the middle of an endless loop."""
+    write(file, "while True: pass")
+    page = f"""
+        import os, sys
+        from pathlib import Path
+        from app.custom_law.child import Child
+        from app.custom_law.wire import LoadFile, encode
+        path = Path({str(file)!r})
+        child = Child(path, 2**28)
+        assert child.receive(60.0) is not None
+        child.line.send_bytes(encode(LoadFile(path.read_bytes())))
+        print(child.pid, flush=True)
+        {end}
+    """
+    root = Path(__file__).parents[3]
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(page)], cwd=root, capture_output=True, text=True, timeout=120.0, check=False
+    )
+    assert done.stdout.strip().isdigit(), done.stderr
+    until(lambda: gone(int(done.stdout)))

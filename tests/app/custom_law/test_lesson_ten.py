@@ -22,7 +22,6 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     text = path.read_text(encoding="utf-8")
     opened = house(Settings(), sources=InputSources(law_file=path))
     page = page_at(1100, 700)
-    page.set_default_timeout(60_000)
     page.goto(f"{opened.url}/?lesson=10&step=4")
     page.locator(".duet-l-head").wait_for()
     close_software_note(page)
@@ -32,15 +31,15 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     while run.walk.phase is not Phase.CHALLENGE:
         before = run.walk.phase
         page.keyboard.press("n")
-        until(page, lambda before=before: run.walk.phase is not before, "the next part", 60.0)
+        until(page, lambda before=before: run.walk.phase is not before, "the next part")
 
     # A mistake is named with its line, the clock goes on, and the message goes when the file is right again.
     page.get_by_role("button", name="Run", exact=True).click()
     path.write_text("def law(situation):\n    return situation.gone\n", encoding="utf-8")
     page.locator(".card.wrong.law .what", has_text=re.compile(r"my_law\.py, line 2: AttributeError")).wait_for()
-    until(page, lambda: "line 2" in (page.locator("#duet-say").text_content() or ""), "announced", 60.0)
-    time = ask(session, lambda s: s.simulation.time, 60.0)
-    until(page, lambda: session.paused or session.simulation.time > time, "the clock", 60.0)
+    until(page, lambda: "line 2" in (page.locator("#duet-say").text_content() or ""), "announced")
+    time = ask(session, lambda s: s.simulation.time)
+    until(page, lambda: session.paused or session.simulation.time > time, "the clock")
     path.write_text(text.replace("MU = 0.01 ", "MU = 0.06 "), encoding="utf-8")
     page.locator(".card.right.law", has_text="my_law.py runs.").wait_for()
 
@@ -60,13 +59,12 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
 def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1024, 768)
-    page.set_default_timeout(60_000)
     page.goto(f"{opened.url}/?lesson=10&step=4")
     page.locator(".duet-l-head").wait_for()
     for _ in range(3):
         now = page.locator(".duet-l-head .phases .now").inner_text()
         page.keyboard.press("n")
-        until(page, lambda now=now: page.locator(".duet-l-head .phases .now").inner_text() != now, "the next part", 60.0)
+        until(page, lambda now=now: page.locator(".duet-l-head .phases .now").inner_text() != now, "the next part")
     said = page.locator(".duet-l-attempt").inner_text()
     assert all(command in said for command in COMMANDS)
     assert page.get_by_role("button", name="Test my law").count() == 0

@@ -1,61 +1,41 @@
-"""A law that is slow, or hangs, holds up nothing but the run that it moves, and the page says so."""
+"""A law that is slow, or hangs, holds up nothing but the run that it moves, and the page says so; a busy machine is no endless loop."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+import os
+import sys
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from app.custom_law import patience as patience_module
 from app.custom_law.custom_law import MOST, CustomLaw
+from app.custom_law.patience import LONGEST, Patience
 from app.custom_law.process import LawProcess
 from app.custom_law.time_share import SHARE, LawTimeShare
 from app.custom_law.wire import Numbers, Question
 from app.page.panels.readout import custom_law_html, status_html
-from app.session.input_sources import InputSources
 from app.session.session import Session
-from app.settings import Settings
 from scenes.headless import run
-from scenes.settings import changed
-from tests.app.custom_law.helpers import PAPER, until, write
+from scenes.rerun import rerun
+from tests.app.custom_law.helpers import PAPER, session_of, until, write
 
 FRAME = 0.03
 
 
 def gated(gate: Path) -> str:
     """The paper's law, which from its tenth call on waits for a file, and counts its calls in what it returns."""
-    return f"""
-        import pathlib, time
-        calls = 0
-        D_M, ORDER, V, MU = 0.15, 6.0, 0.30, 0.06
-
-        def activation(distance):
-            return 1.0 if distance <= D_M else (D_M / distance) ** ORDER
-
-        def law(situation):
-            global calls
-            calls += 1
-            while calls == 10 and not pathlib.Path({str(gate)!r}).exists():
-                time.sleep(0.001)
-            c = activation(situation.distance) * (V + situation.pull)
-            J_d = situation.row
-            return situation.nominal + J_d * c / (J_d @ J_d + MU**2) + 1e-9 * calls
-    """
-
-
-@contextmanager
-def sessions(path: Path, count: int = 1, **settings: object) -> Iterator[list[Session]]:
-    """Sessions of a server that has a law file."""
-    given, people = Settings(), InputSources(law_file=path)
-    for key, value in settings.items():
-        given = changed(given, key, value)
-    with ExitStack() as stack:
-        made = [Session(given, sources=people) for _ in range(count)]
-        for session in made:
-            stack.callback(session.close)
-        yield made
+    waits = f"""
+        global calls
+        calls += 1
+        while calls == 10 and not pathlib.Path({str(gate)!r}).exists():
+            time.sleep(0.001)
+        c ="""
+    counted = PAPER.replace("\n        c =", waits).replace("MU**2)", "MU**2) + 1e-9 * calls")
+    return f"    import pathlib, time\n    calls = 0\n{counted}"
 
 
 def advanced(session: Session, true: Callable[[], object]) -> None:
@@ -65,12 +45,12 @@ def advanced(session: Session, true: Callable[[], object]) -> None:
 
 def hangs(session: Session) -> bool:
     """Whether the session's run has begun, and waits."""
-    return session.simulation.steps > 0 and session.custom_law_waits
+    return session.simulation.steps > 0 and session.student_law.waits
 
 
 def patient(session: Session, limit: float = 60.0) -> None:
     """Let one call of a session's law take longer than usual."""
-    law = session._custom_law
+    law = session.law._law
     assert law is not None
     object.__setattr__(law.limits, "call", limit)
 
@@ -80,7 +60,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
     """While a call hangs no step is made, and nothing is asked twice; the run has the bits of one that waited for every call."""
     gate = tmp_path / "go on"
     write(file, gated(gate))
-    with sessions(file, scene=scene, avoid="both" if scene == "imitation" else "free") as (session,):
+    with session_of(file, scene=scene, avoid="both" if scene == "imitation" else "free") as session:
         patient(session)
         advanced(session, lambda: hangs(session))
         steps, before = session.simulation.steps, session.simulation.snapshot()
@@ -91,11 +71,11 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         assert session.simulation.steps == steps and after.velocities.tobytes() == before.velocities.tobytes()
         for one, other in zip(before.memories, after.memories, strict=True):
             assert [array.tobytes() for array in one] == [array.tobytes() for array in other]
-        assert "waiting for my_law.py" in custom_law_html(session) and not session.pace.slowed
+        assert "waiting for my_law.py" in custom_law_html(session.student_law) and not session.pace.slowed
         advanced(session, lambda: session.pace.rate < 0.01)
         gate.touch()
         advanced(session, lambda: session.simulation.steps >= 60)
-        assert "runs my_law.py" in custom_law_html(session)
+        assert "runs my_law.py" in custom_law_html(session.student_law)
         recorded, made = session.recorded(), session.simulation.steps
         assert recorded is not None and recorded.steps == made
         with CustomLaw(file, waits=True) as law:
@@ -106,7 +86,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
 def test_a_step_that_is_asked_for_while_paused_is_made_when_the_law_answers(file: Path, tmp_path: Path) -> None:
     gate = tmp_path / "go on"
     write(file, gated(gate))
-    with sessions(file) as (session,):
+    with session_of(file) as session:
         patient(session)
         advanced(session, lambda: hangs(session))
         steps = session.simulation.steps
@@ -120,11 +100,9 @@ def test_a_step_that_is_asked_for_while_paused_is_made_when_the_law_answers(file
 
 def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path: Path) -> None:
     """Both stand still; what is recorded makes the run again to the last bit."""
-    from scenes.rerun import rerun
-
     gate = tmp_path / "go on"
     write(file, gated(gate))
-    with sessions(file, ghost="own") as (session,):
+    with session_of(file, ghost="own") as session:
         patient(session)
         advanced(session, lambda: hangs(session))
         assert session.ghost is not None and session.ghost.steps == session.simulation.steps
@@ -151,7 +129,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
 
     monkeypatch.setattr(LawProcess, "answer", noted)
     write(file, gated(tmp_path / "never"))
-    with sessions(file) as (session,):
+    with session_of(file) as session:
         patient(session)
         advanced(session, lambda: in_vain.clear() or session.simulation.steps > 0)
         while not hangs(session):
@@ -160,7 +138,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
             assert sum(in_vain) <= MOST
         in_vain.clear()
         session.advance(FRAME)
-        law = session._custom_law
+        law = session.law._law
         assert law is not None
         assert np.isnan(law.line_rates(np.linspace(0.0, 0.6, 50), 0.1, 0.0, 1.0)).all()
         assert in_vain and sum(in_vain) == 0.0
@@ -178,32 +156,73 @@ def test_a_share_is_divided_among_those_who_call(monkeypatch: pytest.MonkeyPatch
 def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
     """With the time that a call takes, and the time that it may take."""
     write(file, "import time\n" + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="))
-    with sessions(file, 1, scene="ball", dt=0.005) as (session,):
-        advanced(session, lambda: session.custom_law_slow is not None)
-        assert session.custom_law_slow is not None
-        needs, allowed = session.custom_law_slow
+    with session_of(file, scene="ball", dt=0.005) as session:
+        advanced(session, lambda: session.student_law.slow is not None)
+        assert session.student_law.slow is not None
+        needs, allowed = session.student_law.slow
         assert needs >= 0.01 and allowed == pytest.approx(SHARE * 0.005)
-        said = custom_law_html(session)
+        said = custom_law_html(session.student_law)
         assert f"slowed: your law needs {1e3 * needs:.2g} ms a call; real time allows 2 ms" in said
         assert "machine" not in status_html(session.pace, session.simulation, session.simulation.sample())
         session.toggle_pause()
-        assert "runs my_law.py" in custom_law_html(session)
+        assert "runs my_law.py" in custom_law_html(session.student_law)
         session.toggle_pause()
         write(file, "def law(s): return None")
-        advanced(session, lambda: session.custom_law_problem)
+        advanced(session, lambda: session.student_law.problem)
         assert not session.pace.slowed
         write(file, PAPER)
-        advanced(session, lambda: session.custom_law_slow is None and not session.custom_law_problem)
+        advanced(session, lambda: session.student_law.slow is None and not session.student_law.problem)
 
 
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
     """Without waiting: blank until the answer is there, and blank where the function fails."""
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
-    with sessions(file) as (session,):
-        law = session._custom_law
+    with session_of(file) as session:
+        law = session.law._law
         assert law is not None
         distances = np.array([0.0, 0.1, 0.3])
         assert np.isnan(law.activations(distances)).all()
         until(lambda: session.advance(FRAME) < 0 or np.isfinite(law.activations(distances)).any())
         np.testing.assert_allclose(law.activations(distances), [np.nan, 1.0, 0.5**6])
         assert law.problem is None
+
+
+@pytest.fixture
+def machine(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """What `Patience` sees instead of the real one: clocks that stand still until they are moved."""
+    machine = SimpleNamespace(now=0.0, used=0.0, wants=True)
+    monkeypatch.setattr(patience_module.time, "monotonic", lambda: machine.now)
+    monkeypatch.setattr(patience_module, "_used", lambda process: machine.used)
+    monkeypatch.setattr(patience_module, "_wants_a_core", lambda process: machine.wants)
+    return machine
+
+
+def test_time_limits_on_a_busy_machine(machine: SimpleNamespace) -> None:
+    # A process that computes or sleeps is too long.
+    for used, wants in ((1.1, True), (0.0, False), (None, True)):
+        machine.now, machine.used = 0.0, None if used is None else 0.0
+        patience = Patience(1, 1.0)
+        machine.now, machine.used, machine.wants = 0.99, used, wants
+        assert not patience.over
+        machine.now = 1.01
+        assert patience.over
+    # A process that waits for a core is given time, but not for ever.
+    machine.now, machine.used, machine.wants = 0.0, 0.0, True
+    patience = Patience(1, 1.0)
+    machine.now, machine.used = LONGEST - 0.1, 0.9
+    assert not patience.over
+    machine.now = LONGEST + 0.1
+    assert patience.over
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there it is known")
+def test_this_process_by_its_own_number() -> None:
+    """It runs, uses time, and what is no process neither runs nor does."""
+    before = patience_module._used(os.getpid())
+    assert before is not None and before > 0.0
+    sum(range(1_000_000))
+    after = patience_module._used(os.getpid())
+    assert after is not None and after > before
+    assert patience_module._wants_a_core(os.getpid())
+    gone = 2**22 + 1
+    assert patience_module._used(gone) is None and not patience_module._wants_a_core(gone)

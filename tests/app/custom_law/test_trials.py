@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -28,26 +29,35 @@ from tests.app.custom_law.helpers import PAPER, received, situation, write
 KEEPS, ALONE, OUT, SMOOTH, BOUNDED, QUICK = TRIALS
 
 
-class Built:
-    """A built-in law as a candidate."""
+class Candidate:
+    """A law of this process; what the tests do not ask is the built-in one's."""
 
     wants_all_pairs: ClassVar[bool] = True
     wants_task: ClassVar[bool] = True
     problem: LawProblem | None = None
     seconds = 1e-5
 
-    def __init__(self, law: Law) -> None:
-        self.activation, self.line_rate, self._law = law.activation, law.line_rate, law
+    def __init__(self, built_in: Law, own: Callable[[Situation], Array] | None = None) -> None:
+        self.activation, self.line_rate, self._law = built_in.activation, built_in.line_rate, own or built_in
 
     def __call__(self, situation: Situation) -> Array:
         return self._law(situation)
 
 
+def built_in(name: LawName = "smooth_priority", **settings: Any) -> Candidate:
+    return Candidate(make_law(LawSettings(law=name, **settings)))
+
+
+def from_text(text: str) -> Candidate:
+    """A student's file as a candidate in this process."""
+    file = LawFile("my_law.py", textwrap.dedent(text).encode(), 2**28)
+    return Candidate(make_law(LawSettings()), lambda situation: file.velocities(received(situation))[0])
+
+
 @cache
 def verdicts_of(name: LawName) -> dict[str, TrialResult]:
     """Of a built-in law; to be read only."""
-    law = Built(make_law(LawSettings(law=name)))
-    return {verdict.name: verdict for verdict in examine_law(law)}
+    return {verdict.name: verdict for verdict in examine_law(built_in(name))}
 
 
 def failed(verdicts: list[TrialResult]) -> set[str]:
@@ -65,31 +75,6 @@ SWITCHED = """
 TASK_ONLY = "def law(s):\n    return s.nominal"
 
 
-class Here:
-    """A student's file as a candidate in this process."""
-
-    wants_all_pairs: ClassVar[bool] = True
-    wants_task: ClassVar[bool] = True
-    problem: LawProblem | None = None
-    seconds = 1e-5
-
-    def __init__(self, text: str) -> None:
-        self._file = LawFile("my_law.py", textwrap.dedent(text).encode(), 2**28)
-
-    def activation(self, distance: float) -> float:
-        """Nothing is asked of it."""
-        del distance
-        return 0.0
-
-    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """Nothing is asked of it."""
-        del distance, pull, approach, square
-        return math.nan
-
-    def __call__(self, situation: Situation) -> Array:
-        return self._file.velocities(received(situation))[0]
-
-
 @pytest.mark.parametrize(
     ("text", "failures", "says"),
     [
@@ -100,7 +85,7 @@ class Here:
 )
 def test_laws_of_students(text: str, failures: set[str], says: dict[str, str]) -> None:
     """Each fails what it should, and is told by how much."""
-    verdicts = examine_law(Here(text))
+    verdicts = examine_law(from_text(text))
     assert failed(verdicts) == failures, verdicts
     for verdict in verdicts:
         assert verdict.passed == ("fails" not in verdict.reason)
@@ -153,19 +138,19 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert capsys.readouterr().out.splitlines()[-1] == "her_law.py: 2 of 2 tests passed."
 
 
-@pytest.mark.parametrize(
-    ("name", "failures"),
-    [
-        ("smooth_priority", set()),
-        ("strict_priority", {ALONE, SMOOTH}),
-        ("strict_switched", {SMOOTH}),
-        ("null_space_avoidance", {KEEPS, OUT}),
-        ("potential_field", {OUT, BOUNDED}),
-        ("barrier_qp", {KEEPS}),
-        ("intermediate_value", {BOUNDED}),
-        ("unprotected", {KEEPS, OUT}),
-    ],
-)
+FAILED: dict[LawName, set[str]] = {
+    "smooth_priority": set(),
+    "strict_priority": {ALONE, SMOOTH},
+    "strict_switched": {SMOOTH},
+    "barrier_qp": {KEEPS},
+    "null_space_avoidance": {KEEPS, OUT},
+    "potential_field": {OUT, BOUNDED},
+    "intermediate_value": {BOUNDED},
+    "unprotected": {KEEPS, OUT},
+}
+
+
+@pytest.mark.parametrize(("name", "failures"), FAILED.items())
 def test_what_the_built_in_laws_fail(name: LawName, failures: set[str]) -> None:
     """Each of the six is failed by some law and passed by others."""
     assert failed(list(verdicts_of(name).values())) == failures
@@ -173,9 +158,9 @@ def test_what_the_built_in_laws_fail(name: LawName, failures: set[str]) -> None:
 
 def test_numbers_of_the_built_in_laws() -> None:
     # The barrier keeps d_m as soon as it is told how fast the hand comes; the paper's law with n = 1 harms the task from afar.
-    (kept,) = examine_law(Built(make_law(LawSettings(law="barrier_qp", feed_forward=True))), only=(KEEPS,))
+    (kept,) = examine_law(built_in("barrier_qp", feed_forward=True), only=(KEEPS,))
     assert kept.passed and not verdicts_of("barrier_qp")[KEEPS].passed
-    early, out, bounded = examine_law(Built(make_law(LawSettings(order=1.0))), only=(ALONE, OUT, BOUNDED))
+    early, out, bounded = examine_law(built_in(order=1.0), only=(ALONE, OUT, BOUNDED))
     assert not early.passed and "the hand leaves its place by 7" in early.reason
     assert out.passed and bounded.passed
     # Far from the ball the hand rests where λ (v + u) = u; out of the overlap it takes (d_m − d) / v; of a jump all is left.
@@ -195,7 +180,7 @@ def test_numbers_of_the_built_in_laws() -> None:
 
 
 def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
-    # An exception in overlap ends the three tests that come there, with its line; the others begin anew.
+    # An exception in overlap ends the three tests that come there, with its line; the others start again.
     text = PAPER + "    def guard(d):\n        if d < 0:\n            raise ValueError('overlap')\n"
     text = text.replace("        c = ", "        guard(situation.distance)\n        c = ")
     verdicts = examine(write(tmp_path / "my_law.py", text), only=(OUT, ALONE, BOUNDED, QUICK))
@@ -213,7 +198,7 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
 
 def test_a_slow_law_is_told_so_and_does_not_hold_the_others_up() -> None:
     """2 ms a call: too slow. 60 ms a call: the runs are ended after 10 s of calls."""
-    law = Built(make_law(LawSettings()))
+    law = built_in()
     law.seconds = 0.002
     verdicts = examine_law(law, only=(OUT, QUICK))
     assert [verdict.passed for verdict in verdicts] == [True, False]

@@ -1,13 +1,19 @@
-"""Recorded runs to keep, made once."""
+"""Recorded runs to keep, made once, and what is in an exported film."""
 
 from __future__ import annotations
 
+import gzip
+import json
+import struct
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
 from controllers.kinematics import Array
 from scenes.inputs import Recorded
+from scenes.settings import SceneName
 from tests.scenes.helpers import given_settings, recorded_run
+
+SCENES: tuple[SceneName, ...] = get_args(SceneName)
 
 
 @cache
@@ -19,3 +25,10 @@ def piece(
     changes: dict[float, dict[str, Any]] = {0.45: {"dm": 0.11}, 0.7: {"k": 3.0, "dt": 0.004, "v": 0.4}} if lively else {}
     simulation, recorded = recorded_run(settings, seconds, window, changes)
     return recorded, simulation.history.table(recorded.steps)
+
+
+def read_film(data: bytes) -> tuple[dict[str, Any], bytes]:
+    """The JSON and the numbers of a packed film."""
+    plain = gzip.decompress(data)
+    (length,) = struct.unpack_from("<I", plain)
+    return json.loads(plain[4 : 4 + length]), plain[(4 + length + 7) // 8 * 8 :]

@@ -1,4 +1,4 @@
-"""The past on the real page, in a real browser: watched, scrubbed, taken home and brought along; the link, and the lab report."""
+"""The past on the real page, in a real browser: watched, scrubbed, exported and loaded; the link, and the lab report."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from tests.app.export.runs import piece
 from tests.browser import PageAt, close_software_note, screenshot, until, wait_frames, wait_ready, world_position
 
 WRIST = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
-SLOWLY = 60.0
 
 
 def stand_of(opened: App) -> Visitor:
@@ -34,10 +33,9 @@ def stand_of(opened: App) -> Visitor:
 
 def enter(page: Page, opened: App, query: str = "") -> tuple[Session, ReplayBar]:
     """Come by a link and open the folder; the session and its bar."""
-    page.set_default_timeout(1000.0 * SLOWLY)
     page.goto(f"{opened.url}/?{query}")
-    wait_ready(page, WRIST, SLOWLY)
-    until(page, lambda: len(live_sessions(opened)) == 1, "one session", SLOWLY)
+    wait_ready(page, WRIST)
+    until(page, lambda: len(live_sessions(opened)) == 1, "one session")
     close_software_note(page)
     page.get_by_text("Keep and replay").click()
     bar = stand_of(opened).operation._keep
@@ -62,7 +60,7 @@ def moment(page: Page) -> Locator:
 
 def take(page: Page, button: str) -> Download:
     """Press a button that gives a file."""
-    with page.expect_download(timeout=1000.0 * SLOWLY) as download:
+    with page.expect_download() as download:
         page.get_by_role("button", name=button, exact=True).click()
     return download.value
 
@@ -90,49 +88,48 @@ def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> 
     opened = house()
     page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])
     session, bar = enter(page, opened, "picture=fast&dm=0.12")
-    until(page, lambda: session.simulation.time > 1.0, "a second of the run", SLOWLY)
+    until(page, lambda: session.simulation.time > 1.0, "a second of the run")
     look_back(page, session, bar)
-    run = take_home(page, session)
+    run = export(page, session)
     share(page, opened, session)
     back_to_live(page, session, bar)
-    bring_along(page, run)
+    load_files(page, run)
     report(page, opened)
 
 
 def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
     """The live run waits, nothing can be taken hold of, the page says so, and the scrubber and the keys move what is drawn."""
-    shelf = bar.shelf
+    queue = bar.shelf
     page.get_by_role("button", name="Watch").click()
     page.get_by_text("This is the past; the live run waits.").wait_for()
     assert session.paused
-    until(page, lambda: not is_there(page, HAND), "no handles", SLOWLY)
+    until(page, lambda: not is_there(page, HAND), "no handles")
     assert "This is the past" in over_the_stage(page)
-    until(page, lambda: shelf.replay is not None and not shelf.replay.playing, "at rest at its end", SLOWLY)
+    until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest at its end")
     press_key(page, "Space")
-    until(page, lambda: shelf.replay is not None and shelf.replay.playing, "from the beginning", SLOWLY)
-    # While it plays the page writes into the box too, but not while somebody is about to type there.
+    until(page, lambda: queue.player.replay is not None and queue.player.replay.playing, "from the beginning")
+    # While it plays the page writes into the box too, but not while a visitor is about to type there.
     moment(page).click()
-    until(page, lambda: shelf.replay is not None and not shelf.replay.playing, "at rest for whoever types", SLOWLY)
+    until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest for typing")
     until(
         page,
-        lambda: shelf.replay is not None and abs(float(moment(page).input_value()) - shelf.replay.time) < 0.01,
+        lambda: queue.player.replay is not None and abs(float(moment(page).input_value()) - queue.player.replay.time) < 0.01,
         "where",
-        SLOWLY,
     )
     moment(page).fill("9")
     wait_frames(page, 6)
-    # A run of a few seconds has no such moment, and whoever types has not come to the end.
+    # A run of a few seconds has no such moment, and the typing has not come to its end.
     assert moment(page).input_value() == "9"
     moment(page).fill("0.5")
     moment(page).press("Enter")
-    until(page, lambda: shelf.replay is not None and abs(shelf.replay.time - 0.5) < 1e-6, "half a second", SLOWLY)
+    until(page, lambda: queue.player.replay is not None and abs(queue.player.replay.time - 0.5) < 1e-6, "half a second")
     press_key(page, ".")
-    until(page, lambda: shelf.replay is not None and abs(shelf.replay.time - 0.505) < 1e-6, "one step more", SLOWLY)
+    until(page, lambda: queue.player.replay is not None and abs(queue.player.replay.time - 0.505) < 1e-6, "one step more")
     page.get_by_text("the past: 0.5 s").wait_for()
     screenshot(page, "the-past")
 
 
-def take_home(page: Page, session: Session) -> bytes:
+def export(page: Page, session: Session) -> bytes:
     """Files of what is watched; the run's is returned."""
     live = ask(session, lambda s: s.simulation.history.table())
     rows = [line for line in text_of(take(page, "CSV")).splitlines() if line and not line.startswith("#")]
@@ -150,7 +147,7 @@ def take_home(page: Page, session: Session) -> bytes:
 
 
 def share(page: Page, opened: App, session: Session) -> None:
-    """The link gives the settings again, and its text is there for whoever has no clipboard."""
+    """The link gives the settings again, and its text is there for a page without a clipboard."""
     page.get_by_role("button", name="Copy link").click()
     page.locator(".duet-link button:text-is('Copied')").wait_for()
     link = page.evaluate("navigator.clipboard.readText()")
@@ -164,13 +161,13 @@ def back_to_live(page: Page, session: Session, bar: ReplayBar) -> None:
     wait_frames(page, 4)
     then = world_position(page, WRIST)
     page.get_by_role("button", name="Back to live").click()
-    until(page, lambda: bar.shelf.replay is None and not session.paused, "live", SLOWLY)
-    until(page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run", SLOWLY)
-    until(page, lambda: is_there(page, HAND), "handles", SLOWLY)
+    until(page, lambda: bar.shelf.player.replay is None and not session.paused, "live")
+    until(page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run")
+    until(page, lambda: is_there(page, HAND), "handles")
     assert over_the_stage(page) == "none"
 
 
-def bring_along(page: Page, run: bytes) -> None:
+def load_files(page: Page, run: bytes) -> None:
     """The own run, another experiment, and something that is no run."""
     bring(page, "mine.duet.npz", run)
     page.get_by_text("This is mine.duet.npz, not the live run.").wait_for()
@@ -178,9 +175,9 @@ def bring_along(page: Page, run: bytes) -> None:
     page.get_by_role("button", name="Back to live").click()
     bring(page, "theirs.duet.npz", saved_bytes(piece("ball", 1.0)[0]))
     page.get_by_text("This is theirs.duet.npz, not the live run.").wait_for()
-    wait_ready(page, "/ball", SLOWLY)
+    wait_ready(page, "/ball")
     page.get_by_role("button", name="Back to live").click()
-    wait_ready(page, WRIST, SLOWLY)
+    wait_ready(page, WRIST)
     bring(page, "<b>bad</b>.npz", b"PK")
     page.get_by_text("<b>bad</b>.npz: is not a file of recorded inputs, or is damaged").wait_for()
 
@@ -193,6 +190,6 @@ def report(page: Page, opened: App) -> None:
         press_key(page, key)
         page.locator(f".duet-l-head .now:text-is('{phase}')").wait_for()
     page.locator("textarea:visible").fill(written)
-    until(page, lambda: stand_of(opened).lessons.walk.done.words == written, "it has arrived", SLOWLY)
+    until(page, lambda: stand_of(opened).lessons.walk.done.words == written, "it has arrived")
     made = text_of(take(page, "Lab report on all lessons"))
     assert "I counted them. &lt;b&gt;" in made and "In 4." in made and made.count("<figure>") == 1

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import base64
-import gzip
-import json
-import struct
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -22,7 +18,7 @@ from app.settings import PageSettings
 from controllers.kinematics import Array
 from scenes.inputs import Recorded
 from scenes.simulation import Simulation
-from tests.app.export.runs import piece
+from tests.app.export.runs import piece, read_film
 from tests.browser import PageAt, screenshot, wait_frames, world_position
 
 FAST = PageSettings(picture="fast")
@@ -44,9 +40,6 @@ def wrists(recorded: Recorded, time: float) -> dict[str, Array]:
     pin.forwardKinematics(simulation.room.model, data, simulation.positions)
     arms = zip(simulation.room.arms, simulation.room.robots, strict=True)
     return {arm.name: data.oMi[arm.shoulder - robot.shoulder + 7].translation.copy() for arm, robot in arms}
-
-
-# --- tracks --------------------------------------------------------------------------------------------------------------------
 
 
 def test_a_still_scene_goes_through_viser_s_format() -> None:
@@ -106,13 +99,6 @@ def test_a_track_keeps_news_only_and_the_last_of_a_frame() -> None:
     assert (track.frames, track.values) == ([0, 2, 6], ["a", "c", "a"])
 
 
-def read_film(data: bytes) -> tuple[dict[str, Any], bytes]:
-    """The JSON and the numbers of a packed film."""
-    plain = gzip.decompress(data)
-    (length,) = struct.unpack_from("<I", plain)
-    return json.loads(plain[4 : 4 + length]), plain[(4 + length + 7) // 8 * 8 :]
-
-
 def test_packed_numbers_are_the_tracks_own() -> None:
     tracks = (
         Track("/a", TURN, [0, 3], [np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.6, 0.0, 0.8, 0.0])]),
@@ -145,9 +131,6 @@ def test_the_page_loads_nothing_and_is_small() -> None:
     about, _ = read_film(base64.b64decode(film))
     assert [panel["title"] for panel in about["panels"]] == ["distance d", "error e²", "speeds along the line"]
     assert about["panels"][0]["strokes"][1]["name"] == [["d", False], ["m", True]]
-
-
-# --- in a browser --------------------------------------------------------------------------------------------------------------
 
 
 def open_file(page: Page, path: Path) -> list[str]:

@@ -16,9 +16,7 @@ from app.recording.replay import PERIOD, Replay, film
 from app.settings import Settings
 from scenes.history import COLUMN
 from scenes.inputs import encoded
-from tests.app.export.runs import piece
-
-SCENES = ("solo", "ball", "hold", "master_slave", "imitation")
+from tests.app.export.runs import SCENES, piece
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -37,6 +35,12 @@ def test_any_moment_is_as_it_was(scene: str) -> None:
         assert replay.simulation.settings == recorded.stretches[int(np.searchsorted(ends, step))].settings
 
 
+@cache
+def lively() -> Replay:
+    """A replay whose time step changes on the way."""
+    return Replay(piece("hold", 3.0, 99.0, lively=True)[0])
+
+
 @settings(max_examples=40)
 @given(st.floats(allow_nan=True, allow_infinity=True))
 def test_any_time_at_all_is_a_moment(time: float) -> None:
@@ -47,17 +51,17 @@ def test_any_time_at_all_is_a_moment(time: float) -> None:
         assert abs(replay.moment(step) - time) <= 0.0026
 
 
-@cache
-def lively() -> Replay:
-    """A replay whose time step changes on the way."""
-    return Replay(piece("hold", 3.0, 99.0, lively=True)[0])
-
-
 def test_every_step_has_its_time_and_every_time_its_step() -> None:
     replay = lively()
     times = [replay.moment(step) for step in range(1, replay.steps + 1)]
     assert (np.diff(times) > 0.0).all() and (replay.begin, replay.end) == (times[0], times[-1])
     assert [replay.nearest(time) for time in times] == list(range(1, replay.steps + 1))
+    # Seeking stops at either end.
+    for time, step in ((-5.0, 1), (99.0, replay.steps), (float("nan"), 1), (float("inf"), replay.steps)):
+        replay.seek(time)
+        assert replay.step == step
+    replay.seek_step(-3)
+    assert replay.step == 1
     # A row of the table is of the time before its step.
     _, table = piece("hold", 3.0, 99.0, lively=True)
     np.testing.assert_allclose(times[:-1], table[1:, COLUMN["t"]], atol=1e-9)
@@ -91,15 +95,6 @@ def test_playing_leaves_room_for_other_frames(monkeypatch: pytest.MonkeyPatch) -
     assert replay.advance(1.0) == 8 and replay.playing
     # What was not made in time is not made up for later.
     assert replay.advance(0.015) == 3
-
-
-def test_seeking_stops_at_either_end() -> None:
-    replay = Replay(piece("hold", 1.0)[0])
-    for time, step in ((-5.0, 1), (99.0, replay.steps), (float("nan"), 1), (float("inf"), replay.steps)):
-        replay.seek(time)
-        assert replay.step == step
-    replay.seek_step(-3)
-    assert replay.step == 1
 
 
 def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:

@@ -24,9 +24,7 @@ from controllers.errors import BadInputFile, BadSetting
 from scenes.inputs_file import recorded_from
 from scenes.settings import changed
 from scenes.simulation import Simulation
-from tests.app.export.runs import piece
-
-SCENES = ("solo", "ball", "hold", "master_slave", "imitation")
+from tests.app.export.runs import SCENES, piece
 
 
 @cache
@@ -137,7 +135,7 @@ def test_long_runs_keep_evenly_spread_steps_and_find_the_first_one_all_the_same(
 def test_numbers_that_are_not_there_are_not_the_same_as_numbers() -> None:
     table = np.array([[0.0, 1.0, np.nan], [0.1, 1.0, np.nan]])
     kept = outcome_of(table, ("t", "d", "e2_b"))
-    # Which bits stand for nan is nobody's business, but nan is not 0.
+    # Which bits stand for nan does not matter, but nan is not 0.
     same = table.copy()
     same[:, 2] = -np.float64(np.nan)
     assert compare(kept, same, kept.columns).exact
@@ -149,13 +147,7 @@ def test_numbers_that_are_not_there_are_not_the_same_as_numbers() -> None:
 
 
 @settings(max_examples=30)
-@given(
-    st.lists(
-        st.tuples(*[st.floats(allow_nan=False, width=64)] * 3),
-        min_size=1,
-        max_size=20,
-    )
-)
+@given(st.lists(st.tuples(*[st.floats(allow_nan=False, width=64)] * 3), min_size=1, max_size=20))
 def test_rows_go_through_a_file_to_the_last_bit(rows: list[tuple[float, float, float]]) -> None:
     kept = outcome_of(np.array(rows), ("t", "d", "u"))
     back = outcome_from(outcome_arrays(kept), len(rows))
@@ -163,18 +155,10 @@ def test_rows_go_through_a_file_to_the_last_bit(rows: list[tuple[float, float, f
     assert np.array_equal(back.hashes, kept.hashes) and np.array_equal(back.places, kept.places)
 
 
-@pytest.mark.parametrize(
-    ("column", "unit"),
-    [
-        *[("t", "s"), ("d", "m"), ("e2", "rad²"), ("lambda", ""), ("w_law_b", "m/s"), ("pair", "")],
-        *[("left_q3", "rad"), ("left_dq3", "rad/s"), ("right_qd1", "rad"), ("ball_q_x", "m"), ("ball_dq_x", "m/s")],
-    ],
-)
-def test_units(column: str, unit: str) -> None:
-    assert unit_of(column, "rad²") == unit
-
-
-# --- bad files -----------------------------------------------------------------------------------------------------------------
+def test_units() -> None:
+    units = {"t": "s", "d": "m", "e2": "rad²", "lambda": "", "w_law_b": "m/s", "pair": "", "left_q3": "rad"}
+    units |= {"left_dq3": "rad/s", "right_qd1": "rad", "ball_q_x": "m", "ball_dq_x": "m/s"}
+    assert {column: unit_of(column, "rad²") for column in units} == units
 
 
 def rewritten(data: bytes, **parts: np.ndarray | None) -> bytes:
@@ -196,20 +180,18 @@ def data() -> bytes:
     return saved_bytes(piece("hold", 1.0)[0])
 
 
+FOREIGN, SILENT = "does not belong to its inputs", "says nothing of its outcome"
+
+
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ({"outcome_hashes": None}, "holds inputs but not what came out"),
-        ({"codes": None}, "a part is missing"),
-        ({"outcome_hashes": np.zeros(3, np.uint32)}, "does not belong to its inputs"),
-        ({"outcome_places": np.array([5, 5], np.uint32)}, "does not belong to its inputs"),
-        ({"outcome_places": np.array([0, 99999], np.uint32)}, "does not belong to its inputs"),
-        ({"outcome_rows": np.zeros((2, 8, 3), np.uint8)}, "does not belong to its inputs"),
-        ({"outcome_rows": np.zeros((2, 8, 3))}, "does not belong to its inputs"),
-        ({"outcome_about": as_bytes("{")}, "says nothing of its outcome"),
-        ({"outcome_about": as_bytes("[1]")}, "says nothing of its outcome"),
-        ({"outcome_about": as_bytes('{"columns": 4, "digest": ""}')}, "says nothing of its outcome"),
-        ({"outcome_about": as_bytes('{"columns": ["<b>\\n"], "digest": ""}')}, "does not belong to its inputs"),
+        *(({"outcome_hashes": None}, "holds inputs but not what came out"), ({"codes": None}, "a part is missing")),
+        *(({"outcome_places": np.array(places, np.uint32)}, FOREIGN) for places in ([5, 5], [0, 99999])),
+        *(({"outcome_rows": np.zeros((2, 8, 3), kind)}, FOREIGN) for kind in (np.uint8, float)),
+        *(({"outcome_about": as_bytes(about)}, SILENT) for about in ("{", "[1]", '{"columns": 4, "digest": ""}')),
+        ({"outcome_about": as_bytes('{"columns": ["<b>\\n"], "digest": ""}')}, FOREIGN),
+        ({"outcome_hashes": np.zeros(3, np.uint32)}, FOREIGN),
     ],
 )
 def test_a_wrong_part_is_refused_and_named(data: bytes, parts: dict[str, Any], message: str) -> None:
@@ -218,28 +200,21 @@ def test_a_wrong_part_is_refused_and_named(data: bytes, parts: dict[str, Any], m
     assert str(caught.value).startswith("mine.npz: ") and "\n" not in str(caught.value)
 
 
-def test_positive_control_a_file_that_is_only_packed_anew_is_read(data: bytes) -> None:
-    assert load_run(rewritten(data), "mine.npz").verification.verdict == "exact"
+@pytest.mark.parametrize("made", [None, "{", "[]", '{"numpy": 3}', '{"numpy": "%s"}' % ("x" * 500)])
+def test_what_a_file_says_of_its_making_does_not_keep_it_from_being_read(data: bytes, made: str | None) -> None:
+    found = load_run(rewritten(data, **({} if made is None else {"made": as_bytes(made)})), "mine.npz").verification
+    assert found.verdict == "exact" and max(map(len, found.unlike), default=0) < 120
 
 
-@pytest.mark.parametrize("made", ["{", "[]", '{"numpy": 3}', '{"numpy": "%s"}' % ("x" * 500)])
-def test_whatever_a_file_says_of_its_making_it_is_read(data: bytes, made: str) -> None:
-    found = load_run(rewritten(data, made=as_bytes(made)), "mine.npz").verification
-    assert found.verdict == "exact" and max(map(len, found.unlike)) < 120
-
-
-def test_a_run_that_cannot_be_made_here_is_refused(data: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_cannot_be_made_here_or_is_too_long_is_refused(data: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(*_: object, **__: object) -> None:
         raise BadSetting("robot = panda needs a package.")
 
-    monkeypatch.setattr(run_file_module, "rerun", missing)
-    with pytest.raises(BadInputFile, match=r"mine\.npz: robot = panda needs"):
+    with monkeypatch.context() as here, pytest.raises(BadInputFile, match=r"mine\.npz: robot = panda needs"):
+        here.setattr(run_file_module, "rerun", missing)
         load_run(data, "mine.npz")
-
-
-def test_too_long_a_run_is_refused(data: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_file_module, "LONGEST", 0.5)
-    with pytest.raises(BadInputFile, match=r"a run of 1 s; at most 0 s"):
+    with monkeypatch.context() as here, pytest.raises(BadInputFile, match=r"a run of 1 s; at most 0 s"):
+        here.setattr(run_file_module, "LONGEST", 0.5)
         load_run(data, "mine.npz")
 
 

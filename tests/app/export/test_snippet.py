@@ -30,15 +30,8 @@ def executed(snippet: Snippet, folder: Path, name: str) -> tuple[str, Array]:
     (folder / "snippet.py").write_text(
         snippet.text + "import numpy\nnumpy.save('d.npy', table[:, COLUMN['d']])\n", encoding="utf-8"
     )
-    done = subprocess.run(
-        [sys.executable, "snippet.py"],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    environment, command = os.environ | {"PYTHONPATH": str(ROOT)}, [sys.executable, "snippet.py"]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     plot = (folder / f"{name}.png").read_bytes()
     assert plot.startswith(b"\x89PNG") and len(plot) > 10_000
@@ -55,6 +48,7 @@ def test_the_lines_make_the_chosen_piece_and_plot_it(tmp_path: Path, monkeypatch
     assert recorded.seconds > 0.45
     snippet = as_python(whole, recorded, 0.4, "mine")
     assert len(snippet.text.splitlines()) <= 30 and (snippet.inputs is not None) == (how == "in a file")
+    assert ("base64" in snippet.text) == (how == "in the text") and ("LawSettings" not in snippet.text or how != "settings")
     said, d = executed(snippet, tmp_path, "mine")
     steps = round(0.4 / recorded.stretches[-1].settings.dt)
     assert d.tobytes() == table[-steps:, COLUMN["d"]].tobytes()
@@ -78,18 +72,12 @@ def test_an_arm_alone_is_plotted_without_a_distance(tmp_path: Path) -> None:
     executed(snippet, tmp_path, "alone")
 
 
-def test_settings_alone_make_the_run_again() -> None:
-    recorded, _ = piece("ball", 1.0)
-    text = as_python(recorded, recorded, 30.0).text
-    assert "base64" not in text and "scene='ball'" in text and "LawSettings" not in text and "seconds=1.0" in text
-
-
 def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:
     recorded, _ = piece("hold", 1.0)
     assert is_fresh(recorded)
     assert not is_fresh(piece("hold", 2.0, 0.9)[0])  # not from the start
     assert not is_fresh(piece("hold", 1.0, lively=True)[0])  # other settings on the way
-    assert not is_fresh(touched(at=150, start=None))  # somebody let go of everything
+    assert not is_fresh(touched(at=150, start=None))  # all was let go of
     simulation = Simulation(RunSettings())
     assert not is_fresh(touched(at=9999, start=simulation.room.start + 0.01))  # another posture
 

@@ -41,42 +41,22 @@ _TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "MissingPackage", "
 ON_THE_PAGE: Final = (
     *("scenes/settings.py", "scenes/rerun.py", "scenes/inputs_file*.py", "scenes/robots/*.py"),
     *("scenes/person/bvh*.py", "scenes/person/camera*.py"),
-    *(
-        "app/runtime/job_pool.py",
-        "app/export/*.py",
-        "app/recording/*.py",
-        "app/custom_law/[!c]*.py",
-        "app/page/**/*.py",
-        "app/plots/*.py",
-        "app/stage/*.py",
-        # The sources of the command line have errors of the command line.
-        "app/session/[!i]*.py",
-    ),
+    *("app/runtime/job_pool.py", "app/export/*.py", "app/recording/*.py", "app/custom_law/[!c]*.py", "app/page/**/*.py"),
+    # The sources of the command line have errors of the command line.
+    *("app/plots/*.py", "app/stage/*.py", "app/session/[!i]*.py"),
 )
 """Files of errors that may appear on the page. Of all other files templates with parts count, and each `LazyText`; their plain texts are
 for the command line, and for authors of lessons."""
 
 FORMULAS: Final = frozenset(
-    {"d_m", "q̇", "v", "n", "u v w", "λ(d)", "n, v", "dt", "w_max", "K", "β", "γ", "η", "d_0", "g", "q₁–q₄"}
+    {*["K", "v", "n", "g", "β", "γ", "η", "q̇", "d_m", "d_0", "dt", "w_max", "λ(d)", "q₁–q₄"], "u v w", "n, v"}
 )
 """Labels that are symbols, …"""
 
 NAMES: Final = frozenset(
     (
-        *(
-            "CSV",
-            "HTML",
-            "PNG",
-            "SVG",
-            "Python",
-            "KUKA LWR 4+",
-            "Franka Panda",
-            "UR5",
-            "English",
-            "Deutsch",
-            "Slovenščina",
-            "Pseudo (a test)",
-        ),
+        *("CSV", "HTML", "PNG", "SVG", "Python", "KUKA LWR 4+", "Franka Panda", "UR5"),
+        *("English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
         *("Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
     )
 )

@@ -1,4 +1,4 @@
-"""What is wrong is said in the page's language: errors that somebody on the page may meet, and what the browser says by itself."""
+"""What is wrong is said in the page's language: errors that a visitor may meet, and what the browser says by itself."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.law_limits import problem_of
 from app.custom_law.trials import examine_law
 from app.custom_law.wire import Failure, TextParts, decode_reply, encode
-from app.export.jobs import not_again
 from app.hosting.resume import open_link, step_of
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
@@ -29,7 +28,8 @@ from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.recording.outcome import Comparison, Difference
 from app.recording.provenance import unlike
-from app.recording.run_file import _words, load_run, saved_bytes
+from app.recording.replay_player import not_again
+from app.recording.run_file import Verdict, _words, load_run, saved_bytes
 from app.session.session import Session
 from app.settings import Settings, from_query
 from controllers.errors import BadInputFile, BadSetting, DuetError, LazyText, joined
@@ -51,9 +51,6 @@ def refusal(what: Callable[[], object]) -> LazyText:
     said = str(caught.value)
     assert isinstance(said, LazyText)
     return said
-
-
-# --- messages ------------------------------------------------------------------------------------------------------------------
 
 
 def test_a_message_is_its_english_text_and_can_be_said_in_another() -> None:
@@ -79,18 +76,11 @@ def test_a_message_keeps_what_it_is_made_of() -> None:
 
 def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
     """An f-string cannot be looked up: give the template and its parts, `BadSetting("{key} is …", key=key)`."""
-    odd = [
-        f"{path.name}:{first.lineno}"
-        for path in on_the_page()
-        for first in errors_of(path)
-        if isinstance(first, (ast.JoinedStr, ast.BinOp))
-    ]
-    assert odd == []
+    errors = [(path.name, first) for path in on_the_page() for first in errors_of(path)]
+    assert [f"{name}:{first.lineno}" for name, first in errors if isinstance(first, (ast.JoinedStr, ast.BinOp))] == []
     assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "job_pool.py"} <= {path.name for path in on_the_page()}
     assert {"{key} = {value} is out of range; {remedy}", "hips", "The video has ended."} <= set(messages())
 
-
-# --- everything that may go wrong on a page ------------------------------------------------------------------------------------
 
 SKELETON = write_bvh(Clip("wave", 1), MIXAMO, frames=4)
 RUN = saved_bytes(piece("hold", 1.0)[0])
@@ -150,20 +140,13 @@ def leaves(message: LazyText) -> list[object]:
 def test_links_are_answered_in_the_page_s_language() -> None:
     _, problems = from_query({"dm": "9", "🦆": "1"}, Settings())
     run = LessonSession(Session(Settings()), load_lessons())
-    problems += (
-        open_link(run, {"lesson": "99"}, None) + open_link(run, {"lesson": "🦆"}, None) + open_link(run, {"step": "2"}, None)
-    )
+    for link in ({"lesson": "99"}, {"lesson": "🦆"}, {"step": "2"}):
+        problems += open_link(run, link, None)
     problems += (step_of("🦆")[1], not_again("🦆.py"))
     set_language("de")
-    assert [tr(problem)[:24] for problem in problems] == [
-        "dm = '9' liegt außerhalb",
-        "Es gibt keine Einstellun",
-        "Es gibt keine Lektion 99",
-        "Es gibt keine Lektion 🦆;",
-        "step = 2 hat nur zusamme",
-        "step = 🦆 ist keine Zahl ",
-        "🦆.py läuft in einem eige",
-    ]
+    said = ("dm = '9' liegt außerhalb", "Es gibt keine Einstellung", "Es gibt keine Lektion 99", "Es gibt keine Lektion 🦆;")
+    said += ("step = 2 hat nur zusammen", "step = 🦆 ist keine Zahl", "🦆.py läuft in einem eigenen")
+    assert all(tr(problem).startswith(begin) for problem, begin in zip(problems, said, strict=True))
 
 
 def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
@@ -172,22 +155,18 @@ def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
     change = Difference(3, 0.015, "d", 0.2, 0.3, 0.1)
     other = Comparison(False, 3, change, replace(change, column="pair"), 200, 190)
     made = unlike({"duet": "0", "system": "🦆"}, {"duet": "1", "system": "1"})
-    for said in (
-        _words("close", other, (), "m"),
-        _words("differs", other, made, "m"),
-        _words("differs", other, unlike({}, {"machine": "1"}), "m"),
-    ):
-        set_language("pseudo")
+    set_language("pseudo")
+    verdicts: tuple[Verdict, ...] = ("close", "differs", "differs")
+    for verdict, differs in zip(verdicts, ((), made, unlike({}, {"machine": "1"})), strict=True):
+        said = _words(verdict, other, differs, "m")
         # Columns and programs have names.
         assert {*untranslated(tr(said))} <= {"pair", "Pinocchio", "Python", "numpy"}
-
-
-# --- laws of one's own ---------------------------------------------------------------------------------------------------------
 
 
 def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
     with pytest.raises(Wrong) as caught:
         LawFile("/my_law.py", b"law = 3", 2**20)
+    assert TextParts.of(LazyText("a {b} \ud800")).text() == "a {b} ?"
     reply = decode_reply(encode(Failure(TextParts.of(caught.value.text), 3)))
     assert isinstance(reply, Failure)
     problem = problem_of("my_law.py", reply.text.text(), reply.line).text
@@ -199,12 +178,8 @@ def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
     "sent",
     [
         b"not msgpack",
-        msgpack.encode(3),
-        msgpack.encode(["Failure", ["a"], 1]),
-        msgpack.encode(["Failure", ["a", 3], 1]),
-        msgpack.encode(["Failure", ["{a", {"a": ["b", None]}], 1]),
-        msgpack.encode(["Failure", ["{a.b}", {"a": ["b", None]}], 1]),
-        msgpack.encode(["Failure", ["{a:99999999}", {"a": ["b", None]}], 1]),
+        *map(msgpack.encode, (3, ["Failure", ["a"], 1], ["Failure", ["a", 3], 1])),
+        *(msgpack.encode(["Failure", [text, {"a": ["b", None]}], 1]) for text in ("{a", "{a.b}", "{a:99999999}")),
         b"\x93\xa7Failure" + b"\x92\xa0\x81\xa0" * 99999,
     ],
 )
@@ -213,10 +188,6 @@ def test_a_law_that_writes_to_the_line_fills_nothing_in(sent: bytes) -> None:
         reply = decode_reply(sent)
         assert isinstance(reply, Failure)
         reply.text.text()
-
-
-def test_texts_on_the_line_are_plain_text() -> None:
-    assert TextParts.of(LazyText("a {b} \ud800")).text() == "a {b} ?"
 
 
 class Still(Unprotected):
@@ -229,9 +200,6 @@ class Still(Unprotected):
 def test_verdicts_of_the_six_tests_are_said() -> None:
     (verdict,) = examine_law(Still(), only=("bounded where J_d is singular",))
     assert words_of("de")(verdict.reason) == "|q̇| ≤ 1.92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0.1 rad/s."
-
-
-# --- what the browser says by itself -------------------------------------------------------------------------------------------
 
 
 def test_the_page_knows_every_language() -> None:

@@ -70,7 +70,7 @@ def open_page(page: Page, url: str) -> None:
 def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, height: int) -> None:
     page = page_at(width, height)
     open_page(page, f"{house().url}/?lang=pseudo&ghost=frozen&autopilot=0")
-    for name, seen in {"Law": "law", "Arms": "task", "Compare": "ghost", "View": "language", "Keys": "start anew"}.items():
+    for name, seen in {"Law": "law", "Arms": "task", "Compare": "ghost", "View": "language", "Keys": "restart the run"}.items():
         page.get_by_role("tab", name=pseudo(name)).click()
         page.get_by_text(pseudo(seen), exact=True).first.wait_for()
         assert page.evaluate(CUT) == [], name

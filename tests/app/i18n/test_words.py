@@ -121,21 +121,10 @@ def test_pseudo_is_longer_and_marked(text: str) -> None:
 @pytest.mark.parametrize(
     ("accept", "language"),
     [
-        ("", "en"),
-        ("de", "de"),
-        ("de-AT", "de"),
-        ("SL", "sl"),
-        ("de-AT,de;q=0.9,en;q=0.8", "de"),
-        ("fr, it", "en"),
-        ("fr, sl;q=0.5, en;q=0.4", "sl"),
-        ("en;q=0.3, de;q=0.7", "de"),
-        ("de;q=0, sl;q=0.1", "sl"),
-        ("*", "en"),
-        ("fr;q=1, *;q=0.5", "en"),
-        ("sl ; q=0.7 , de; q=0.2", "sl"),
+        *(("", "en"), ("de", "de"), ("de-AT", "de"), ("SL", "sl"), ("*", "en"), ("de;q=1.5", "en"), ("," * 5000, "en")),
+        *(("de-AT,de;q=0.9,en;q=0.8", "de"), ("fr, it", "en"), ("fr, sl;q=0.5, en;q=0.4", "sl"), ("en;q=0.3, de;q=0.7", "de")),
+        *(("de;q=0, sl;q=0.1", "sl"), ("fr;q=1, *;q=0.5", "en"), ("sl ; q=0.7 , de; q=0.2", "sl")),
         ("de;q=nan, sl;q=two, ;;;,=,q", "en"),
-        ("de;q=1.5", "en"),
-        ("," * 5000, "en"),
     ],
 )
 def test_what_a_browser_likes_best(accept: str, language: str) -> None:

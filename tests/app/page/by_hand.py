@@ -3,8 +3,6 @@
 Nothing waits for a time: `until` looks again after every drawn frame, and gives up after a while.
 """
 
-from __future__ import annotations
-
 import re
 from typing import Any
 
@@ -35,12 +33,11 @@ LATE_UPDATE = r"Tried to update non-existent component"
 
 
 def visit(page: Page, opened: App, query: str = "") -> Session:
-    """Open a house's page; the session that it got."""
     before = set(live_sessions(opened))
     page.set_default_timeout(60_000)
     page.goto(f"{opened.url}/?{query}")
     wait_ready(page, HAND)
-    # The page may have come anew, without the fine picture that this machine is too slow for.
+    # The page may have come a second time, without the fine picture that this machine is too slow for.
     until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
     close_software_note(page)
     (number,) = set(live_sessions(opened)) - before
@@ -53,7 +50,6 @@ def chosen(session: Session) -> dict[str, Any]:
 
 
 def hand(session: Session) -> np.ndarray:
-    """Where the guided hand is."""
     return ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
 
 
@@ -64,7 +60,6 @@ def run_on(page: Page, session: Session, seconds: float) -> None:
 
 
 def control(page: Page, key: str) -> Locator:
-    """The control of a setting."""
     return page.locator("label").filter(has_text=re.compile(f"^{re.escape(page_label(key))}$")).locator("xpath=../../..")
 
 

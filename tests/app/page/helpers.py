@@ -4,13 +4,15 @@ Every "nothing happens" of the tests is followed, on the same connection, by som
 so by then the others have been dealt with; `roundtrip` is that.
 """
 
-from __future__ import annotations
-
+import html
 from typing import Any
 
 import numpy as np
 
 from app.bench.blocking_client import BlockingClient
+from app.bench.headless_client import HeadlessClient
+from app.page.panels.choice_buttons import MARK
+from app.page.panels.controls import PICKER, TABS
 from app.page.panels.hotkeys import HOTKEYS
 from app.session.relevant_settings import matters
 from app.session.session import Session
@@ -18,7 +20,9 @@ from app.settings import Settings
 from scenes.settings import changed, specs, values
 from tests.app.conftest import Guest, ask
 
+Client = BlockingClient | HeadlessClient
 SPECS = specs(Settings)
+ON_PAGE = (*PICKER, *(key for _, _, keys in TABS for key in keys))
 USUAL_STAGE = {"scene": "hold", "law": "smooth_priority"}
 STAGES: dict[str, dict[str, str]] = {
     **{key: {"scene": "solo"} for key in ("path", "kx")},
@@ -40,8 +44,6 @@ def page_label(key: str) -> str:
 
 
 def bring_into_view(session: Session, key: str) -> None:
-    """Choose an experiment and a law in which a setting matters."""
-
     def choose(s: Session) -> None:
         for k, value in (USUAL_STAGE | STAGES.get(key, {})).items():
             s.change(k, value)
@@ -87,14 +89,30 @@ def roundtrip(guest: Guest) -> None:
     guest.wait(lambda s: abs(s.settings.run.limit_gain - value) < 1e-9)
 
 
-def bodies(visitor: BlockingClient, kind: str) -> list[dict[str, Any]]:
+def bodies(visitor: Client, kind: str) -> list[dict[str, Any]]:
     """The GUI elements of a kind that are not hidden, in the order they came."""
     elements = list(visitor.mirror.gui.values())
     return [element for element in elements if element["type"] == kind and element.get("visible", True)]
 
 
+def shown(visitor: Client) -> str:
+    elements = list(visitor.mirror.gui.values())
+    return html.unescape(" ".join(str(e.get("content") or "") for e in elements if e.get("visible", True)))
+
+
+def buttons(visitor: Client) -> list[str]:
+    """What stands on the buttons in view, without the mark of what is chosen."""
+    return [str(button["label"]).removeprefix(MARK) for button in bodies(visitor, "GuiButtonMessage")]
+
+
+def click(visitor: BlockingClient, start: str) -> None:
+    """Press the button in view whose label begins like this."""
+    visitor.wait_for(lambda _: any(label.startswith(start) for label in buttons(visitor)), 60.0)
+    elements = bodies(visitor, "GuiButtonMessage")
+    visitor.click(next(e["label"] for e in elements if str(e["label"]).removeprefix(MARK).startswith(start)))
+
+
 def notes(visitor: BlockingClient) -> list[str]:
-    """What the notifications say."""
     return [str(note["body"]) for note in bodies(visitor, "NotificationShowMessage")]
 
 

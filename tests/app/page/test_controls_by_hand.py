@@ -1,7 +1,5 @@
 """Every control in a real browser, set as a person sets it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from playwright.sync_api import Page

@@ -1,17 +1,12 @@
-"""The handles of hand and elbow: dragged, turned, put into odd poses, and left alone in mid-drag."""
-
-from __future__ import annotations
+"""The handles of hand and elbow: dragged, turned, put into odd poses, left alone in mid-drag; the sliders of the master's joints."""
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from app.bench.headless_client import HeadlessClient
-from app.page.handles.gizmos import swivel_frame
 from app.session.session import Session
 from app.settings import Settings
-from scenes.history import COLUMN
-from scenes.targets import HandTarget
+from scenes.targets import HandTarget, JointTarget
 from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, live_sessions
 from tests.app.page.helpers import assert_sound, press, roundtrip
 from tests.app.page.test_every_control import INF, NAN
@@ -46,62 +41,8 @@ def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive, name: str) -> N
     assert one.session.held is not None
     one.visitor.move_gizmo(name, phase="end")
     one.wait(lambda s: s.held is None)
-    for position, wxyz in (((1.0, 2.0), turn), ("here", turn), ((0.0, 0.0, 1.0), (1.0, 0.0)), (None, None), ((True, 0, 0), turn)):
-        victim = arrive(opened)
-        victim.visitor.move_gizmo(name, position, wxyz)
-        victim.visitor.wait_for(lambda v: v.closed)
-        assert victim.session.held is None
-        witness.wait(lambda _, number=victim.number: number not in live_sessions(opened))
     witness.run_on(0.05)
     assert witness.session.settings == Settings() and witness.session.held is None
-
-
-def test_dragging_the_hand(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house(), "speed=2")
-    visitor, session = one.visitor, one.session
-    one.run_on(0.2)
-    assert session.settings.page.autopilot
-
-    def start(s: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        k = s.simulation.kinematics
-        hand = k.hand_pose(s.simulation.guided).translation.copy()
-        return hand, k.hand_pose(s.simulation.avoiding).translation.copy(), s.simulation.positions.copy()
-
-    visitor.move_gizmo(HAND, phase="start")
-    one.wait(lambda s: not s.settings.page.autopilot and s.held is not None)
-    hand, other_hand, q = one.ask(start)
-    turn = visitor.mirror.nodes[HAND]["wxyz"]
-    shown = [tuple(visitor.mirror.nodes[HAND]["position"])]
-    # Further, and the orange arm is at the end of its own joints.
-    goal = hand + (other_hand - hand) * 0.75
-    for share in np.linspace(0.1, 1.0, 10):
-        visitor.move_gizmo(HAND, tuple((hand + (goal - hand) * share).tolist()), turn)
-        one.run_on(0.25)
-        shown.append(tuple(visitor.mirror.nodes[HAND]["position"]))
-    # It came.
-    nearest = lambda s: float(np.linalg.norm(s.simulation.kinematics.hand_pose(s.simulation.guided).translation - goal))  # noqa: E731
-    one.wait(lambda s: nearest(s) < 5e-3, 30.0)
-    # While it is held, the server leaves the handle alone.
-    assert len(set(shown)) == 1
-    # The other arm yielded, and no closer than d_m.
-    table = one.ask(lambda s: s.simulation.history.table())
-    simulation = session.simulation
-    moved = simulation.history.positions(table)[-1][simulation.avoiding.joints] - q[simulation.avoiding.joints]
-    assert np.abs(moved).max() > 0.1
-    assert table[:, COLUMN["d"]].min() >= session.settings.run.law.critical_distance - 1e-4
-    assert table[:, COLUMN["d"]].min() < session.settings.run.law.critical_distance + 0.05
-    assert table[:, COLUMN["w"]].max() <= session.settings.run.hand_speed + 1e-9
-    # Let go: the handle sits on the hand again.
-    visitor.move_gizmo(HAND, phase="end")
-    one.wait(lambda s: s.held is None)
-
-    def on_hand(_: HeadlessClient) -> bool:
-        pose = session.simulation.kinematics.hand_pose(session.simulation.guided)
-        return bool(np.linalg.norm(np.array(visitor.mirror.nodes[HAND]["position"]) - pose.translation) < 1e-3)
-
-    visitor.wait_for(on_hand)
-    assert visitor.mirror.nodes[HAND]["position"] != shown[0] and not session.settings.page.autopilot
-    assert_sound(one)
 
 
 def test_turning_the_hand(house: OpenHouse, arrive: Arrive) -> None:
@@ -122,37 +63,6 @@ def test_turning_the_hand(house: OpenHouse, arrive: Arrive) -> None:
         one.run_on(0.1)
     one.visitor.move_gizmo(HAND, phase="end")
     one.wait(lambda s: s.held is None)
-
-
-def test_dragging_the_elbow_swivels_it_and_leaves_the_hand(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house(), "autopilot=0")
-    visitor = one.visitor
-
-    def state(s: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        k, arm = s.simulation.kinematics, s.simulation.guided
-        frame, foot = swivel_frame(s.simulation)
-        return k.joint_point(arm.elbow).copy(), k.hand_pose(arm).translation.copy(), frame, foot
-
-    elbow, hand, frame, foot = one.ask(state)
-    visitor.move_gizmo(ELBOW, phase="start")
-    for angle in np.linspace(0.05, 0.4, 8):
-        q = pin.Quaternion(frame @ pin.rpy.rpyToMatrix(float(angle), 0.0, 0.0))
-        visitor.move_gizmo(ELBOW, tuple(elbow.tolist()), (q.w, q.x, q.y, q.z))
-        one.run_on(0.1)
-    goal = foot + pin.exp3(frame[:, 0] * 0.4) @ (elbow - foot)
-    assert np.linalg.norm(goal - elbow) > 0.05
-    now = elbow
-    for _ in range(60):
-        now, hand_now, _, _ = one.ask(state)
-        assert np.linalg.norm(hand_now - hand) < 5e-3
-        if np.linalg.norm(now - goal) < 0.01:
-            break
-        one.run_on(0.1)
-    else:
-        pytest.fail(f"the elbow is still {np.linalg.norm(now - goal):.3f} m from where it was swivelled to")
-    visitor.move_gizmo(ELBOW, phase="end")
-    one.wait(lambda s: s.held is None)
-    visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes[ELBOW]["position"]) - now) < 0.02)
 
 
 def test_a_tab_closed_in_mid_drag(house: OpenHouse, arrive: Arrive) -> None:
@@ -179,3 +89,19 @@ def test_a_reset_in_mid_drag_lets_go(house: OpenHouse, arrive: Arrive) -> None:
     one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes[HAND]["position"]) - home) < 1e-3)
     one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
     one.wait(lambda s: s.held is not None)
+
+
+def test_a_slider_leads_the_master_and_the_slave_follows(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "scene=master_slave&autopilot=0")
+    session, visitor = guest.session, guest.visitor
+    visitor.wait_for(lambda v: any(p.get("label") == "elbow" for p in v.mirror.gui.values()))
+    master, slave = session.simulation.guided.joints, session.simulation.avoiding.joints
+    before = session.simulation.positions.copy()
+    wanted = float(np.degrees(before[master][3])) + 8.0
+    for value in (float("nan"), 1e9, wanted):
+        visitor.set_value("elbow", value)
+    visitor.wait_for(lambda _: isinstance(session.held, JointTarget))
+    visitor.wait_for(lambda _: abs(np.degrees(session.simulation.positions[master][3]) - wanted) < 0.5, 15.0)
+    after = session.simulation.positions
+    assert np.abs(np.delete(after[master] - before[master], 3)).max() < 0.02
+    assert abs(after[slave][3] - before[slave][3]) > np.radians(4.0)

@@ -1,13 +1,12 @@
 """Every key in a real browser: on the canvas it does what the table says, in an input it is a letter."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from app.page.handles.gizmos import NUDGE
+from app.page.handles.gizmos import NUDGE, SWING, swivel_frame
 from app.page.panels.hotkeys import HOTKEYS
 from scenes.settings import values
 from scenes.targets import HandTarget
@@ -36,6 +35,9 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     def paused() -> bool:
         return session.paused
 
+    def held() -> HandTarget:
+        return session.held if isinstance(session.held, HandTarget) else HandTarget(place)
+
     def driven() -> bool:
         return session.settings.page.autopilot
 
@@ -49,42 +51,30 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     press("autopilot", "a", lambda: not driven())
     press("autopilot", "a", driven)
     place = hand(session)
-    ways = {
-        ("left", "ArrowLeft"): (0, -1, 0),
-        ("right", "ArrowRight"): (0, 1, 0),
-        ("up", "ArrowUp"): (0, 0, 1),
-        ("down", "ArrowDown"): (0, 0, -1),
-        ("away", "PageUp"): (-1, 0, 0),
-        ("near", "PageDown"): (1, 0, 0),
-    }
-    for (action, key), way in ways.items():
-        press(
-            action,
-            key,
-            lambda place=place: (
-                isinstance(session.held, HandTarget) and np.linalg.norm(session.held.position - place) > NUDGE / 2
-            ),
-        )
-        held = session.held
-        assert isinstance(held, HandTarget) and np.linalg.norm(held.position - place) == pytest.approx(NUDGE, rel=1e-6)
-        assert (held.position - place) @ np.array(way) > 0.85 * NUDGE, action
-        place = held.position.copy()
+    # Seen from in front of the torso, to the right is +y, away is −x (the view is turned by a little).
+    for action, key, way in (
+        ("left", "ArrowLeft", (0, -1, 0)),
+        ("right", "ArrowRight", (0, 1, 0)),
+        ("up", "ArrowUp", (0, 0, 1)),
+        ("down", "ArrowDown", (0, 0, -1)),
+        ("away", "PageUp", (-1, 0, 0)),
+        ("near", "PageDown", (1, 0, 0)),
+    ):
+        press(action, key, lambda place=place: np.linalg.norm(held().position - place) > NUDGE / 2)
+        step = held().position - place
+        assert np.linalg.norm(step) == pytest.approx(NUDGE, rel=1e-6) and step @ np.array(way) > 0.85 * NUDGE, action
+        assert way[2] or abs(step[2]) < 1e-9
+        place = held().position.copy()
     assert not driven()
 
-    def elbow() -> np.ndarray | None:
-        return session.held.elbow if isinstance(session.held, HandTarget) else None
-
-    press("elbow_up", "j", lambda: elbow() is not None)
-    swung = elbow()
-    assert swung is not None
-
-    def swung_back() -> bool:
-        now = elbow()
-        return now is not None and not np.allclose(now, swung, atol=1e-4)
-
-    press("elbow_down", "k", swung_back)
+    elbow = ask(session, lambda s: s.simulation.kinematics.joint_point(s.simulation.guided.elbow))
+    frame, foot = ask(session, lambda s: swivel_frame(s.simulation))
+    for action, key, angle in (("elbow_up", "j", SWING), ("elbow_down", "k", 0.0), ("elbow_down", "k", -SWING)):
+        wanted = foot + pin.exp3(frame[:, 0] * angle) @ (elbow - foot)
+        press(action, key, lambda wanted=wanted: (now := held().elbow) is not None and np.allclose(now, wanted))
+        assert np.allclose(held().position, place), "the hand stays where it was wanted"
     press("reset", "r", lambda: session.simulation.steps == 0)
-    assert session.paused
+    assert session.paused and ask(session, lambda s: (s.simulation.steps, s.simulation.history.count, s.held)) == (0, 0, None)
 
     # Turn the view with the mouse, and take it back.
     page.mouse.move(520, 90)

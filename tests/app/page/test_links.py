@@ -1,55 +1,67 @@
-"""What a link says is the start; what it says badly is named, and never more than text."""
-
-from __future__ import annotations
+"""What a link says is the start of its own tab; what it says badly is named, and never more than text."""
 
 import html
 from urllib.parse import quote
 
-import pytest
+import numpy as np
+from playwright.sync_api import Dialog
 
 from app.settings import Settings
 from scenes.settings import values
-from tests.app.conftest import Arrive, OpenHouse
-from tests.app.page.helpers import bodies, notes
+from tests.app.conftest import Arrive, OpenHouse, live_sessions
+from tests.app.page.by_hand import USUAL, WRIST, chosen, control, run_on, see_plots, set_by_hand, visit
+from tests.app.page.helpers import notes
+from tests.browser import PageAt, until, world_position
 
 
-def test_a_link_sets_the_start(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
-    one = arrive(opened, "rig=table&law=unprotected&dm=0.1&n=10&theme=dark&plot=speeds&speed=0.5")
-    expected = {"rig": "table", "law": "unprotected", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "speeds", "speed": 0.5}
-    assert values(one.session.settings) == values(Settings()) | expected
-    assert one.session.simulation.room.rig.name == "table"
-    assert notes(one.visitor) == []
-    # Controls and plots show it too; the last of them may still be on their way.
-    mirror = one.visitor.mirror
-    one.visitor.wait_for(lambda _: "colours" in {element.get("label") for element in list(mirror.gui.values())})
-    assert mirror.labelled("d_m [mm]")["value"] == 100.0 and mirror.labelled("n")["value"] == 10.0
-    assert mirror.labelled("law")["value"] == "Unprotected (task only)" and mirror.labelled("colours")["value"] == "Dark"
-    one.visitor.wait_for(lambda _: len(bodies(one.visitor, "GuiUplotMessage")) == 3)
-    plain = arrive(opened)
-    assert plain.session.settings == Settings()
+    one = page_at(900, 640)
+    first = visit(one, opened, "autopilot=0")
+    other = page_at(900, 640)
+    alerts: list[str] = []
 
+    def dismiss(dialog: Dialog) -> None:
+        alerts.append(dialog.message)
+        dialog.dismiss()
 
-def test_a_bad_part_of_a_link_is_named_and_the_rest_holds(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house(), "rig=table&dm=9&law=strict&n=10&colour=red&v=nan&initialCameraFov=1&websocket=x&seed=1.5")
-    assert values(one.session.settings) == values(Settings()) | {"rig": "table", "n": 10.0}
-    one.visitor.wait_for(lambda _: len(notes(one.visitor)) >= 5)
-    said = notes(one.visitor)
-    for named in ("dm = '9'", "law = 'strict'", "'colour'", "v = 'nan'", "seed = '1.5'"):
-        assert sum(named in note for note in said) == 1, (named, said)
+    other.on("dialog", dismiss)
+    bad = "law=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E"
+    second = visit(other, opened, f"rig=table&dm=0.1&n=10&theme=dark&plot=lambda&{bad}")
+    expected = {"rig": "table", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "lambda"}
+    assert chosen(second) == USUAL | expected
+    # What could not be done is named, as plain text.
+    other.get_by_text("law = '<img src=x onerror=alert(1)>'").wait_for()
+    assert other.locator("img[src=x]").count() == 0 and alerts == []
+    other.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
+    assert control(other, "dm").locator("input[type=text]").last.input_value() == "100"
+    assert control(other, "n").locator("input[type=text]").last.input_value() == "10"
+    see_plots(other, ("distance", "error", "activation λ"))
+    # Neither sees the other.
+    assert chosen(first) == USUAL | {"autopilot": False}
+    assert one.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
+    set_by_hand(one, first, "v")
+    assert second.settings.run.law.nominal_velocity == 0.30
+    assert not np.allclose(world_position(one, f"/arms/left{WRIST}"), world_position(other, f"/arms/left{WRIST}"), atol=0.05)
+    other.close()
+    until(one, lambda: len(live_sessions(opened)) == 1, "the session of the closed tab")
+    run_on(one, first, 0.1)
 
 
 MALICE = "<img src=x onerror=alert(1)>"
 
 
-@pytest.mark.parametrize("query", [f"law={quote(MALICE)}", f"{quote(MALICE)}=1", f"seed={quote(MALICE)}"])
-def test_a_links_text_is_only_ever_plain_text(house: OpenHouse, arrive: Arrive, query: str) -> None:
-    one = arrive(house(), query)
-    one.visitor.wait_for(lambda _: notes(one.visitor))
+def test_a_bad_part_of_a_link_is_named_as_plain_text_and_the_rest_holds(house: OpenHouse, arrive: Arrive) -> None:
+    opened, bad = house(), quote(MALICE)
+    one = arrive(opened, f"rig=table&dm=9&law={bad}&n=10&{bad}=1&v=nan&initialCameraFov=1&websocket=x&seed=1.5")
+    assert values(one.session.settings) == values(Settings()) | {"rig": "table", "n": 10.0}
+    one.visitor.wait_for(lambda _: len(notes(one.visitor)) >= 5)
+    said = notes(one.visitor)
+    for named in ("dm = '9'", f"law = '{MALICE}'", f"'{MALICE}'", "v = 'nan'", "seed = '1.5'"):
+        assert sum(named in note for note in said) == 1 + (named == f"'{MALICE}'"), (named, said)
     # The browser shows a notification's text as text; nothing else may carry it.
-    assert any(MALICE[:20] in note for note in notes(one.visitor))
     one.run_on(0.3)
-    for element in list(one.visitor.mirror.gui.values()):
-        if element["type"] != "NotificationShowMessage":
-            assert "onerror" not in repr(element) and html.escape(MALICE) not in repr(element)
-    assert "onerror" not in repr(one.visitor.mirror.nodes) and "onerror" not in repr(one.visitor.mirror.commands)
+    mirror = one.visitor.mirror
+    others = [element for element in mirror.gui.values() if element["type"] != "NotificationShowMessage"]
+    assert "onerror" not in repr((others, mirror.nodes, mirror.commands)) and html.escape(MALICE) not in repr(others)
+    assert notes(arrive(opened, "rig=table&speed=0.5").visitor) == []

@@ -1,8 +1,7 @@
 """The handles of hand and elbow under a real mouse."""
 
-from __future__ import annotations
-
 import numpy as np
+import pinocchio as pin
 
 from app.page.handles.gizmos import swivel_frame
 from app.session.session import Session
@@ -62,28 +61,30 @@ def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_
     q = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
     limit = session.settings.run.law.critical_distance
     assert np.abs(q - still).max() > 0.03 and table[:, COLUMN["e2"]].max() > 0.01**2
+    assert table[:, COLUMN["w"]].max() <= session.settings.run.hand_speed + 1e-9
     assert limit - 1e-4 <= table[:, COLUMN["d"]].min() < limit + 0.1
-    # What is told of a second arm that keeps clear is not there, as only one does.
-    first = COLUMN["e2_b"]
-    assert np.isfinite(table[:, :first]).all() and np.isfinite(session.simulation.history.positions(table)).all()
+    # The columns of a second arm that keeps clear are empty, as only one does.
+    assert np.isfinite(table[:, : COLUMN["e2_b"]]).all() and np.isfinite(session.simulation.history.positions(table)).all()
 
 
 def test_a_mouse_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     session = visit(page, house(), "autopilot=0&speed=2")
 
-    def state(s: Session) -> tuple[np.ndarray, np.ndarray]:
-        return swivel_frame(s.simulation)[0], s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy()
+    def state(s: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return *swivel_frame(s.simulation), s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy()
 
-    (frame, elbow), place = ask(session, state), hand(session)
+    (frame, foot, elbow), place = ask(session, state), hand(session)
     out, across = (frame[:, 1] + frame[:, 2]) / np.sqrt(2.0), (frame[:, 2] - frame[:, 1]) / np.sqrt(2.0)
     ways = [elbow + ARC * (np.cos(a) * out + np.sin(a) * across) for a in np.linspace(0.0, 0.6, 13)]
     drag_through(page, session, ways)
     run_on(page, session, 3.0)
     assert isinstance(session.held, HandTarget) and session.held.elbow is not None
+    wanted = session.held.elbow
     page.mouse.up()
     until(page, lambda: session.held is None, "letting go of the elbow")
-    _, now = ask(session, state)
-    assert np.linalg.norm(now - elbow) > 0.05
+    *_, now = ask(session, state)
+    assert np.linalg.norm(wanted - foot - pin.exp3(frame[:, 0] * 0.6) @ (elbow - foot)) < 0.03
+    assert np.linalg.norm(now - wanted) < 0.01 and np.linalg.norm(now - elbow) > 0.05
     assert np.linalg.norm(hand(session) - place) < 5e-3
     until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - now) < 5e-3, "the handle on the elbow")

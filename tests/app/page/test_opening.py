@@ -1,7 +1,5 @@
 """A page on its way, over a slow line: what is seen before it is there, and what it says by itself once it is."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.app.conftest import OpenHouse

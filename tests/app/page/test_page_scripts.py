@@ -1,7 +1,5 @@
 """The page's scripts: what they are given reaches them safely, and a linter reads them."""
 
-from __future__ import annotations
-
 import platform
 import shutil
 import subprocess
@@ -70,8 +68,6 @@ def test_every_script_and_style_sheet_is_on_the_page() -> None:
     folder = ROOT / "app" / "page" / "static"
     assert {*folder.glob("*.js")} <= {*assets.scripts}
     # These two are sent in the page's panels, and change with its look.
-    assert {*folder.glob("*.css")} == {path for path in assets.styles if path.parent == folder} | {
-        folder / "style.css",
-        folder / "replay.css",
-    }
+    own = {path for path in assets.styles if path.parent == folder}
+    assert {*folder.glob("*.css")} == {*own, folder / "style.css", folder / "replay.css"}
     assert len({*assets.scripts}) == len(assets.scripts)

@@ -1,7 +1,5 @@
 """Tabs and plots in a real browser, and a picture that is drawn for a change alone."""
 
-from __future__ import annotations
-
 from app.page.panels.choice_buttons import MARK
 from app.page.panels.hotkeys import HOTKEYS
 from tests.app.conftest import OpenHouse, ask
@@ -64,23 +62,25 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
     # A note may come late on a busy machine, and covers what is looked at.
     page.add_style_tag(content="[class*=Notification-root] { display: none !important }")
     settled_view(page, 10)
-    corner = {"x": 0, "y": 60, "width": 540, "height": 250}
     pictures: list[bytes] = []
 
+    def corner() -> bytes:
+        return page.screenshot(clip={"x": 0, "y": 60, "width": 540, "height": 250}, animations="disabled")
+
     def at_rest() -> bool:
-        pictures.append(page.screenshot(clip=corner, animations="disabled"))  # type: ignore[arg-type]
+        pictures.append(corner())
         wait_frames(page, 20)
         return len(pictures) > 2 and pictures[-1] == pictures[-2] == pictures[-3]
 
     until(page, at_rest, "a picture at rest")
     steps, first = session.simulation.steps, pictures[-1]
     wait_frames(page, 20)
-    assert page.screenshot(clip=corner, animations="disabled") == first  # type: ignore[arg-type]
+    assert corner() == first
     assert session.simulation.steps == steps
     page.get_by_role("button", name="Step", exact=True).click()
     until(page, lambda: session.simulation.steps == steps + 1, "one step")
     page.get_by_role("button", name="● Pause", exact=True).click()
-    until(page, lambda: page.screenshot(clip=corner, animations="disabled") != first, "a moving picture")  # type: ignore[arg-type]
+    until(page, lambda: corner() != first, "a moving picture")
     page.get_by_role("button", name="Reset", exact=True).click()
     until(page, lambda: session.simulation.steps < steps, "a fresh start")
     # Plots of other experiments.

@@ -1,7 +1,5 @@
 """The ring that the first sentence of the page speaks of is seen: its own colour, where it is, in every look."""
 
-from __future__ import annotations
-
 import colorsys
 import io
 

@@ -1,47 +1,16 @@
-"""Visitors who come and go: the ninth is turned away kindly, fifty leave nothing behind, and a closed tab is no news."""
-
-from __future__ import annotations
+"""Visitors who come and go: fifty leave nothing behind, a closed tab is no news, and a page at rest is sent nothing."""
 
 import gc
 import os
 import threading
-import urllib.error
-import urllib.request
 
 import pytest
-import websockets
 
 from app.bench.blocking_client import BlockingClient
+from app.page.panels import readout
 from app.session.session import Session
-from app.web.index_page import ROOM_IS_FULL
 from tests.app.conftest import HAND, Arrive, OpenHouse, live_sessions
 from tests.app.page.helpers import assert_sound
-
-
-def fetch(url: str) -> tuple[int, str]:
-    """Status and text of a page."""
-    try:
-        with urllib.request.urlopen(url, timeout=60) as answer:
-            return answer.status, answer.read().decode()
-    except urllib.error.HTTPError as error:
-        return error.code, error.read().decode()
-
-
-def test_the_ninth_visitor_is_turned_away_kindly(house: OpenHouse, arrive: Arrive) -> None:
-    opened = house()
-    assert fetch(opened.url)[0] == 200
-    guests = [arrive(opened) for _ in range(8)]
-    status, text = fetch(opened.url)
-    assert status == 503 and "Every place is taken" in text and "8 places" in text
-    with BlockingClient(opened.url) as ninth:
-        ninth.wait_for(lambda v: v.closed)
-        assert ninth.closed is not None and ninth.closed.rcvd is not None and ninth.closed.rcvd.reason == ROOM_IS_FULL
-    for guest in guests:
-        guest.run_on(0.02)
-    guests[0].visitor.close()
-    guests[1].wait(lambda _: opened.server.count_clients() == 7)
-    assert fetch(opened.url)[0] == 200
-    assert arrive(opened).number not in {guest.number for guest in guests}
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
@@ -85,5 +54,24 @@ def test_a_message_for_a_closed_tab_is_no_news(house: OpenHouse, arrive: Arrive,
     witness.wait(lambda _: set(live_sessions(opened)) == {witness.number})
     witness.run_on(0.1)
     assert [record.getMessage() for record in caplog.records if record.exc_info] == []
-    with pytest.raises(websockets.InvalidStatus):
-        BlockingClient(opened.url, origin="https://evil.example")
+
+
+def test_an_idle_frame_sends_nothing(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+    built, tiles_html = list[str](), readout.tiles_html
+    monkeypatch.setattr(readout, "tiles_html", lambda *given: built.append("tiles") or tiles_html(*given))
+    one = arrive(house(), "plot=laws")
+    one.ask(lambda s: s.halt.set("visitor"))
+    for scene, ghost in (("hold", "frozen"), ("ball", "off"), ("imitation", "off")):
+        one.ask(lambda s, scene=scene, ghost=ghost: [s.change("scene", scene), s.change("ghost", ghost)])
+        # Plots, link and numbers have periods of their own, so that the last of them comes a little later.
+        quiet, frames, numbers = 0, -1, 0
+        for _ in range(400):
+            one.ask(lambda s: s.simulation.steps)
+            quiet = quiet + 1 if (one.visitor.received.frames, len(built)) == (frames, numbers) else 0
+            frames, numbers = one.visitor.received.frames, len(built)
+            if quiet == 40:
+                break
+        assert quiet == 40 and numbers > 0, scene
+        # A change is sent: the silence is not that of a broken page.
+        one.ask(lambda s: s.change("n", s.settings.run.law.order + 1.0))
+        one.visitor.wait_for(lambda v, frames=frames: v.received.frames > frames)

@@ -1,7 +1,5 @@
 """A browser whose WebGL is switched off: everything but the picture is there, and the page says what to switch on."""
 
-from __future__ import annotations
-
 from playwright.sync_api import Browser
 
 from tests.app.conftest import OpenHouse, ask

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, cast, get_args
@@ -11,6 +12,7 @@ import numpy as np
 import viser
 
 from app.page.panels.plots_panel import Plots
+from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import Details, PageSettings, Settings
 from scenes.settings import LawName, LawSettings, RobotName, RunSettings, SceneName
@@ -55,13 +57,13 @@ def marks(html: str, kind: str) -> list[tuple[float, float]]:
 
 @dataclass
 class Handle:
-    """What a plot or a block was told, in order."""
+    """What a plot or a block was sent, in order."""
 
-    told: list[tuple[str, Any]] = field(default_factory=list)
+    sent: list[tuple[str, Any]] = field(default_factory=list)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name != "told":
-            self.told.append((name, value))
+        if name != "sent":
+            self.sent.append((name, value))
         object.__setattr__(self, name, value)
 
 
@@ -73,43 +75,18 @@ class Gui:
     plots: list[Any] = field(default_factory=list)
 
     def add_html(self, content: str, **options: Any) -> Any:
-        """A block."""
-        handle = Handle()
-        handle.content, handle.visible, handle.order = content, True, options["order"]
-        self.blocks.append(handle)
-        return handle
+        return self._add(self.blocks, content=content, **options)
 
     def add_uplot(self, **options: Any) -> Any:
         """A plot; viser asks for arrays of one length here."""
         assert len(options["data"]) == len(options["series"]) and len({len(line) for line in options["data"]}) == 1
-        handle = Handle()
-        for name, value in options.items():
-            setattr(handle, name, value)
-        handle.visible = True
-        self.plots.append(handle)
-        return handle
+        return self._add(self.plots, **options)
 
-
-class Tab:
-    """A place."""
-
-    def __enter__(self) -> None:
-        """Nothing to do."""
-
-    def __exit__(self, *_: object) -> None:
-        """Nothing to do."""
-
-
-def panel(session: Session) -> tuple[Plots, Gui]:
-    """The panel of a session, without a browser."""
-    gui = Gui()
-    page = session.settings.page
-    return Plots(cast(viser.GuiApi, gui), cast(viser.GuiTabHandle, Tab()), page, 150), gui
-
-
-def session_of(scene: SceneName, details: Details, **page: Any) -> Session:
-    """A session without a clock."""
-    return Session(Settings(RunSettings(scene=scene), PageSettings(details=details, **page)))
+    def _add(self, to: list[Any], **options: Any) -> Handle:
+        to.append(Handle())
+        for name, value in {**options, "visible": True}.items():
+            setattr(to[-1], name, value)
+        return to[-1]
 
 
 def go_on(session: Session, seconds: float) -> None:
@@ -117,3 +94,26 @@ def go_on(session: Session, seconds: float) -> None:
     until = session.simulation.time + seconds
     while session.simulation.time < until:
         session.advance(0.02)
+
+
+class ShownPanel:
+    """A session without a clock, and its panel of plots without a browser."""
+
+    def __init__(self, scene: SceneName, details: Details = "none", **page: Any) -> None:
+        self.session = Session(Settings(RunSettings(scene=scene), PageSettings(details=details, **page)))
+        self.gui, self.now = Gui(), -1.0
+        gui, tab = cast(viser.GuiApi, self.gui), cast(viser.GuiTabHandle, nullcontext())
+        self.panel = Plots(gui, tab, self.session.settings.page, 150)
+
+    def show(self, after: float = 0.0, wait: float = 1.0, **changes: Any) -> list[Any]:
+        """Change settings, simulate for so many seconds, and show a frame a while later; the plots."""
+        for key, value in changes.items():
+            self.session.change(key, value)
+        go_on(self.session, after)
+        self.now += wait
+        self.panel.show(freeze(self.session, self.now))
+        return self.gui.plots
+
+    def says(self, words: str) -> int:
+        """How many blocks say something."""
+        return sum(words in block.content for block in self.gui.blocks)

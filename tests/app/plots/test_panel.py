@@ -1,105 +1,85 @@
-"""The panel of plots: what is shown, what if, what it is told and how often."""
+"""The panel of plots: what is shown, what if, what is sent and how often."""
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from app.bench.blocking_client import BlockingClient
 from app.page.panels.plots_panel import CURTAIN
 from app.plots.plot_choice import CHARTS, cells
 from app.plots.time_series import POINTS, WINDOW
-from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import PageSettings
 from scenes.history import COLUMN
 from scenes.rerun import WhatIf
 from scenes.settings import SceneName
-from tests.app.plots.helpers import DETAILS, SCENES, go_on, panel, session_of
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.page.helpers import bodies, page_label, press
+from tests.app.plots.helpers import DETAILS, SCENES, ShownPanel, go_on
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_everything_can_be_shown_in_every_experiment(scene: SceneName) -> None:
-    session = session_of(scene, "none", ghost="unprotected")
-    plots, gui = panel(session)
-    go_on(session, 0.4)
-    for i, details in enumerate(DETAILS):
-        session.change("plot", details)
-        go_on(session, 0.05)
-        plots.show(freeze(session, 1.0 * i))
-        shown = cells(session.settings.run, details)
-        visible = [plot for plot in gui.plots if plot.visible]
-        assert len(visible) == len([name for name in shown if name not in CHARTS])
+    shown = ShownPanel(scene, ghost="unprotected")
+    go_on(shown.session, 0.4)
+    for details in DETAILS:
+        visible = [plot for plot in shown.show(0.05, plot=details) if plot.visible]
+        meant = cells(shown.session.settings.run, details)
+        assert len(visible) == len([name for name in meant if name not in CHARTS])
         for plot in visible:
             assert len(plot.data) == len(plot.series)
             assert {len(line) for line in plot.data} <= {len(plot.data[0]), 0} and len(plot.data[0]) <= 200
-            newest = session.simulation.sample().time
-            assert plot.data[0][-1] == pytest.approx(newest)
-        captions = [block for block in gui.blocks if block.visible and "duet-title" in block.content]
-        assert len(captions) == len(shown)
+            assert plot.data[0][-1] == pytest.approx(shown.session.simulation.sample().time)
+        captions = [block for block in shown.gui.blocks if block.visible and "duet-title" in block.content]
+        assert len(captions) == len(meant)
         # On a phone each caption stands right above its plot.
-        orders = sorted([block.order for block in captions] + [plot.order for plot in visible])
+        orders = [block.order for block in (*captions, *visible)]
         assert len(set(orders)) == len(orders)
 
 
-def test_what_is_hidden_is_told_nothing() -> None:
-    session = session_of("hold", "lambda")
-    plots, gui = panel(session)
-    for i in range(3):
-        go_on(session, 0.2)
-        plots.show(freeze(session, 1.0 * i))
-    third = gui.plots[2]
-    session.change("plot", "laws")
-    plots.show(freeze(session, 3.0))
+def test_nothing_is_sent_to_what_is_hidden() -> None:
+    shown = ShownPanel("hold", "lambda")
+    third = [shown.show(0.2) for _ in range(3)][-1][2]
+    shown.show(plot="laws")
     assert third.visible is False
-    told = len(third.told)
-    chart = next(block for block in gui.blocks if "duet-laws" in block.content)
-    session.change("plot", "none")
-    plots.show(freeze(session, 4.0))
-    after = len(chart.told)
-    for i in range(5, 9):
-        go_on(session, 0.2)
-        plots.show(freeze(session, 1.0 * i))
-    assert len(third.told) == told and len(chart.told) == after and chart.visible is False
+    chart = next(block for block in shown.gui.blocks if "duet-laws" in block.content)
+    shown.show(plot="none")
+    sent = len(third.sent), len(chart.sent)
+    for _ in range(4):
+        shown.show(0.2)
+    assert (len(third.sent), len(chart.sent)) == sent and chart.visible is False
 
 
 def test_ten_refreshes_a_second_at_most() -> None:
-    session = session_of("master_slave", "joints")
-    plots, gui = panel(session)
-    for frame in range(90):
-        go_on(session, 0.03)
-        plots.show(freeze(session, frame / 30.0))
-    refreshes = [sum(name == "data" for name, _ in plot.told) for plot in gui.plots]
+    shown = ShownPanel("master_slave", "joints")
+    for _ in range(90):
+        shown.show(0.03, wait=1.0 / 30.0)
+    refreshes = [sum(name == "data" for name, _ in plot.sent) for plot in shown.gui.plots]
     assert all(count <= 3.0 * 10.0 + 2 for count in refreshes) and min(refreshes) >= 10
     # Nothing new, nothing sent.
-    plots.show(freeze(session, 9.0))
-    before = [len(plot.told) for plot in gui.plots]
-    plots.show(freeze(session, 10.0))
-    assert [len(plot.told) for plot in gui.plots] == before
+    before = [len(plot.sent) for plot in shown.show()]
+    assert [len(plot.sent) for plot in shown.show()] == before
 
 
 def test_a_ghost_costs_nothing_while_there_is_none() -> None:
-    session = session_of("hold", "none")
-    plots, gui = panel(session)
-    go_on(session, 1.0)
-    plots.show(freeze(session, 0.0))
-    assert [len(line) for line in gui.plots[0].data[4:]] == [0, 0]
-    series = list(gui.plots[0].told)
-    session.change("ghost", "unprotected")
-    go_on(session, 1.0)
-    plots.show(freeze(session, 1.0))
-    ghost = gui.plots[0].data[4]
+    shown = ShownPanel("hold")
+    distance = shown.show(1.0)[0]
+    assert [len(line) for line in distance.data[4:]] == [0, 0]
+    sent = len(distance.sent)
+    shown.show(1.0, ghost="unprotected")
     # It was the run itself until then. Without a first value the page would find no range for the axis.
-    own = gui.plots[0].data[1]
+    own, ghost = distance.data[1], distance.data[4]
     assert np.isfinite(ghost).all() and (ghost[:7] == own[:7]).all()
-    # The lines stay the ones that they were: a chart that is made anew would flicker.
-    assert not any(name == "series" for name, _ in gui.plots[0].told[len(series) :])
-    assert sum("ghost" in block.content for block in gui.blocks) == 2
-    session.change("ghost", "off")
-    plots.show(freeze(session, 2.0))
-    assert len(gui.plots[0].data[4]) == 0 and not any("ghost" in block.content for block in gui.blocks)
+    # The lines stay the ones that they were: a chart that is made again would flicker.
+    assert not any(name == "series" for name, _ in distance.sent[sent:])
+    assert shown.says("ghost") == 2
+    shown.show(ghost="off")
+    assert len(distance.data[4]) == 0 and not shown.says("ghost")
 
 
 @dataclass
@@ -110,84 +90,129 @@ class _Answer:
 
 
 def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    session = session_of("hold", "none")
-    plots, gui = panel(session)
-    go_on(session, 2.0)
-    plots.show(freeze(session, 0.0))
-    times = session.simulation.history.table()[:200, COLUMN["t"]]
+    shown = ShownPanel("hold")
+    shown.show(2.0)
+    times = shown.session.simulation.history.table()[:200, COLUMN["t"]]
     answer: WhatIf | None = cast(WhatIf, _Answer(times, np.full(200, 0.2), np.full(200, 0.01)))
     monkeypatch.setattr(Session, "what_if", property(lambda _: answer))
-    plots.show(freeze(session, 1.0))
-    for plot, value in zip(gui.plots, (0.2, 0.01), strict=True):
+    for plot, value in zip(shown.show(), (0.2, 0.01), strict=True):
         line = plot.data[-1]
         inside = plot.data[0] < times[-1] - WINDOW / POINTS
         assert (line[inside] == value).all() and np.isnan(line[-1])
-    assert sum("what if" in block.content for block in gui.blocks) == 2
+    assert shown.says("what if") == 2
     # The exact answer after the draft: other times, so that nothing can be compared element by element.
     answer = cast(WhatIf, _Answer(times[::2], np.full(100, 0.3), np.full(100, 0.02)))
-    plots.show(freeze(session, 2.0))
-    assert np.nanmax(gui.plots[0].data[-1]) == 0.3
+    assert np.nanmax(shown.show()[0].data[-1]) == 0.3
     answer = None
-    plots.show(freeze(session, 3.0))
-    assert len(gui.plots[0].data[-1]) == 0 and not any("what if" in block.content for block in gui.blocks)
+    assert len(shown.show()[0].data[-1]) == 0 and not shown.says("what if")
 
 
 def test_another_experiment_changes_lines_and_names() -> None:
-    session = session_of("hold", "none")
-    plots, gui = panel(session)
-    go_on(session, 0.5)
-    plots.show(freeze(session, 0.0))
-    error = gui.plots[1]
-    session.change("scene", "imitation")
-    go_on(session, 0.5)
-    plots.show(freeze(session, 1.0))
-    assert len(error.series) == len(error.data) == 5 and any("[rad²]" in block.content for block in gui.blocks)
-    session.change("scene", "solo")
-    go_on(session, 0.5)
-    plots.show(freeze(session, 2.0))
-    assert [plot.visible for plot in gui.plots] == [False, False, True, True]
-    session.change("scene", "ball")
-    go_on(session, 0.5)
-    plots.show(freeze(session, 3.0))
-    assert [plot.visible for plot in gui.plots] == [True, True, False, False] and len(error.series) == 5
-    assert sum(name == "series" for name, _ in error.told) == 1
+    shown = ShownPanel("hold")
+    error = shown.show(0.5)[1]
+    shown.show(0.5, scene="imitation")
+    assert len(error.series) == len(error.data) == 5 and shown.says("[rad²]")
+    assert [plot.visible for plot in shown.show(0.5, scene="solo")] == [False, False, True, True]
+    assert [plot.visible for plot in shown.show(0.5, scene="ball")] == [True, True, False, False] and len(error.series) == 5
+    assert sum(name == "series" for name, _ in error.sent) == 1
 
 
 def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> None:
     """Its error is a line that begins in the middle; and after a reset that waits, the axes are there all the same."""
-    session = session_of("imitation", "none")
-    session.change("avoid", "free")
-    plots, gui = panel(session)
-    go_on(session, 0.6)
-    plots.show(freeze(session, 0.0))
-    error = gui.plots[1]
+    shown = ShownPanel("imitation")
+    error = shown.show(0.6, avoid="free")[1]
     assert [len(line) for line in error.data[2:]] == [0, 0, 0]
-    session.change("avoid", "both")
-    go_on(session, 0.6)
-    plots.show(freeze(session, 1.0))
+    shown.show(0.6, avoid="both")
     first, second = error.data[1:3]
     assert len(second) == len(first) and np.isfinite([first[0], second[0]]).all()
-    session.halt.set("visitor")
-    session.reset()
-    plots.show(freeze(session, 2.0))
+    shown.session.halt.set("visitor")
+    shown.session.reset()
+    shown.show()
     assert error.data[1][0] == 0.0 and np.isnan(error.data[1][1]) and [len(line) for line in error.data[2:]] == [0, 0, 0]
 
 
-def test_another_theme_dresses_all_plots_anew() -> None:
-    session = session_of("hold", "joints")
-    plots, gui = panel(session)
-    plots.show(freeze(session, 0.0))
-    before = [plot.series[1]["stroke"] for plot in gui.plots]
-    plots.dress(PageSettings(theme="dark", profile="projector"))
-    after = [plot.series[1]["stroke"] for plot in gui.plots]
-    assert all(a != b for a, b in zip(before, after, strict=True)) and len(after) == 3
-    # What the page makes anew gets no data in that moment, and is begun afresh.
-    told = [len(plot.told) for plot in gui.plots]
-    go_on(session, 0.3)
-    plots.show(freeze(session, 1.0))
-    assert [plot.told[n:] for n, plot in zip(told, gui.plots, strict=True)] == [[("visible", False)]] * 3
-    plots.show(freeze(session, 1.1))
-    assert not any(plot.visible for plot in gui.plots)
-    plots.show(freeze(session, 1.1 + CURTAIN))
-    for plot in gui.plots:
-        assert plot.visible and plot.told[-1][0] == "data"
+def test_another_theme_dresses_all_plots_again() -> None:
+    shown = ShownPanel("hold", "joints")
+    before = [plot.series[1]["stroke"] for plot in shown.show()]
+    shown.panel.dress(PageSettings(theme="dark", profile="projector"))
+    plots = shown.gui.plots
+    assert len(plots) == 3 and all(plot.series[1]["stroke"] != old for plot, old in zip(plots, before, strict=True))
+    # What the page makes again gets no data in that moment, and is begun afresh.
+    sent = [len(plot.sent) for plot in plots]
+    shown.show(0.3)
+    assert [plot.sent[n:] for n, plot in zip(sent, plots, strict=True)] == [[("visible", False)]] * 3
+    assert not any(plot.visible for plot in shown.show(wait=0.1))
+    for plot in shown.show(wait=CURTAIN):
+        assert plot.visible and plot.sent[-1][0] == "data"
+
+
+def plots(visitor: BlockingClient) -> list[tuple[np.ndarray, ...]]:
+    """The data of every plot, in order."""
+    return [tuple(np.array(row) for row in element["data"]) for element in bodies(visitor, "GuiUplotMessage")]
+
+
+def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
+    """Colour and width of the first line of every plot, in order."""
+    return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
+
+
+@pytest.mark.parametrize("change", [("colours", "Dark"), ("text", "Projector"), ("more plots", "q")])
+def test_plots_of_another_look_or_made_while_paused_are_not_empty(
+    house: OpenHouse, arrive: Arrive, change: tuple[str, str]
+) -> None:
+    """They hold the whole run; and each single step is on the plot."""
+    one = arrive(house(), "dt=0.02")
+    one.run_on(2.0)
+    press(one, "pause")
+    old = looks(one.visitor)
+    one.visitor.set_value(*change)
+    one.visitor.wait_for(lambda _: looks(one.visitor) != old)
+    count = 3 if change[0] == "more plots" else 2
+    one.visitor.wait_for(lambda _: len(plots(one.visitor)) == count and all(len(plot[0]) > 12 for plot in plots(one.visitor)))
+    for times, *lines in plots(one.visitor):
+        assert times[0] < 0.2 and np.isfinite(lines[0]).all()
+    press(one, "step")
+    newest = one.ask(lambda s: s.simulation.sample().time)
+    one.visitor.wait_for(lambda _: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
+
+
+def test_what_the_ghost_does_and_what_would_have_been_are_on_the_plots(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "whatif=1")
+    one.run_on(1.0)
+    own = len([row for row in plots(one.visitor)[0][1:] if len(row)])
+    press(one, "ghost")
+    one.run_on(0.5)
+    # The ghost has a line beside that of the run, the same one as long as nothing was changed.
+    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 1)
+    times, distance, *_, ghost, _ = plots(one.visitor)[0]
+    assert len(ghost) == len(times) > 9 and np.isfinite(ghost[:-1]).all() and np.allclose(ghost[:-1], distance[:-1])
+    # A line whose first value is missing would leave the page without a range for its axis.
+    assert all(np.isfinite(row[0]) for plot in plots(one.visitor) for row in plot if len(row))
+    one.visitor.set_value(page_label("dm"), 250.0)
+    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 2)
+
+
+def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = arrive(house())
+    one.run_on(1.0)
+    refreshes, payloads = [0], list[int]()
+    take = one.visitor.mirror.take
+
+    def count(message: dict[str, Any]) -> None:
+        if message["type"] == "GuiUpdateMessage" and "data" in message["updates"]:
+            refreshes[0] += 1
+            payloads.append(len(message["updates"]["data"][0]))
+        take(message)
+
+    monkeypatch.setattr(one.visitor.mirror, "take", count)
+    received = one.visitor.received
+    frames, size, begin, clock = received.frames, received.bytes, one.session.simulation.time, time.perf_counter()
+    one.run_on(3.0)
+    simulated, wall = one.session.simulation.time - begin, time.perf_counter() - clock
+    frames, size = received.frames - frames, received.bytes - size
+    print(f"{frames / simulated:.0f} frames and {size / simulated / 1000:.0f} kB per simulated second, {simulated / wall:.2f}×")
+    assert size / simulated <= 150_000
+    # A frame simulates a tenth of a second at most; on a machine at leisure there are about 30 a second.
+    assert frames / simulated >= 10
+    assert 2 * 2 < refreshes[0] <= 2 * (10.0 * wall + 2.0)
+    assert max(payloads) <= 200

@@ -31,9 +31,6 @@ def begun(folder: Path) -> None:
     until(lambda: (folder / "begun").exists())
 
 
-# --- the queue -----------------------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def shared() -> Iterator[JobPool]:
     """One worker for all tests that leave it alive."""
@@ -62,9 +59,7 @@ def test_a_job_is_done_and_wakes_its_owner(shared: JobPool) -> None:
     finish(job)
     assert (job.state, job.result, job.message, job.owner) == ("done", 42.0, "", owner)
     assert shared.load == (0, 0)
-
-
-def test_a_worker_is_a_modest_one(shared: JobPool) -> None:
+    # Its worker is a modest one.
     job = shared.submit("me", "who", who)
     finish(job)
     number, patience, ignores, threads = job.result
@@ -123,16 +118,14 @@ def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: JobPool, t
     finish(patient, usual)
     assert patient.result == "at last" and len((tmp_path / "begun").read_text().split()) == 2
     assert words.read_text().split() == ["urgent", "usual"]
-
-
-def test_what_is_urgent_does_not_drive_out_its_like(shared: JobPool, tmp_path: Path) -> None:
-    first = shared.submit("me", "urgent", wait_for, tmp_path / "door", urgent=True)
+    # It does not drive out its like.
+    (tmp_path / "begun").unlink()
+    first = shared.submit("me", "urgent", wait_for, tmp_path / "gate", urgent=True)
     begun(tmp_path)
     second = shared.submit("you", "urgent", double, 1.0, urgent=True)
-    (tmp_path / "door").write_text("done")
+    (tmp_path / "gate").write_text("done")
     finish(first, second)
-    assert first.result == "done" and second.result == 2.0
-    assert (tmp_path / "begun").read_text().split() == ["door"]
+    assert (first.result, second.result) == ("done", 2.0) and (tmp_path / "begun").read_text().split() == ["gate"]
 
 
 def test_fifty_visitors_share_one_worker(shared: JobPool) -> None:
@@ -159,30 +152,19 @@ def test_the_queue_is_bounded(shared: JobPool, monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.parametrize(
-    ("function", "arguments", "message", "logged"),
-    [
-        (refuse, (), "dm = 9 is out of range; give less.", ""),
-        (stumble, (), "The computation failed; the server's log says why.", "ZeroDivisionError"),
-        (double, (threading.Lock(),), "The computation failed; the server's log says why.", "pickle"),
-    ],
+    ("function", "arguments", "logged"),
+    [(refuse, (), ""), (stumble, (), "ZeroDivisionError"), (double, (threading.Lock(),), "pickle")],
     ids=["a visitor's mistake", "a mistake of ours", "arguments that cannot be sent"],
 )
 def test_a_failure_has_a_message_and_fails_alone(
-    shared: JobPool,
-    caplog: pytest.LogCaptureFixture,
-    function: Callable[..., Any],
-    arguments: tuple[Any, ...],
-    message: str,
-    logged: str,
+    shared: JobPool, caplog: pytest.LogCaptureFixture, function: Callable[..., Any], arguments: tuple[Any, ...], logged: str
 ) -> None:
+    message = "The computation failed; the server's log says why." if logged else "dm = 9 is out of range; give less."
     with caplog.at_level(logging.WARNING, "duet.background"):
         job, other = shared.submit("me", "a", function, *arguments), shared.submit("me", "b", double, 1.0)
         finish(job, other)
     assert (job.state, job.message, other.result) == ("failed", message, 2.0)
     assert bool(caplog.records) == bool(logged) and logged in caplog.text
-
-
-# --- the workers ---------------------------------------------------------------------------------------------------------------
 
 
 def test_a_worker_that_dies_is_replaced(caplog: pytest.LogCaptureFixture) -> None:
@@ -252,9 +234,6 @@ def test_a_worker_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
         assert alive(worker)
         parent.kill()
     until(lambda: not alive(worker))
-
-
-# --- in a house ----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("lecture", [False, True])

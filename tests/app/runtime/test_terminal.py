@@ -26,16 +26,13 @@ OURS: Final = tuple(str(ROOT / room) for room in ("app", "scenes", "controllers"
 # Where the tests run in the background, Ctrl+C is ignored, and would be by what they start.
 HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 ENTRY: Final = HEARS + "from app.__main__ import entry; entry()"
-CROWD: Final = (
-    HEARS
-    + """
+CROWD: Final = f"""{HEARS}
 def crowd():
     from app.bench.visitors import measure_crowd
     measure_crowd(1, 60.0, lecture=False)
 from app.runtime.terminal import run_in_terminal
 raise SystemExit(run_in_terminal(crowd))
 """
-)
 C_LOCALE: Final = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 MARK = """
 import os
@@ -108,7 +105,7 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
     "figures": (["-c", ENTRY, "figures", "--only", "2,5", "--out", "{}"], there("fig2_activation.csv")),
     "lessons": (["-X", "importtime", "-c", ENTRY, "lessons", "--check"], importing("app.lessons.check")),
     "sweep": (
-        ["-c", ENTRY, "sweep", "--over", "seed=1:9", "--seconds", "4000", "--workers", "2", "--out", "{}/table"],
+        ["-c", ENTRY, *["sweep", "--over", "seed=1:9", "--seconds", "4000", "--workers", "2", "--out", "{}/table"]],
         members(3),
     ),
     "bench": (["-c", CROWD], members(2)),
@@ -137,14 +134,8 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
     if (tmp_path / "calls").exists():
         until(lambda: not alive(int((tmp_path / "calls").read_text(encoding="utf-8"))))
     # No draft, and nothing that is only begun.
-    assert {path.name for path in tmp_path.iterdir() if path.suffix in ("", ".py") or path.name == "out.csv"} <= {
-        "law.py",
-        "calls",
-        "begun",
-        "stderr",
-        "table",
-        "__pycache__",
-    }
+    left = {path.name for path in tmp_path.iterdir() if path.suffix in ("", ".py") or path.name == "out.csv"}
+    assert left <= {"law.py", "calls", "begun", "stderr", "table", "__pycache__"}
 
 
 def ended(command: Sequence[str | bytes], **options: object) -> subprocess.CompletedProcess[bytes]:
@@ -173,7 +164,7 @@ def test_a_closed_output_is_no_mistake(arguments: list[str]) -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
-def test_a_full_output_is_told_in_one_line(arguments: list[str]) -> None:
+def test_a_full_output_is_named_in_one_line(arguments: list[str]) -> None:
     with open("/dev/full", "wb") as full:
         done = ended([sys.executable, "-m", "app", *arguments], stdout=full)
         # The reason of a failure counts where it cannot be said, too.
@@ -206,12 +197,8 @@ def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> Non
         said += done.stdout.decode() + errors
     assert all(word in said for word in ("Žlajpah", "größe.py", "ž.csv", "d ≥")) and "\\u" not in said
     assert "größe.py" in law.read_text(encoding="utf-8") and "# law_file = größe.py\n" in out.read_text(encoding="utf-8")
-    with subprocess.Popen(
-        [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--key", "Küchentür"],
-        env=os.environ | C_LOCALE,
-        stdout=subprocess.PIPE,
-        cwd=ROOT,
-    ) as server:
+    serve = [sys.executable, *["-m", "app", "serve", "--no-open", "--port", "0", "--key", "Küchentür"]]
+    with subprocess.Popen(serve, env=os.environ | C_LOCALE, stdout=subprocess.PIPE, cwd=ROOT) as server:
         assert server.stdout is not None
         assert f"/?key={quote('Küchentür')} " in server.stdout.readline().decode()
         server.terminate()

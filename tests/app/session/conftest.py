@@ -7,10 +7,9 @@ import pytest
 from app.session import session as session_module
 from app.session.session import Session
 from app.settings import Settings
-from scenes.settings import RunSettings, specs
+from scenes.settings import RunSettings
 
 DT = RunSettings().dt
-SPECS = specs(Settings)
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,4 @@
-"""One visitor's clock: it runs with the wall, but never loses, repeats or reorders a step."""
+"""One visitor's clock: it runs with the wall, but never loses, repeats or reorders a step, and knows how fast time goes."""
 
 from __future__ import annotations
 
@@ -7,29 +7,35 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app.session import session as session_module
-from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS
+from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of, next_speed
 from app.session.session import Session
 from app.settings import Settings
 from scenes.targets import Target
 from tests.app.session.conftest import DT, bits
 
 
-def test_time_goes_with_the_wall_and_remainders_add_up(session: Session) -> None:
-    assert session.advance(0.1) == 20
-    assert session.advance(0.012) == 2
-    assert session.advance(0.003) == 1  # 2 ms were owed
-    assert session.advance(0.0049) == 0
-    assert session.advance(0.0001) == 1
-    assert session.simulation.steps == 24
-    assert session.simulation.time == pytest.approx(24 * DT)
+@given(st.lists(st.floats(0.0, LONGEST_GAP), min_size=1, max_size=50), st.sampled_from(SPEEDS))
+def test_no_step_is_lost_however_frames_are_cut(frames: list[float], speed: float) -> None:
+    clock, made = Clock(speed), 0
+    for elapsed in frames:
+        due = clock.due(elapsed, DT, speed)
+        clock.note(due, due, elapsed, DT)
+        made += due
+    assert abs(made * DT - sum(frames) * speed) < DT + 1e-6
+    assert not clock.pace(False).slowed
 
 
 def test_how_frames_are_cut_does_not_reach_the_arms(session: Session) -> None:
     other = Session(Settings())
-    for _ in range(20):
-        session.advance(0.05)
+    # Remainders add up: after 12 ms two steps are made, and 2 ms are owed.
+    assert [session.advance(elapsed) for elapsed in (0.1, 0.012, 0.003, 0.0049, 0.0001)] == [20, 2, 1, 0, 1]
+    assert session.simulation.time == pytest.approx(24 * DT)
+    for _ in range(22):
+        session.advance(0.04)
     for elapsed in (0.007, 0.043, 0.0321, 0.0179) * 10:
         other.advance(elapsed)
     assert session.simulation.steps == other.simulation.steps == 200
@@ -38,11 +44,11 @@ def test_how_frames_are_cut_does_not_reach_the_arms(session: Session) -> None:
 
 def test_nothing_moves_while_paused_and_no_time_is_owed_afterwards(session: Session) -> None:
     session.advance(0.0349)  # 4.9 ms are owed
-    before, steps = session.simulation.positions.copy(), session.simulation.steps
+    before = session.simulation.positions.tobytes(), session.simulation.steps
     session.toggle_pause()
     assert session.pace.paused and session.pace.rate == 0.0
     assert [session.advance(0.05) for _ in range(5)] == [0] * 5
-    assert session.simulation.positions.tobytes() == before.tobytes() and session.simulation.steps == steps
+    assert (session.simulation.positions.tobytes(), session.simulation.steps) == before
     session.toggle_pause()
     assert not session.pace.paused
     assert session.advance(0.0001) == 0
@@ -57,15 +63,13 @@ def test_single_steps(session: Session) -> None:
     session.single_step()
     assert session.advance(0.0) == 2
     assert session.simulation.steps == 13
-    # A step is a step, whoever asked for it.
+    # A step is a step, however it was asked for.
     straight = Session(Settings())
     straight.advance(13 * DT)
     assert bits(session) == bits(straight)
-
-
-def test_a_step_that_was_overtaken_by_going_on_is_not_made_later(session: Session) -> None:
+    # One that was overtaken by going on is not made later: both keys in one frame.
     session.single_step()
-    session.toggle_pause()  # both keys in one frame
+    session.toggle_pause()
     assert session.advance(0.05) == 10
     session.toggle_pause()
     assert session.advance(0.05) == 0
@@ -74,28 +78,22 @@ def test_a_step_that_was_overtaken_by_going_on_is_not_made_later(session: Sessio
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
-def test_speeds(session: Session, speed: float) -> None:
+def test_time_goes_at_the_chosen_speed(session: Session, speed: float) -> None:
     session.change("speed", speed)
     assert session.advance(0.08) == round(0.08 * speed / DT)
-
-
-def test_slower_and_faster_stop_at_the_ends(session: Session) -> None:
-    seen = [session.settings.page.speed]
-    for by in (1, 1, -1, -1, -1, -1):
-        session.change_speed(by)
-        seen.append(session.settings.page.speed)
-    assert seen == [1.0, 2.0, 2.0, 1.0, 0.5, 0.25, 0.25]
-    session.change("speed", 1.75)
-    session.change_speed(-1)
-    assert session.settings.page.speed == 1.0
-
-
-def test_rate_tells_the_speed(session: Session) -> None:
-    session.change("speed", 0.5)
     for _ in range(60):
         session.advance(0.03)
-    assert session.pace.rate == pytest.approx(0.5, abs=0.05)
-    assert not session.pace.slowed
+    assert session.pace.rate == pytest.approx(speed, rel=0.1) and not session.pace.slowed
+
+
+@pytest.mark.parametrize(
+    ("speed", "by", "then"),
+    [(1.0, -1, 0.5), (1.0, 1, 2.0), (2.0, 1, 2.0), (0.25, -1, 0.25), (0.8, 1, 2.0), (0.3, 0, 0.25), (1.75, -1, 1.0)],
+)
+def test_slower_and_faster_stop_at_the_ends(session: Session, speed: float, by: int, then: float) -> None:
+    session.change("speed", speed)
+    session.change("speed", next_speed(session.settings.page.speed, by))
+    assert session.settings.page.speed == then
 
 
 def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,6 +121,16 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, 
     assert not session.pace.slowed and session.pace.rate == pytest.approx(1.0, abs=0.1)
 
 
+def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert budget_of(0) == budget_of(1) == BUDGET
+    assert all(sessions * budget_of(sessions) <= TOGETHER * BUDGET + 1e-12 for sessions in range(1, 41))
+    # Eight steps take a fifth of the budget here.
+    clock = itertools.count(0.0, BUDGET / 5.0)
+    monkeypatch.setattr(session_module, "perf_counter", lambda: next(clock))
+    assert session.advance(LONGEST_GAP) == 20
+    assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 20)) == 8
+
+
 @pytest.mark.parametrize("gap", [LONGEST_GAP * 1.01, 3.0, 86_400.0])
 def test_a_long_gap_is_not_caught_up(session: Session, gap: float) -> None:
     assert session.advance(gap) == round(LONGEST_GAP / DT)
@@ -148,7 +156,7 @@ def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session:
 
 
 @pytest.mark.parametrize("end", ["pause", "halt", "reset"])
-def test_whoever_stands_still_or_begins_anew_hurries_no_longer(
+def test_a_run_that_stands_still_or_starts_again_hurries_no_longer(
     session: Session, end: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Every look at the clock uses up a frame's share.
@@ -156,14 +164,7 @@ def test_whoever_stands_still_or_begins_anew_hurries_no_longer(
     monkeypatch.setattr(session_module, "perf_counter", lambda: 2.0 * BUDGET * next(looks))
     session.hurry(3.0)
     assert session.advance(0.0) == 8 and session.advance(0.0) == 8
-    if end == "pause":
-        session.toggle_pause()
-        session.advance(0.0)
-        session.toggle_pause()
-    elif end == "halt":
-        session.halt.set("teacher")
-        session.advance(0.0)
-        session.halt.set("teacher", False)
-    else:
-        session.reset()
-    assert session.advance(0.0) == 0
+    teacher = (lambda: session.halt.set("teacher"), lambda: session.halt.set("teacher", False))
+    for act in {"pause": (session.toggle_pause,) * 2, "halt": teacher, "reset": (session.reset,)}[end]:
+        act()
+        assert session.advance(0.0) == 0

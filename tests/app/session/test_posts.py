@@ -33,11 +33,10 @@ def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(session: Sessi
     assert session.settings == Settings() and session.settings.page == PageSettings()
 
 
-class Hand:
+class ManualClock:
     """A clock that is set by hand."""
 
-    def __init__(self) -> None:
-        self.now = 100.0
+    now = 100.0
 
     def __call__(self) -> float:
         return self.now
@@ -47,11 +46,11 @@ class Hand:
 
 
 @pytest.fixture
-def clock(session: Session) -> Hand:
+def clock(session: Session) -> ManualClock:
     """The clock of the session's posts."""
-    hand = Hand()
-    session.posts = ActionQueue(hand)
-    return hand
+    clock = ManualClock()
+    session.posts = ActionQueue(clock)
+    return clock
 
 
 def test_the_newest_value_of_a_control_wins_and_the_order_of_different_ones_is_kept(session: Session) -> None:
@@ -78,32 +77,25 @@ def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: 
     assert session.simulation.steps == 5 + MOST_PRESSES and session.settings.run.law.critical_distance == 0.2
 
 
-def test_actions_go_on_in_the_next_frame_once_the_budget_is_spent(session: Session, clock: Hand) -> None:
+@pytest.mark.parametrize(("cost", "first"), [(0.4, [0, 10, 20, 31, 41, 51, 62]), (5.0, [0, 11, 22, 33, 44, 55, 66])])
+def test_actions_go_on_in_the_next_frame_once_the_budget_is_spent(
+    session: Session, clock: ManualClock, cost: float, first: list[int]
+) -> None:
+    """Three of them spend it, or the only one of its frame; in every frame they come before its step."""
     done: list[int] = []
 
     def slow(number: int) -> None:
         done.append(10 * number + session.simulation.steps)
-        clock.pass_by(0.4 * BUDGET)
+        clock.pass_by(cost * BUDGET)
 
     for number in range(7):
         session.post(lambda number=number: slow(number))
-    steps = [session.advance(0.005) for _ in range(3)]
-    # Three of them spend it; in every frame they come before its step.
-    assert steps == [1, 1, 1] and done == [0, 10, 20, 31, 41, 51, 62] and not len(session.posts)
-
-
-def test_an_action_that_takes_longer_than_the_budget_is_the_only_one_of_its_frame(session: Session, clock: Hand) -> None:
-    done: list[str] = []
-    for name in "abc":
-        session.post(lambda name=name: (clock.pass_by(5.0 * BUDGET), done.append(name))[0])
-    for count in (1, 2, 3):
-        session.advance(0.0)
-        assert len(done) == count
+    assert [session.advance(0.005) for _ in range(7)] == [1] * 7 and done == first and not len(session.posts)
 
 
 @pytest.mark.parametrize("rate", [30, 600])
 def test_no_more_than_four_rebuilds_a_second_and_the_last_one_asked_for_is_built(
-    session: Session, clock: Hand, rate: int
+    session: Session, clock: ManualClock, rate: int
 ) -> None:
     """Another scene at every wish, for three seconds, at 32 frames a second."""
     wishes = islice(cycle(("ball", "solo", "hold", "master_slave")), 3 * rate - 2)
@@ -135,18 +127,12 @@ def test_no_more_than_four_rebuilds_a_second_and_the_last_one_asked_for_is_built
 @pytest.mark.parametrize(
     ("key", "choices"),
     [
-        ("scene", ("ball", "hold")),
-        ("robot", ("ur5", "lwr")),
-        ("rig", ("table", "torso")),
-        ("lang", ("de", "sl")),
-        ("ghost", ("frozen", "off")),
-        ("picture", ("fast", "fine")),
-        ("theme", ("dark", "light")),
-        ("guided", ("left", "right")),
-        ("plot", ("curve", "none")),
+        *(("scene", ("ball", "hold")), ("robot", ("ur5", "lwr")), ("rig", ("table", "torso")), ("lang", ("de", "sl"))),
+        *(("ghost", ("frozen", "off")), ("picture", ("fast", "fine")), ("theme", ("dark", "light"))),
+        *(("guided", ("left", "right")), ("plot", ("curve", "none"))),
     ],
 )
-def test_whatever_is_built_again_counts(session: Session, clock: Hand, key: str, choices: tuple[str, ...]) -> None:
+def test_whatever_is_built_again_counts(session: Session, clock: ManualClock, key: str, choices: tuple[str, ...]) -> None:
     done: list[str] = []
     for choice in islice(cycle(choices), 20):
         session.post(lambda choice=choice: (session.change(key, choice), done.append(choice))[0])
@@ -158,7 +144,7 @@ def test_whatever_is_built_again_counts(session: Session, clock: Hand, key: str,
     assert len(done) > MOST_REBUILDS + 2
 
 
-def test_what_builds_nothing_is_not_held_back(session: Session, clock: Hand) -> None:
+def test_what_builds_nothing_is_not_held_back(session: Session, clock: ManualClock) -> None:
     for i in range(20):
         session.post(lambda i=i: session.change("dm", 0.1 + 0.005 * i))
     session.advance(0.0)

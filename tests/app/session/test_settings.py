@@ -10,23 +10,12 @@ import pytest
 
 from app.session import session as session_module
 from app.session.session import Session
-from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.room import Room
 from scenes.settings import RunSettings, values
 from scenes.targets import HandTarget
-from tests.app.session.conftest import DT, SPECS, bits
-
-
-def another(key: str, present: Any) -> Any:
-    """A possible value that differs from the present one."""
-    spec = SPECS[key]
-    if spec.choices:
-        return spec.choices[spec.choices.index(present) - 1]
-    if isinstance(present, bool):
-        return not present
-    value = spec.low + (spec.high - spec.low) / (3 if present != spec.low + (spec.high - spec.low) / 3 else 2)
-    return int(value) if isinstance(present, int) else value
+from tests.app.page.helpers import SPECS, another
+from tests.app.session.conftest import DT
 
 
 @pytest.mark.parametrize("key", [key for key in SPECS if key not in ("scene", "rig", "robot")])
@@ -35,7 +24,7 @@ def test_a_change_moves_nothing_by_itself(session: Session, key: str) -> None:
         session.advance(0.1)
     simulation, before = session.simulation, session.simulation.positions.copy()
     present, steps = values(session.settings), simulation.steps
-    session.change(key, another(key, present[key]))
+    session.change(key, another(key, present[key])[1])
     after = values(session.settings)
     assert [k for k in present if present[k] != after[k]] == [key]
     assert simulation.positions.tobytes() == before.tobytes() and simulation.steps == steps
@@ -61,15 +50,8 @@ def test_another_rig_is_a_fresh_start_there(session: Session) -> None:
     session.advance(0.1)
     session.hold(HandTarget(np.zeros(3)))
     session.change("rig", "table")
-    fresh = Session(session.settings)
-    assert session.held is None
-    assert session.simulation.positions.tobytes() == fresh.simulation.positions.tobytes()
-    for s in (session, fresh):
-        s.change("autopilot", False)
-        s.change("autopilot", True)
-        s.reset()
-        s.advance(0.1)
-    assert bits(session) == bits(fresh)
+    assert session.held is None and session.simulation.steps == 0
+    assert session.simulation.positions.tobytes() == Session(session.settings).simulation.positions.tobytes()
 
 
 def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,24 +69,13 @@ def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch
     assert session.advance(0.1) == 20
 
 
-BAD: list[tuple[str, Any]] = [
-    *((key, bad) for key in SPECS for bad in (math.nan, None, [], "nonsense")),
-    *(
-        (key, bad)
-        for key, spec in SPECS.items()
-        if math.isfinite(spec.low)
-        for bad in (math.inf, -math.inf, 1e9, -1e9, True, spec.high + 0.5, spec.low - 0.5)
-    ),
-    ("seed", 1.5),
-    ("nothing", 1),
-]
-_shared = Session(Settings())
-
-
-@pytest.mark.parametrize(("key", "value"), BAD)
-def test_an_impossible_value_leaves_everything(key: str, value: Any) -> None:
-    session = _shared
-    before = session.settings
-    with pytest.raises(BadSetting, match=key):
-        session.change(key, value)
-    assert session.settings is before and session.simulation.settings is before.run
+@pytest.mark.parametrize("key", [*SPECS, "nothing"])
+def test_an_impossible_value_leaves_everything(session: Session, key: str) -> None:
+    before, spec = session.settings, SPECS.get(key)
+    bad: list[Any] = [math.nan, None, [], "nonsense", *([1.5] if key == "seed" else [])]
+    if spec is not None and math.isfinite(spec.low):
+        bad += [math.inf, -math.inf, 1e9, -1e9, True, spec.high + 0.5, spec.low - 0.5]
+    for value in bad:
+        with pytest.raises(BadSetting, match=key):
+            session.change(key, value)
+        assert session.settings is before and session.simulation.settings is before.run, value

@@ -1,4 +1,4 @@
-"""Who moves the arm: the autopilot, whoever takes hold, somebody invited, or a recorded run."""
+"""What moves the arm: the autopilot, a hand that takes hold, keys that nudge, a guest, or a recorded run."""
 
 from __future__ import annotations
 
@@ -11,18 +11,9 @@ from app.session.session import Session
 from scenes.headless import run
 from scenes.inputs import RecordedPerson
 from scenes.rerun import rerun
+from scenes.room import BALL_ROOM
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
 from tests.app.session.conftest import DT, bits
-
-
-def test_taking_hold_switches_the_autopilot_off_at_once(session: Session) -> None:
-    session.advance(0.5)
-    assert session.settings.page.autopilot and session.target() is not None
-    place = HandTarget(np.array([0.4, 0.1, 1.0]))
-    session.hold(place)
-    assert not session.settings.page.autopilot and session.target() is place
-    session.hold(None)
-    assert not session.settings.page.autopilot and session.target() is None
 
 
 def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
@@ -40,13 +31,7 @@ def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
     assert isinstance(target, HandTarget) and np.linalg.norm(target.position - now) < 2e-3
 
 
-PEOPLE: dict[str, type] = {
-    "solo": HandTarget,
-    "ball": BallTarget,
-    "hold": HandTarget,
-    "master_slave": HandTarget,
-    "imitation": AnglesTarget,
-}
+PEOPLE = {"solo": HandTarget, "ball": BallTarget, "hold": HandTarget, "master_slave": HandTarget, "imitation": AnglesTarget}
 
 
 @pytest.mark.parametrize("scene", PEOPLE)
@@ -67,24 +52,24 @@ def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) 
     assert bits(session) == again.table.tobytes()
 
 
-@pytest.mark.parametrize(
-    "target",
-    [
-        HandTarget(np.array([0.4, 0.1, 1.0])),
-        JointTarget(np.zeros(7)),
-        BallTarget(np.array([0.4, 0.1, 1.0])),
-        AnglesTarget(np.zeros((2, 4))),
-    ],
-    ids=lambda target: type(target).__name__,
+TARGETS = (
+    *(HandTarget(np.array([0.4, 0.1, 1.0])), JointTarget(np.zeros(7))),
+    *(BallTarget(np.array([0.4, 0.1, 1.0])), AnglesTarget(np.zeros((2, 4)))),
 )
-def test_whatever_is_taken_hold_of_takes_over_at_once(session: Session, target: Target) -> None:
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=lambda target: type(target).__name__)
+def test_what_is_taken_hold_of_takes_over_at_once(session: Session, target: Target) -> None:
     session.advance(0.1)
+    assert session.settings.page.autopilot and session.target() is not None
     session.hold(target)
     assert not session.settings.page.autopilot and session.target() is target
     session.advance(0.1)
     recorded = session.recorded()
     assert recorded is not None
     assert [type(t) for t in recorded.targets()][-20:] == [type(target)] * 20
+    session.hold(None)
+    assert not session.settings.page.autopilot and session.target() is None
 
 
 CHANGES: list[tuple[str, Any]] = [
@@ -94,7 +79,7 @@ CHANGES: list[tuple[str, Any]] = [
 
 
 @pytest.mark.parametrize(("key", "value"), CHANGES)
-def test_another_person_or_place_begins_anew(session: Session, key: str, value: Any) -> None:
+def test_another_person_or_place_starts_from_the_beginning(session: Session, key: str, value: Any) -> None:
     session.advance(0.1)
     first = session.target()
     session.change("dm", 0.12)
@@ -122,12 +107,11 @@ class Pointer:
         self.asked: list[float] = []
 
     def target(self, time: float) -> HandTarget:
-        """Return a place that tells the time."""
         self.asked.append(time)
         return HandTarget(np.array([0.4, 0.1, 1.0 + time]))
 
 
-def test_somebody_else_may_be_invited(session: Session) -> None:
+def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> None:
     session.advance(0.1)
     session.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
@@ -136,7 +120,7 @@ def test_somebody_else_may_be_invited(session: Session) -> None:
     assert session.held is None and session.settings.page.autopilot
     session.advance(0.1)
     assert np.allclose(guest.asked, np.arange(20) * DT)
-    # Whoever takes hold goes first; the guest then begins again from the beginning, like the autopilot.
+    # A hand goes first; the guest then begins again from the beginning, like the autopilot.
     session.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
     assert len(guest.asked) == 20
@@ -192,3 +176,58 @@ def test_what_is_recorded_can_be_made_again_to_the_last_bit(session: Session) ->
     assert session.recorded() is None or session.advance(DT) == 1
     again = session.recorded()
     assert again is None or again.steps == 1
+
+
+def test_nudges_add_up_but_do_not_run_away(session: Session) -> None:
+    simulation = session.simulation
+    hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
+    session.nudge(np.array([0.0, 0.0, 0.02]))
+    assert isinstance(session.held, HandTarget) and np.allclose(session.held.position, hand + np.array([0.0, 0.0, 0.02]))
+    assert not session.settings.page.autopilot
+    for _ in range(100):
+        session.nudge(np.array([0.02, 0.0, 0.02]))
+    assert np.allclose(session.held.position, hand + np.array([0.3, 0.0, 0.3]))
+    session.advance(0.1)
+    assert np.isfinite(simulation.positions).all()
+
+
+@pytest.mark.parametrize("scene", ["solo", "hold", "master_slave"])
+@pytest.mark.parametrize("held", [None, JointTarget(np.zeros(7)), HandTarget(np.array([9.0, 9.0, 9.0]))])
+def test_a_nudge_moves_the_hand(session: Session, scene: str, held: Target | None) -> None:
+    session.change("scene", scene)
+    session.hold(held)
+    simulation = session.simulation
+    hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
+    session.nudge(np.array([0.0, 0.02, 0.0]))
+    expected = hand + (0.3 if isinstance(held, HandTarget) else np.array([0.0, 0.02, 0.0]))
+    assert isinstance(session.held, HandTarget) and np.allclose(session.held.position, expected)
+    for _ in range(20):
+        session.advance(0.1)
+    if not isinstance(held, HandTarget):
+        moved = simulation.kinematics.hand_pose(simulation.guided).translation - hand
+        assert np.linalg.norm(moved - [0.0, 0.02, 0.0]) < 5e-3
+
+
+def test_a_nudge_moves_the_ball(session: Session) -> None:
+    session.change("scene", "ball")
+    columns = session.simulation.room.ball
+    assert columns is not None
+    ball = session.simulation.positions[columns].copy()
+    session.hold(HandTarget(np.zeros(3)))
+    for _ in range(3):
+        session.nudge(np.array([0.0, 0.02, 0.0]))
+    assert isinstance(session.held, BallTarget) and np.allclose(session.held.position, ball + np.array([0.0, 0.06, 0.0]))
+    for _ in range(20):
+        session.advance(0.1)
+    assert np.allclose(session.simulation.positions[columns], session.held.position, atol=2e-3)
+    for _ in range(500):
+        session.nudge(np.array([0.02, 0.0, 0.0]))
+        session.advance(0.1)
+    assert session.held.position[0] == BALL_ROOM
+    assert abs(session.simulation.positions[columns][0] - BALL_ROOM) < 0.02
+
+
+def test_a_persons_own_arms_are_not_nudged(session: Session) -> None:
+    session.change("scene", "imitation")
+    session.nudge(np.array([0.0, 0.02, 0.0]))
+    assert session.held is None and session.settings.page.autopilot

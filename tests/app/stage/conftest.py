@@ -1,11 +1,12 @@
-"""A guest whose arms nobody moves yet, and what stands on the guest's stage."""
+"""A guest whose arms rest at first, and what stands on the guest's stage."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, get_args
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from app.bench.blocking_client import BlockingClient
@@ -21,7 +22,7 @@ TURN = (1.0, 0.0, 0.0, 0.0)
 
 @pytest.fixture
 def one(house: OpenHouse, arrive: Arrive) -> Iterator[Guest]:
-    """A guest whose arms nobody moves yet."""
+    """A guest whose arms rest at first."""
     yield arrive(house(), "autopilot=0")
 
 
@@ -83,17 +84,24 @@ def pull(guest: Guest, node: str, phase: str, taken: Array, to: Array) -> None:
     """One step of pulling a node across the view."""
     guest.visitor.wait_for(lambda visitor: node in visitor.mirror.nodes)
     owner = guest.visitor.mirror.nodes[node].get("owner", "")
-    message = {
-        "type": "SceneNodeDragMessage",
-        "name": node,
-        "owner": owner,
-        "phase": phase,
-        "instance_index": None,
-        "start_position": taken.tolist(),
-        "start_screen_pos": [0.5, 0.5],
-        "end_position": to.tolist(),
-        "end_screen_pos": [0.5, 0.5],
-        "button": "left",
-        "modifier": None,
-    }
-    guest.visitor.send(message)
+    middle = {"start_screen_pos": [0.5, 0.5], "end_screen_pos": [0.5, 0.5], "instance_index": None, "button": "left"}
+    places = {"start_position": taken.tolist(), "end_position": to.tolist(), "modifier": None}
+    guest.visitor.send({"type": "SceneNodeDragMessage", "name": node, "owner": owner, "phase": phase, **middle, **places})
+
+
+def drag(guest: Guest, node: str, to: Array, turn: Sequence[float] = TURN) -> None:
+    """Take hold of a gizmo and move it."""
+    w, x, y, z = turn
+    guest.visitor.move_gizmo(node, phase="start")
+    guest.visitor.move_gizmo(node, tuple(to.tolist()), (w, x, y, z))
+
+
+def drawn_pose(guest: Guest, name: str) -> pin.SE3:
+    """Where the nested nodes put a node, in the world."""
+    pose, path = pin.SE3.Identity(), ""
+    for part in name.strip("/").split("/"):
+        path += f"/{part}"
+        node = guest.visitor.mirror.nodes[path]
+        w, x, y, z = node["wxyz"]
+        pose = pose * pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), np.array(node["position"], float))
+    return pose

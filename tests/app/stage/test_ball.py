@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 
@@ -14,7 +13,7 @@ from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.targets import BallTarget
 from tests.app.conftest import HAND, Guest
 from tests.app.page.helpers import press
-from tests.app.stage.conftest import BALL, GRIP, TURN, ball, change, comes, drawn, home, place, pull, settle
+from tests.app.stage.conftest import BALL, GRIP, ball, change, comes, drag, drawn, drawn_pose, home, place, pull, settle
 
 
 def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
@@ -40,8 +39,6 @@ def test_the_control_point_hangs_on_the_arm(one: Guest, point: str) -> None:
     (name,) = shown
     node = one.visitor.mirror.nodes[name]
     assert node["radius"] == POINT_RADIUS and 0.0 < node["opacity"] < 1.0
-    # Along the nested nodes it comes out where the detector has it: a radius from the closest point.
-    pose = pin.SE3.Identity()
 
     def measured(s: Session) -> tuple[Array, Array]:
         simulation = s.simulation
@@ -52,12 +49,8 @@ def test_the_control_point_hangs_on_the_arm(one: Guest, point: str) -> None:
     press(one, "pause")
     settle(one)
     q, closest = one.ask(measured)
-    parts = name.strip("/").split("/")
-    for i in range(1, len(parts) + 1):
-        link = one.visitor.mirror.nodes["/" + "/".join(parts[:i])]
-        w, x, y, z = link["wxyz"]
-        pose = pose * pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), np.array(link["position"], float))
-    middle = pose.translation
+    # Along the nested nodes it comes out where the detector has it: a radius from the closest point.
+    middle = drawn_pose(one, name).translation
     assert np.linalg.norm(closest - middle) == pytest.approx(POINT_RADIUS, abs=2e-3)
     toward = (q[-3:] - middle) / np.linalg.norm(q[-3:] - middle)
     assert_allclose(closest, middle + POINT_RADIUS * toward, atol=2e-3)
@@ -68,9 +61,8 @@ def test_the_ball_is_pushed_by_its_arrows_and_leaves_the_autopilot(one: Guest) -
     one.run_on(0.5)
     assert one.session.settings.page.autopilot
     visitor = one.visitor
-    visitor.move_gizmo(BALL, phase="start")
     goal = one.ask(ball) + np.array([0.1, -0.05, 0.0])
-    visitor.move_gizmo(BALL, tuple(goal.tolist()), TURN)
+    drag(one, BALL, goal)
     one.wait(lambda s: isinstance(s.held, BallTarget) and not s.settings.page.autopilot)
     comes(one, lambda s: float(np.linalg.norm(ball(s) - goal)), 2e-3)
     visitor.wait_for(lambda _: np.linalg.norm(place(one, "/ball") - goal) < 3e-3)
@@ -113,8 +105,7 @@ def test_keys_nudge_the_ball(one: Guest) -> None:
 
 def test_another_scene_in_mid_drag_lets_go(one: Guest) -> None:
     change(one, scene="ball")
-    one.visitor.move_gizmo(BALL, phase="start")
-    one.visitor.move_gizmo(BALL, (0.3, 0.0, 1.0), TURN)
+    drag(one, BALL, np.array([0.3, 0.0, 1.0]))
     one.wait(lambda s: s.held is not None)
     change(one, scene="hold")
     assert one.session.held is None

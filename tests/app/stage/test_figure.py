@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import get_args
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 
@@ -17,7 +16,7 @@ from scenes.settings import ArmName
 from scenes.targets import AnglesTarget, HandTarget
 from tests.app.conftest import Guest
 from tests.app.page.helpers import press
-from tests.app.stage.conftest import change, drawn, place, pull, settle, visible
+from tests.app.stage.conftest import change, drawn, drawn_pose, place, pull, settle, visible
 
 
 def test_the_figure_stands_where_its_arms_are() -> None:
@@ -29,13 +28,8 @@ def test_the_figure_stands_where_its_arms_are() -> None:
 
 def drawn_wrist(guest: Guest, side: ArmName) -> Array:
     """Where the nested nodes of the figure put a wrist, in the world."""
-    pose, path = pin.SE3.Identity(), "/person"
-    for name in ("body", f"{side}_upper_arm", f"{side}_forearm"):
-        path += f"/{name}"
-        node = guest.visitor.mirror.nodes[path]
-        w, x, y, z = node["wxyz"]
-        pose = pose * pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), np.array(node["position"], float))
-    return pose.act(np.array([0.0, 0.0, -SCALE * Figure().proportions.forearm]))
+    forearm = drawn_pose(guest, f"/person/body/{side}_upper_arm/{side}_forearm")
+    return forearm.act(np.array([0.0, 0.0, -SCALE * Figure().proportions.forearm]))
 
 
 def test_a_clip_moves_the_figure_and_the_robots(one: Guest) -> None:
@@ -49,7 +43,7 @@ def test_a_clip_moves_the_figure_and_the_robots(one: Guest) -> None:
         _, _, wrist = arm_points(wish.angles[i], side)
         one.visitor.wait_for(lambda _, side=side, wrist=wrist: np.allclose(drawn_wrist(one, side), on_stage(wrist), atol=2e-3))
     assert not visible(one, "/person/lost")
-    # The autopilot is that person: without it nobody is seen.
+    # The autopilot is that person: without it no person is seen.
     press(one, "autopilot")
     one.visitor.wait_for(lambda _: visible(one, "/person/lost"))
 

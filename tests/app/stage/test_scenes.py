@@ -1,16 +1,23 @@
-"""Every experiment shows its own things and nothing of the one before, to everybody, in every look."""
+"""Every experiment shows its own things and nothing of the one before, to every visitor, in every look, and all of them at first sight."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Any, get_args
 
+import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from app.bench.blocking_client import BlockingClient
 from app.settings import Settings
+from app.stage.person_figure import on_stage
+from app.stage.stage_camera import place_camera, view_of
 from app.start import App
+from controllers.kinematics import Array
+from scenes.room import PATH
 from scenes.settings import RobotName, RunSettings, SceneName, specs, values
+from scenes.simulation import Simulation
 from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse, live_sessions
 from tests.app.stage.conftest import BALL, GRIP, SCENES, change, drawn, settle, visible
 
@@ -29,12 +36,8 @@ def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHous
     opened = house()
     way: list[tuple[SceneName, RobotName, str]] = [
         *((scene, "lwr", "torso") for scene in SCENES),
-        ("ball", "panda", "table"),
-        ("hold", "panda", "table"),
-        ("imitation", "panda", "table"),
-        ("solo", "ur5", "torso"),
-        ("master_slave", "ur5", "torso"),
-        ("hold", "lwr", "torso"),
+        *((scene, "panda", "table") for scene in ("ball", "hold", "imitation")),
+        *(("solo", "ur5", "torso"), ("master_slave", "ur5", "torso"), ("hold", "lwr", "torso")),
     ]
     for scene, robot, rig in way:
         change(one, scene=scene, robot=robot, rig=rig)
@@ -79,7 +82,7 @@ def test_the_panel_and_the_camera_follow_the_scene(one: Guest, monkeypatch: pyte
         change(one, scene=scene)
         one.visitor.wait_for(lambda v, before=before: v.received.messages["SetCameraPositionMessage"] > before)
         assert said[-1] == spec.choice_labels[spec.choices.index(scene)]
-    # A setting that moves nobody leaves the visitor's own view alone.
+    # A setting that moves no arm leaves the visitor's own view alone.
     before = one.visitor.received.messages["SetCameraPositionMessage"]
     change(one, dm=0.1, theme="dark", ghost="frozen")
     assert one.visitor.received.messages["SetCameraPositionMessage"] == before
@@ -114,8 +117,49 @@ def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Any) -> None
         if scene == "ball":
             first.wait_for(lambda v: BALL in v.mirror.nodes)
         assert not any(name.startswith("/gizmo") for name in drawn(second))
-    # Somebody who comes late sees the present scene and nothing of the others.
+    # A visitor who comes late sees the present scene and nothing of the others.
     third = join(opened)
     third.wait_for(lambda v: "/place/ring" in v.mirror.nodes)
     second.wait_for(lambda v: drawn(third) == drawn(second))
     assert values(session.settings) == values(Settings()) | {"scene": "hold"}
+
+
+class Lens:
+    """A client's camera that only remembers."""
+
+    def __init__(self, aspect: float) -> None:
+        self.camera = self
+        self.aspect, self.fov = aspect, 1.0
+        self.up_direction, self.position, self.look_at = (0.0, 0.0, 1.0), np.zeros(3), np.zeros(3)
+
+    def sees(self, point: Array, covered: float) -> bool:
+        """Whether a point is in the free part of the picture."""
+        ahead = np.asarray(self.look_at) - np.asarray(self.position)
+        ahead /= np.linalg.norm(ahead)
+        right = np.cross(ahead, self.up_direction)
+        right /= np.linalg.norm(right)
+        away = point - np.asarray(self.position)
+        depth, slope = away @ ahead, math.tan(self.fov / 2.0)
+        x, y = away @ right / depth / slope / self.aspect, away @ np.cross(right, ahead) / depth / slope
+        return bool(abs(x) < 1.0 and 2.0 * covered - 1.0 < y < 1.0)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("robot", get_args(RobotName))
+@pytest.mark.parametrize(("aspect", "covered"), [(1.28, 0.34), (0.98, 0.33), (0.49, 0.48)])
+def test_the_first_sight_shows_all(scene: SceneName, robot: RobotName, aspect: float, covered: float) -> None:
+    for rig in ("torso", "table"):
+        simulation = Simulation(RunSettings(scene=scene, robot=robot, rig=rig))
+        simulation.kinematics.update(simulation.positions)
+        lens: Any = Lens(aspect)
+        place_camera(lens, view_of(simulation), covered)
+        kinematics, points = simulation.kinematics, []
+        for arm in simulation.room.arms:
+            points += [kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist)]
+            points.append(kinematics.hand_pose(arm).translation)
+        if scene == "ball":
+            points += [points[-1], points[-1] + PATH, simulation.positions[simulation.room.ball]]
+        if scene == "imitation":
+            points += [on_stage(np.array([0.0, side * 0.5, height])) for side in (-1, 1) for height in (0.4, -0.6)]
+        for point in points:
+            assert lens.sees(point, covered), (rig, point)

@@ -14,6 +14,9 @@ import pytest
 from app.bench.blocking_client import BlockingClient
 from app.web.server import DuetServer
 
+Start = Callable[..., DuetServer]
+Join = Callable[..., BlockingClient]
+
 
 class Room:
     """A server with one of everything on it, and what its callbacks have seen."""
@@ -47,7 +50,7 @@ class Room:
 
 
 @pytest.fixture
-def start() -> Iterator[Callable[..., DuetServer]]:
+def start() -> Iterator[Start]:
     servers: list[DuetServer] = []
 
     def make(port: int = 0, **options: Any) -> DuetServer:
@@ -60,12 +63,12 @@ def start() -> Iterator[Callable[..., DuetServer]]:
 
 
 @pytest.fixture
-def room(start: Callable[..., DuetServer]) -> Room:
+def room(start: Start) -> Room:
     return Room(start())
 
 
 @pytest.fixture
-def join(room: Room) -> Iterator[Callable[..., BlockingClient]]:
+def join(room: Room) -> Iterator[Join]:
     visitors: list[BlockingClient] = []
 
     def make(**options: Any) -> BlockingClient:

@@ -8,7 +8,6 @@ import math
 import random
 import re
 import tracemalloc
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,6 +16,7 @@ import pytest
 import viser
 import websockets
 from viser import _messages as viser_messages
+from viser.infra._messages import wire_field_names
 
 from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA
@@ -24,7 +24,7 @@ from app.web.message_gate import Gate, Traffic
 from app.web.refusal import Malformed, Refused
 from app.web.schemas import SHAPES
 from app.web.traffic_limits import TrafficLimits
-from tests.app.web.conftest import Room, ended, roundtrip, write
+from tests.app.web.conftest import Join, Room, ended, roundtrip, write
 
 NAN, INF = math.nan, math.inf
 
@@ -34,7 +34,7 @@ def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
     point, pixel = [0.0, 0.0, 1.0], [0.5, 0.5]
     uuid, owned = room.slider._impl.uuid, {"name": "/hand", "owner": ""}
     ray = {"ray_origin": point, "ray_direction": point, "modifier": None}
-    drag = {"start_position": point, "start_screen_pos": pixel, "end_position": point, "end_screen_pos": pixel}
+    drag = {"start_position": point, "start_screen_pos": pixel, "end_position": point, "end_screen_pos": pixel, "modifier": "alt"}
     file = {"source_component_uuid": room.upload._impl.uuid, "transfer_uuid": "t"}
     messages = [
         CAMERA,
@@ -49,15 +49,7 @@ def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
         {"type": "TransformControlsDragStartMessage", **owned},
         {"type": "TransformControlsDragEndMessage", **owned},
         {"type": "SceneNodeClickMessage", **owned, **ray, "instance_index": None, "screen_pos": pixel},
-        {
-            "type": "SceneNodeDragMessage",
-            **owned,
-            **drag,
-            "phase": "start",
-            "instance_index": 1,
-            "button": "left",
-            "modifier": "alt",
-        },
+        {"type": "SceneNodeDragMessage", **owned, **drag, "phase": "start", "instance_index": 1, "button": "left"},
         {"type": "ScenePointerMessage", **ray, "event_type": "click", "screen_pos": [pixel]},
         {"type": "GetRenderResponseMessage", "payload": b"", "render_uuid": "r"},
         {"type": "LocalStorageGetItemResponseMessage", "value": None, "error": None, "request_uuid": "r"},
@@ -77,8 +69,6 @@ def test_every_kind_of_message_is_known_and_is_what_viser_expects(room: Room) ->
         room.server.gate.check(0, traffic, raw)
         viser_messages.Message.deserialize(raw)
     # viser's fields and ours are the same, so a new version of viser can't slip a field past us.
-    from viser.infra._messages import wire_field_names
-
     for kind, shape in SHAPES.items():
         assert set(wire_field_names(getattr(viser_messages, kind))) == set(shape), kind
 
@@ -143,9 +133,7 @@ def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:
     assert min(outcomes.values()) > 100, outcomes
 
 
-def test_garbage_closes_only_its_own_connection(
-    room: Room, join: Callable[..., BlockingClient], caplog: pytest.LogCaptureFixture
-) -> None:
+def test_garbage_closes_only_its_own_connection(room: Room, join: Join, caplog: pytest.LogCaptureFixture) -> None:
     witness, rng, messages = join(), random.Random(6), list(valid_messages(room).values())
     codes: set[int] = set()
     with caplog.at_level(logging.WARNING, "duet.server"):
@@ -218,7 +206,7 @@ def test_the_value_of_an_element_is_decoded_as_its_kind_only(room: Room) -> None
         costs_little(room.server.gate, msgspec.msgpack.encode(update), Malformed)
 
 
-def test_too_large_a_message_closes_only_its_own_connection(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_too_large_a_message_closes_only_its_own_connection(room: Room, join: Join) -> None:
     witness = join()
     update = {"type": "GuiUpdateMessage", "uuid": room.text._impl.uuid, "updates": {"value": "x" * 256_000}}
     for raw, code, reason in ((msgspec.msgpack.encode(update), 1008, "too large"), (b"x" * 1_000_001, 1009, "exceeds limit")):
@@ -229,9 +217,7 @@ def test_too_large_a_message_closes_only_its_own_connection(room: Room, join: Ca
 
 
 @pytest.mark.parametrize("head", [b"\x89\x80", b"\x00\x80"], ids=["pings", "pieces"])
-def test_too_many_small_frames_close_only_their_own_connection(
-    room: Room, join: Callable[..., BlockingClient], head: bytes
-) -> None:
+def test_too_many_small_frames_close_only_their_own_connection(room: Room, join: Join, head: bytes) -> None:
     witness, attacker, mask = join(), join(), b"\0\0\0\0"
     # A message that is begun, and then frames by themselves (RFC 6455, section 5.2).
     write(attacker, b"\x02\x80" + mask + (head + mask) * 1000)
@@ -239,7 +225,7 @@ def test_too_many_small_frames_close_only_their_own_connection(
     roundtrip(witness, room)
 
 
-def test_a_message_may_come_in_pieces(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_a_message_may_come_in_pieces(room: Room, join: Join) -> None:
     visitor = join()
     raw = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": room.slider._impl.uuid, "updates": {"value": 0.25}})
     opened = visitor.visitor._socket

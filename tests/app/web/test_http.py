@@ -6,27 +6,15 @@ import contextlib
 import json
 import re
 import socket
-from collections.abc import Callable
 
 import pytest
-import viser
 
 from app.bench.blocking_client import BlockingClient
 from app.web.index_page import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
-from app.web.request import request_query
-from app.web.server import DuetServer
-from tests.app.web.conftest import Room, ended, get
+from tests.app.web.conftest import Join, Room, Start, ended, get
 
 
-def test_health(room: Room, join: Callable[..., BlockingClient]) -> None:
-    join()
-    status, headers, body = get(room.server.url + "/healthz")
-    state = json.loads(body)
-    assert (status, headers["content-type"]) == (200, "application/json")
-    assert state["ok"] is True and state["clients"] == 1 and state["room"] is True and re.match(r"\d", state["version"])
-
-
-def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, join: Join) -> None:
     visitor = join()
     before = visitor.received.frames
     for at_work in (True, False, True):
@@ -38,7 +26,7 @@ def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, jo
     assert visitor.received.frames == before + 2 and visitor.closed is None
 
 
-def test_pages_carry_the_headers(room: Room) -> None:
+def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, join: Join) -> None:
     for path in ("/", "/?dm=0.1", "/healthz"):
         status, headers, _ = get(room.server.url + path)
         assert status == 200
@@ -47,6 +35,11 @@ def test_pages_carry_the_headers(room: Room) -> None:
     assert get(room.server.url + "/nothing")[0] == 404
     assert get(room.server.url + "/../../../etc/passwd")[0] == 404
     assert get(room.server.url + "/index.html?dm=1")[0] == 200
+    join()
+    _, headers, body = get(room.server.url + "/healthz")
+    state = json.loads(body)
+    assert headers["content-type"] == "application/json"
+    assert state["ok"] is True and state["clients"] == 1 and state["room"] is True and re.match(r"\d", state["version"])
 
 
 def test_index_is_patched_once_and_safely(room: Room) -> None:
@@ -64,41 +57,25 @@ def test_index_is_patched_once_and_safely(room: Room) -> None:
 @pytest.mark.parametrize(
     ("path", "query"),
     [
-        ("/?dm=0.1&n=10", {"dm": "0.1", "n": "10"}),
-        ("/", {}),
-        ("?a=1", {"a": "1"}),
-        ("/?a=1&a=2", {"a": "1"}),
-        ("/?empty=", {"empty": ""}),
-        ("/?x=%3Cscript%3E&y=a+b", {"x": "<script>", "y": "a b"}),
-        ("/?" + "k" * 41 + "=1&ok=2", {"ok": "2"}),
-        ("/?long=" + "v" * 401 + "&ok=2", {"ok": "2"}),
-        ("/?" + "&".join(f"k{i}=1" for i in range(65)), {}),
-        ("//evil.example/?a=1", {"a": "1"}),
+        *(("/?dm=0.1&n=10", {"dm": "0.1", "n": "10"}), ("/", {}), ("?a=1", {"a": "1"}), ("/?a=1&a=2", {"a": "1"})),
+        *(("/?empty=", {"empty": ""}), ("/?x=%3Cscript%3E&y=a+b", {"x": "<script>", "y": "a b"})),
+        *(("/?" + "k" * 41 + "=1&ok=2", {"ok": "2"}), ("/?long=" + "v" * 401 + "&ok=2", {"ok": "2"})),
+        *(("/?" + "&".join(f"k{i}=1" for i in range(65)), {}), ("//evil.example/?a=1", {"a": "1"})),
     ],
 )
 def test_page_query(path: str, query: dict[str, str]) -> None:
     assert page_query(path) == query
 
 
-def test_query_arrives_with_the_client(room: Room, join: Callable[..., BlockingClient]) -> None:
-    arrived: dict[int, dict[str, str]] = {}
-
-    @room.server.on_client_connect
-    async def _(client: viser.ClientHandle) -> None:
-        arrived[client.client_id] = request_query(client)
-
-    join(query="dm=0.1&n=10").wait_for(lambda v: len(arrived) == 1)
-    join().wait_for(lambda v: len(arrived) == 2)
-    assert list(arrived.values()) == [{"dm": "0.1", "n": "10"}, {}]
-
-
-def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Callable[..., DuetServer]) -> None:
+def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> None:
     server = start(max_clients=8)
     eight = [BlockingClient(server.url) for _ in range(8)]
     try:
         eight[-1].wait_for(lambda v: server.count_clients() == 8)
         status, headers, body = get(server.url + "/?dm=0.1")
-        assert status == 503 and headers["retry-after"] == "10" and "8 places" in body.decode()
+        assert status == 503 and headers["retry-after"] == "10" and body.decode() == full_page(8)
+        assert "8 places" in full_page(8) and "one place" in full_page(1)
+        assert not re.search(r"(href|src)=.https?:|@import|url\(", full_page(8)), "it needs nothing from elsewhere"
         assert json.loads(get(server.url + "/healthz")[2])["room"] is False
         # A page that was loaded while there was room.
         with BlockingClient(server.url) as late:
@@ -114,19 +91,13 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Callable[...,
             visitor.close()
 
 
-def test_documents_are_served_in_the_language_that_is_asked_for(start: Callable[..., DuetServer]) -> None:
+def test_documents_are_served_in_the_language_that_is_asked_for(start: Start) -> None:
     url = start(documents={"/documents/model": lambda language: f"<p>{language}".encode()}).url + "/documents/model"
     for address, accept, language in ((url, "sl", "sl"), (f"{url}?lang=de", "sl", "de")):
         status, headers, body = get(address, **{"Accept-Language": accept})
         assert (status, headers["vary"], body) == (200, "Accept-Language", f"<p>{language}".encode())
         assert headers["content-type"].startswith("text/html") and headers["x-content-type-options"] == "nosniff"
     assert get(f"{url}s")[0] == 404
-
-
-def test_full_page_needs_nothing_from_elsewhere() -> None:
-    page = full_page(8)
-    assert "8 places" in page and "one place" in full_page(1)
-    assert not re.search(r"(href|src)=.https?:|@import|url\(", page)
 
 
 def ask(room: Room, *pieces: bytes) -> tuple[int, dict[str, str], bytes]:
@@ -146,33 +117,26 @@ def request(method: str, path: str = "/", *headers: str) -> bytes:
     return "\r\n".join((f"{method} {path} HTTP/1.1", "Host: localhost", *headers, "", "")).encode()
 
 
-@pytest.mark.parametrize("path", ["/", "/?dm=0.1", "/healthz", "/nothing", "/index.html"])
-def test_head_is_get_without_the_body(room: Room, path: str) -> None:
-    status, headers, body = ask(room, request("GET", path))
-    empty = ask(room, request("HEAD", path))
-    assert empty == (status, headers, b"")
-    assert int(headers.get("content-length", len(body))) == len(body)
-
-
-def test_a_request_may_come_letter_by_letter(room: Room) -> None:
+def test_head_is_get_without_the_body_and_may_come_letter_by_letter(room: Room) -> None:
+    for path in ("/", "/?dm=0.1", "/healthz", "/nothing", "/index.html"):
+        status, headers, body = ask(room, request("GET", path))
+        assert ask(room, request("HEAD", path)) == (status, headers, b"")
+        assert int(headers.get("content-length", len(body))) == len(body)
     whole = request("HEAD", "/healthz")
     status, headers, body = ask(room, *(whole[at : at + 1] for at in range(len(whole))))
     assert (status, headers["content-type"], body) == (200, "application/json", b"")
 
 
-@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "M-SEARCH"])
-def test_other_methods_are_answered_with_what_is_possible(room: Room, method: str) -> None:
-    for headers, sent in (
-        ((), b""),
-        (("Content-Length: 9",), b"some=data"),
-        (("Transfer-Encoding: chunked",), b"1\r\nx\r\n0\r\n\r\n"),
-    ):
-        status, answered, body = ask(room, request(method, "/", *headers) + sent[:3], sent[3:])
-        assert (status, answered["allow"], body) == (405, "GET, HEAD", b"Only GET and HEAD are possible.\n")
-        assert answered["x-content-type-options"] == "nosniff"
+ODD_BODIES = ((), b""), (("Content-Length: 9",), b"some=data"), (("Transfer-Encoding: chunked",), b"1\r\nx\r\n0\r\n\r\n")
 
 
-def test_only_get_becomes_a_websocket(room: Room) -> None:
+def test_other_methods_are_answered_with_what_is_possible(room: Room) -> None:
+    for method in ("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "M-SEARCH"):
+        for headers, sent in ODD_BODIES:
+            status, answered, body = ask(room, request(method, "/", *headers) + sent[:3], sent[3:])
+            assert (status, answered["allow"], body) == (405, "GET, HEAD", b"Only GET and HEAD are possible.\n"), method
+            assert answered["x-content-type-options"] == "nosniff"
+    # Only GET becomes a websocket.
     upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: " + "A" * 22 + "==")
     for method in ("HEAD", "POST"):
         assert ask(room, request(method, "/", *upgrade))[0] == 405

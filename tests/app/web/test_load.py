@@ -1,4 +1,4 @@
-"""Connections that send too much, read too little, say nothing, are too many, or come and go."""
+"""Connections that send too much, read too little, say nothing, are too many, or come and go; and files that they send."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ import random
 import socket
 import threading
 import weakref
-from collections.abc import Callable
+from typing import Any
 
+import msgspec
 import pytest
 import viser
+from websockets.frames import OP_BINARY, Frame
 
 from app.bench.blocking_client import BlockingClient
-from app.bench.headless_client import HeadlessClient
+from app.bench.headless_client import CAMERA, HeadlessClient
 from app.web.allowance import Allowance
 from app.web.index_page import OPEN_TOO_OFTEN
 from app.web.message_gate import Traffic
-from app.web.server import DuetServer
 from app.web.traffic_limits import TrafficLimits
-from tests.app.web.conftest import Room, ended, roundtrip, visiting
+from tests.app.page.helpers import notes
+from tests.app.web.conftest import Join, Room, Start, ended, roundtrip, visiting, write
 
 
 def test_a_flood_is_slowed_down() -> None:
@@ -38,7 +40,7 @@ def test_messages_count_by_their_size_too() -> None:
     assert large.pause(490_000) == 0.0 and large.pause(1_000_000) == pytest.approx(0.99, abs=0.05)
 
 
-def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Callable[..., DuetServer]) -> None:
+def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Start) -> None:
     server = start(limits=TrafficLimits(stall_seconds=0.5))
     picture = server.gui.add_html("")
     with visiting(server) as witness:
@@ -60,7 +62,7 @@ def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Callable[..
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
-def test_fifty_visits_leave_nothing_behind(room: Room, join: Callable[..., BlockingClient]) -> None:
+def test_fifty_visits_leave_nothing_behind(room: Room, join: Join) -> None:
     handles: weakref.WeakSet[viser.ClientHandle] = weakref.WeakSet()
 
     @room.server.on_client_connect
@@ -91,7 +93,7 @@ def test_fifty_visits_leave_nothing_behind(room: Room, join: Callable[..., Block
     assert len(room.server.scene._active_transform_drag_handles) == 0
 
 
-def test_a_connection_that_says_nothing_is_closed_and_one_that_falls_silent_is_not(start: Callable[..., DuetServer]) -> None:
+def test_a_connection_that_says_nothing_is_closed_and_one_that_falls_silent_is_not(start: Start) -> None:
     room = Room(start(limits=TrafficLimits(first_message_seconds=0.3)))
     with visiting(room.server) as quiet:
         with BlockingClient(room.server.url, camera=False) as mute:
@@ -101,9 +103,7 @@ def test_a_connection_that_says_nothing_is_closed_and_one_that_falls_silent_is_n
 
 
 @pytest.mark.parametrize("query", ["resume=0123456789abcdef", ""], ids=["one tab", "one address"])
-def test_a_tab_has_so_many_connections_and_an_address_for_programs(
-    room: Room, join: Callable[..., BlockingClient], query: str
-) -> None:
+def test_a_tab_has_so_many_connections_and_an_address_for_programs(room: Room, join: Join, query: str) -> None:
     eight = [join(query=query) for _ in range(8)]
     with BlockingClient(room.server.url, query=query) as ninth:
         assert ended(ninth) == (1013, OPEN_TOO_OFTEN)
@@ -113,3 +113,73 @@ def test_a_tab_has_so_many_connections_and_an_address_for_programs(
     eight[0].wait_for(lambda _: room.server.count_clients() == 16)
     eight.append(join(query=query))
     assert all(one.closed is None for one in (*eight, *pages))
+
+
+def announcement(visitor: BlockingClient, size: int, *, parts: int, transfer: str = "t") -> dict[str, Any]:
+    """The message before a file of `size` bytes in `parts` parts."""
+    file = {"source_component_uuid": visitor.mirror.labelled("file")["uuid"], "transfer_uuid": transfer}
+    announced = {"filename": "a.bvh", "mime_type": "", "part_count": parts, "size_bytes": size}
+    return {"type": "FileTransferStartUpload", **file, **announced}
+
+
+def upload(visitor: BlockingClient, size: int, pieces: dict[int, int], *, parts: int, transfer: str = "t") -> None:
+    """Announce a file of `size` bytes in `parts` parts, then send the pieces, part number → number of bytes."""
+    visitor.send(announcement(visitor, size, parts=parts, transfer=transfer))
+    file = {"source_component_uuid": visitor.mirror.labelled("file")["uuid"], "transfer_uuid": transfer}
+    for index, piece in pieces.items():
+        visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * piece})
+
+
+def test_files_up_to_the_cap_arrive(start: Start) -> None:
+    room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
+    with visiting(room.server) as visitor:
+        upload(visitor, 1_000_000, {0: 524_288, 1: 475_712}, parts=2)
+        visitor.wait_for(lambda v: room.values("file") == [1_000_000])
+        upload(visitor, 0, {}, parts=0, transfer="empty")
+        visitor.wait_for(lambda v: room.values("file") == [1_000_000, 0])
+        upload(visitor, 2_000_001, {0: 524_288}, parts=4, transfer="too large")
+        visitor.wait_for(lambda v: v.received.messages["NotificationShowMessage"] == 1)
+        roundtrip(visitor, room)
+        assert room.server.gui._current_file_upload_states == {}
+
+
+@pytest.mark.parametrize(("query", "said"), [("", "up to 2 MB"), ("lang=de", "bis 2 MB"), ("lang=sl", "do 2 MB")])
+def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(start: Start, query: str, said: str) -> None:
+    room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
+    with visiting(room.server, query=query, camera=False) as visitor:
+        # In one piece with the first message: on a busy server they wait side by side.
+        messages = (CAMERA, announcement(visitor, 2_000_001, parts=4))
+        write(visitor, b"".join(Frame(OP_BINARY, msgspec.msgpack.encode(one)).serialize(mask=True) for one in messages))
+        visitor.wait_for(lambda _: len(notes(visitor)) == 1)
+        assert said in notes(visitor)[0]
+
+
+def test_unfinished_files_count_and_belong_to_their_sender(start: Start) -> None:
+    room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
+    buffers = room.server.gui._current_file_upload_states
+    with visiting(room.server) as visitor, visiting(room.server) as other:
+        upload(visitor, 1_500_000, {0: 500_000}, parts=3, transfer="open")
+        upload(visitor, 600_000, {0: 500_000}, parts=2, transfer="above the cap together")
+        upload(visitor, 100, {0: 200}, parts=1, transfer="more than said")
+        roundtrip(visitor, room)
+        assert set(buffers) == {"open", "more than said"} and buffers["more than said"]["parts"] == {}
+        # The same part again must not count as another one, or what is counted and what is stored would differ.
+        file = {"source_component_uuid": room.upload._impl.uuid, "transfer_uuid": "open"}
+        for index in (0, 0, 7):
+            visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * 300_000})
+        roundtrip(visitor, room)
+        assert "open" in room.server.gate._open_uploads and set(buffers["open"]["parts"]) == {0}
+        other.send({"type": "FileTransferPart", **file, "part_index": 1, "content": b"spoilt"})
+        upload(other, 100, {0: 100}, parts=1, transfer="open")
+        roundtrip(other, room)
+        assert buffers["open"]["total_bytes"] == 1_500_000 and set(buffers["open"]["parts"]) == {0}
+        assert room.values("file") == []
+        for number in range(6):
+            upload(other, 100_000, {}, parts=1, transfer=f"many {number}")
+        roundtrip(other, room)
+        assert sum(name.startswith("many") for name in buffers) == 4
+        for index in (1, 2):
+            visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * 500_000})
+        visitor.wait_for(lambda v: room.values("file") == [1_500_000])
+    with BlockingClient(room.server.url) as late:
+        late.wait_for(lambda v: room.server.count_clients() == 1 and not buffers and not room.server.gate._open_uploads)

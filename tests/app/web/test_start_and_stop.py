@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -14,6 +13,7 @@ from app.bench.blocking_client import BlockingClient
 from app.web.listening import PortInUse, port_answers
 from app.web.server import DuetServer
 from controllers.errors import BadSetting, DuetError
+from tests.app.web.conftest import Start
 
 
 @pytest.mark.parametrize("other_host", ["127.0.0.1", "0.0.0.0"])
@@ -25,15 +25,10 @@ def test_a_busy_port_is_an_error_that_names_the_remedy(other_host: str) -> None:
         with pytest.raises(PortInUse, match=rf"port {port} .*--port {port % 65535 + 1}") as error:
             DuetServer(port=port)
         assert isinstance(error.value, DuetError) and "\n" not in str(error.value)
-    DuetServer(port=port).stop()
-
-
-def test_who_answers_on_a_port_is_found_by_asking() -> None:
-    # What macOS needs; the rule itself is the same everywhere.
-    with socket.create_server(("127.0.0.1", 0)) as other:
-        port = other.getsockname()[1]
+        # What macOS needs; the rule itself is the same everywhere.
         assert port_answers("127.0.0.1", port)
     assert not port_answers("127.0.0.1", port)
+    DuetServer(port=port).stop()
 
 
 @pytest.mark.parametrize(
@@ -44,7 +39,7 @@ def test_impossible_settings_are_explained(options: dict[str, Any]) -> None:
         DuetServer(**{"port": 0, **options})
 
 
-def test_stopping_releases_port_thread_and_page(start: Callable[..., DuetServer], capfd: pytest.CaptureFixture[str]) -> None:
+def test_stopping_releases_port_thread_and_page(start: Start, capfd: pytest.CaptureFixture[str]) -> None:
     before = set(threading.enumerate())
     server = start()
     port, visitor = server.get_port(), BlockingClient(server.url)
@@ -60,9 +55,7 @@ def test_stopping_releases_port_thread_and_page(start: Callable[..., DuetServer]
     assert capfd.readouterr().out == ""
 
 
-def test_a_visitor_at_the_door_during_construction_is_served(
-    start: Callable[..., DuetServer], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_visitor_at_the_door_during_construction_is_served(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
     early: list[BlockingClient] = []
     original = infra.WebsockServer.start
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -16,12 +15,12 @@ from app.web.connection import FilteredConnection
 from app.web.index_page import page_query
 from app.web.page_assets import PageAssets
 from app.web.request import request_query
-from app.web.server import DuetServer
 from app.web.traffic_limits import TrafficLimits
+from tests.app.web.conftest import Start
 from tests.browser import PageAt, drag_arrow, installed_browser, screenshot, wait_ready, world_position
 
 
-def test_two_tabs_bring_their_own_query(start: Callable[..., DuetServer], page_at: PageAt) -> None:
+def test_two_tabs_bring_their_own_query(start: Start, page_at: PageAt) -> None:
     server = start()
     arrived: list[dict[str, str]] = []
 
@@ -44,7 +43,7 @@ def test_two_tabs_bring_their_own_query(start: Callable[..., DuetServer], page_a
     assert one.title() == "Duet"
 
 
-def test_a_lost_connection_is_said_and_taken_back(start: Callable[..., DuetServer], page_at: PageAt) -> None:
+def test_a_lost_connection_is_said_and_taken_back(start: Start, page_at: PageAt) -> None:
     server = start()
     server.gui.add_markdown("first start")
     page = page_at(900, 600)
@@ -66,7 +65,7 @@ def test_a_lost_connection_is_said_and_taken_back(start: Callable[..., DuetServe
     page.wait_for_function("fetch('/healthz').then(a => a.json()).then(s => document.documentElement.outerHTML.includes(s.run))")
 
 
-def test_the_full_page_lets_in_by_itself(start: Callable[..., DuetServer], page_at: PageAt) -> None:
+def test_the_full_page_lets_in_by_itself(start: Start, page_at: PageAt) -> None:
     server = start(max_clients=1)
     server.gui.add_markdown("welcome")
     page = page_at(900, 600, expect=(r"status of 503",))
@@ -99,9 +98,7 @@ window.Worker = class extends Worker {
 """
 
 
-def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
-    start: Callable[..., DuetServer], page_at: PageAt
-) -> None:
+def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(start: Start, page_at: PageAt) -> None:
     server = start(assets=RESUME, limits=TrafficLimits(connections=1))
     page = page_at(700, 500)
     page.add_init_script(_IN_THE_BACKGROUND)
@@ -116,7 +113,7 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
         assert server.client_id(tab) not in server.get_clients()
 
 
-def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Callable[..., DuetServer], page_at: PageAt) -> None:
+def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Start, page_at: PageAt) -> None:
     server = start(assets=RESUME, limits=TrafficLimits(connections=1))
     server.gui.add_markdown("welcome")
     page = page_at(900, 600)
@@ -135,7 +132,7 @@ def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Callable
     assert server.count_clients() == 1
 
 
-def test_a_gizmo_follows_a_real_mouse(start: Callable[..., DuetServer], page_at: PageAt) -> None:
+def test_a_gizmo_follows_a_real_mouse(start: Start, page_at: PageAt) -> None:
     server = start()
     server.scene.configure_default_lights(False)
     server.initial_camera.position, server.initial_camera.look_at = (2.0, 1.0, 1.2), (0.0, 0.0, 0.4)

@@ -1,18 +1,154 @@
-"""What Duet replaces of viser: once, in whatever order it is called; what is replaced for one server is put back."""
+"""What Duet replaces of viser: it sends what viser would send, under a stamp that stands still, packed once for all browsers."""
 
 from __future__ import annotations
 
+import asyncio
+import importlib.util
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 import viser.infra._infra as viser_infra
 import websockets
 from viser import _gui_api, _gui_handles
+from viser import _messages as viser_messages
 from viser._assignable_props_api import AssignablePropsBase
 
+import app.web.sending
 from app.bench.blocking_client import BlockingClient
+from app.bench.page_mirror import decode_frame
+from app.web.sending import STAMP, Packed
 from app.web.server import DuetServer
-from app.web.viser_internals import VISER_VERSION, ServerView, adapt_viser, serving_with, shared_messages
+from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, serving_with, shared_messages
+from tests.app.web.conftest import Join, Room
+
+
+@pytest.fixture
+def visers_own(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """viser's networking as it is without us, clock and all."""
+    origin = viser_infra.__file__
+    assert origin is not None
+    spec = importlib.util.spec_from_file_location("viser.infra._infra_untouched", origin)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, spec.name, module)
+    spec.loader.exec_module(module)
+    return module
+
+
+def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Message]], client_id: int = 1) -> list[bytes]:
+    """The frames that `produce` sends of these batches, one after another."""
+
+    async def run() -> list[bytes]:
+        sent: list[bytes] = []
+
+        async def send(data: bytes) -> None:
+            sent.append(data)
+
+        buffer = MessageBuffer(asyncio.get_running_loop(), persistent_messages=True, window_duration_sec=0.0)
+        work = asyncio.create_task(produce(SimpleNamespace(send=send), buffer, client_id))
+        for number, batch in enumerate(batches, 1):
+            buffer.atomic_start()
+            for message in batch:
+                buffer.push(message)
+            buffer.atomic_end()
+            while len(sent) < number:
+                await asyncio.sleep(0)
+        buffer.set_done()
+        await work
+        return sent
+
+    # A thread of its own: where a browser is driven, this one has an event loop that is at work.
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, run()).result()
+
+
+def some_batches() -> list[list[viser_messages.Message]]:
+    turned, moved = viser_messages.SetOrientationMessage, viser_messages.SetPositionMessage
+    updated = viser_messages.GuiUpdateMessage
+    curve = {"data": (np.linspace(0.0, 1.0, 7), np.arange(3, dtype=np.float32))}
+    return [
+        [turned("/a", (1.0, 0.0, 0.0, 0.0)), moved("/a", (0.1, 0.2, 0.3))],
+        [updated("u", curve), moved("/a", (0.2, 0.2, 0.3)), updated("v", {"x": "é"})],
+    ]
+
+
+def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(visers_own, "time", SimpleNamespace(perf_counter=lambda: STAMP))
+    batches = some_batches()
+    ours = produced(app.web.sending.send_windows, batches)
+    assert ours == produced(visers_own._message_producer, batches)
+    # A connection that is not ours gets viser's own loop, clock and all.
+    adapt_viser()
+    assert produced(viser_infra._message_producer, batches) != ours
+    messages, _ = decode_frame(ours[1])
+    assert [message["type"] for message in messages] == ["GuiUpdateMessage", "SetPositionMessage", "GuiUpdateMessage"]
+    np.testing.assert_array_equal(messages[0]["updates"]["data"][1], [0.0, 1.0, 2.0])
+
+
+def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
+    room: Room, join: Join, visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = (decode_frame(frame)[1] for frame in produced(visers_own._message_producer, some_batches()))
+    assert second > first > 0.0, "viser's own clock goes on; else there is nothing to hold still"
+
+    stamps: list[float] = []
+
+    def note(frame: bytes) -> tuple[list[dict[str, Any]], float]:
+        messages, stamp = decode_frame(frame)
+        stamps.append(stamp)
+        return messages, stamp
+
+    monkeypatch.setattr("app.bench.headless_client.decode_frame", note)
+    visitor = join()
+    for value in (0.11, 0.12, 0.13):
+        room.slider.value = value
+        visitor.wait_for(lambda v, value=value: v.mirror.labelled("d_m")["value"] == value)
+    assert len(stamps) >= 4 and len(set(stamps)) == 1
+
+
+def test_what_all_are_sent_is_packed_once(room: Room, join: Join, monkeypatch: pytest.MonkeyPatch) -> None:
+    visitors = [join() for _ in range(5)]
+    packed: list[list[str]] = []
+    pack = app.web.sending.pack
+
+    def note(messages: Any) -> bytes:
+        packed.append([f"{type(m).__name__} {getattr(m, 'updates', '')}" for m in messages])
+        return pack(messages)
+
+    monkeypatch.setattr(app.web.sending, "pack", note)
+    for value in (0.11, 0.12, 0.13):
+        room.slider.value = value
+        room.server.flush()
+        for visitor in visitors:
+            visitor.wait_for(lambda v, value=value: v.mirror.labelled("d_m")["value"] == value)
+    assert packed == [[f"GuiUpdateMessage {{'value': {value}}}"] for value in (0.11, 0.12, 0.13)]
+
+    # A browser's own change is sent to all others, and to a newcomer as it is by then.
+    packed.clear()
+    visitors[0].set_value("d_m", 0.2)
+    for visitor in visitors[1:]:
+        visitor.wait_for(lambda v: v.mirror.labelled("d_m")["value"] == 0.2)
+    assert len(packed) == 1
+    late = join()
+    assert late.mirror.labelled("d_m")["value"] == 0.2
+    room.server.gui.add_checkbox("more", False).value = True
+    for visitor in (*visitors, late):
+        visitor.wait_for(lambda v: any(e.get("label") == "more" and e["value"] for e in v.mirror.gui.values()))
+
+
+def test_an_element_is_never_sent_as_it_once_was() -> None:
+    packed, moved = Packed(), [viser_messages.SetPositionMessage("/a", (0.0, 0.0, 0.0))]
+    assert packed.get(moved) is packed.get(list(moved))
+    props = viser_messages.GuiHtmlProps(order=0.0, content="as it was made", visible=True)
+    made = [viser_messages.GuiHtmlMessage("u", "root", props)]
+    before = packed.get(made)
+    props.content = "as it is now"
+    assert packed.get(made) != before
 
 
 def replaced() -> tuple[Any, ...]:

@@ -90,13 +90,6 @@ ASIDE = Planar(np.array([0.55, 0.25]), 0.05)
 GOAL = np.array([0.5, 0.1, -0.1])
 
 
-@pytest.mark.parametrize("arm", [NEAR, ASIDE], ids=["near", "aside"])
-def test_planar_row(arm: Planar) -> None:
-    """The hand-made row is the gradient of the hand-made distance."""
-    for q in np.random.default_rng(1).uniform(-1.5, 1.5, (20, 3)):
-        assert_allclose(arm.row(q), derivative(lambda x: np.array([arm.distance(x)]), q)[0], atol=1e-7)
-
-
 @pytest.mark.parametrize("n", [1.0, 2.0, 6.0])
 def test_the_law_is_a_projected_gradient_flow(n: float) -> None:
     """q̇ = −(I − λ J_d^# J_d) ∇W, ∇W by finite differences, exact for a v that grows with |J_d|²."""

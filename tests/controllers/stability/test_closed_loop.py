@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -25,39 +27,34 @@ class LeftArm:
     def __init__(self, q: Array) -> None:
         self.room, self.kinematics, self.detector = bodies("torso")
         self.arm = self.room.arms[0]
-        self.q = q
-        near = self.look(q[self.arm.joints])
-        self.pair = near.pair
+        self.whole, self.q = q, q[self.arm.joints]
+        self.near = self.look(self.q)
+        self.row = self.near.row[self.arm.joints]
+        self.jacobian = self.kinematics.hand_jacobian(self.arm).copy()
 
-    def look(self, q_left: Array) -> Proximity:
+    def look(self, q: Array) -> Proximity:
         """Put the left arm somewhere and detect."""
-        q = self.q.copy()
-        q[self.arm.joints] = q_left
-        self.kinematics.update(q)
+        whole = self.whole.copy()
+        whole[self.arm.joints] = q
+        self.kinematics.update(whole)
         return self.detector.detect()
 
-    def distance(self, q_left: Array) -> float:
+    def distance(self, q: Array) -> float:
         """d of the pair that was closest at first."""
-        self.look(q_left)
-        return float(self.detector.distances()[self.pair])
+        self.look(q)
+        return float(self.detector.distances()[self.near.pair])
 
-    def hand(self, q_left: Array) -> pin.SE3:
+    def hand(self, q: Array) -> pin.SE3:
         """Pose of the hand, a copy."""
-        self.look(q_left)
+        self.look(q)
         return self.kinematics.hand_pose(self.arm).copy()
 
 
 def near_postures(count: int, seed: int, shortest: float) -> list[LeftArm]:
     """Postures with d between 0.02 and 0.6 m and |J_d| above `shortest`."""
-    room, kinematics, detector = bodies("torso")
-    found: list[LeftArm] = []
-    for q in random_postures(room, 5000, seed):
-        kinematics.update(q)
-        near = detector.detect()
-        if 0.02 < near.distance < 0.6 and np.linalg.norm(near.row[room.arms[0].joints]) > shortest:
-            found.append(LeftArm(q))
-            if len(found) == count:
-                break
+    arms = map(LeftArm, random_postures(bodies("torso")[0], 5000, seed))
+    near = (arm for arm in arms if 0.02 < arm.near.distance < 0.6 and np.linalg.norm(arm.row) > shortest)
+    found = list(islice(near, count))
     assert len(found) == count
     return found
 
@@ -70,9 +67,7 @@ def test_m_gives_the_error_rate_of_the_closed_loop() -> None:
     random, K_a, K_b, h = np.random.default_rng(3), 5.0, 2.0, 1e-5
     rising = 0
     for left in near_postures(40, 3, AUTHORITY):
-        q = left.q[left.arm.joints]
-        near = left.look(q)
-        row, J_b = near.row[left.arm.joints], left.kinematics.hand_jacobian(left.arm)[:3]
+        q, near, row, J_b = left.q, left.near, left.row, left.jacobian[:3]
         e_b = random.normal(size=3) * 0.1
         goal_b = left.hand(q).translation + e_b
         analysis = analyse(row, J_b, LAW.activation(near.distance), K_a, K_b)
@@ -103,12 +98,10 @@ def test_with_the_laws_own_gain_the_avoidance_error_moves_as_m_says() -> None:
     random, h = np.random.default_rng(4), 1e-5
     apart = 0
     for left in near_postures(40, 4, AUTHORITY):
-        q = left.q[left.arm.joints]
-        near = left.look(q)
+        q, near, row, J_b = left.q, left.near, left.row, left.jacobian[:3]
         slope = -0.3 * activation_slope(near.distance, 0.15, 6.0)
         if not 0.16 < near.distance < 0.35:
             continue
-        row, J_b = near.row[left.arm.joints], left.kinematics.hand_jacobian(left.arm)[:3]
         e_b = random.normal(size=3) * 0.1
         dq = LAW(Situation(q, pseudo_inverse(J_b) @ (2.0 * e_b), row, near.distance, 0.0))
         lam = LAW.activation(near.distance)
@@ -131,10 +124,8 @@ def test_the_damped_m_is_that_of_the_running_loop(task: str) -> None:
     random, m = np.random.default_rng(5), 3 if task == "position" else 6
     apart = 0.0
     for left in near_postures(40, 5, 0.0):
-        q = left.q[left.arm.joints]
+        q, near, row, J_b = left.q, left.near, left.row, left.jacobian[:m]
         pose = left.hand(q)
-        near = left.look(q)
-        row, J_b = near.row[left.arm.joints], left.kinematics.hand_jacobian(left.arm)[:m]
         goal = pin.SE3(pin.exp3(random.normal(size=3) * 0.2) @ pose.rotation, pose.translation + random.normal(size=3) * 0.1)
         e_b = pose_error(pose, goal.translation, goal.rotation)
         nominal = damped_solution(J_b, 2.0 * e_b[:m])

@@ -55,7 +55,6 @@ def test_one_of_the_tasks_alone(seed: int, m: int, K_a: float, K_b: float) -> No
     # Positive control: at equal gains, the same two tasks with nearly parallel directions fail as soon as λ counts.
     assert not analyse(J_b[0] + 1e-3 * row, J_b, 0.5, K_a, K_a).condition_holds
     # λ = 1 is strict priority, eq. (11): the task can do nothing to avoidance, M_ab = 0, for any two tasks.
-    row, J_b = tasks(seed, m)
     a = analyse(row, J_b, 1.0, K_a, K_b)
     assert_allclose(a.M_ab, 0.0, atol=1e-12)
     assert a.slowest_mode == pytest.approx(min(K_a, K_b * a.survival), rel=1e-6)
@@ -122,38 +121,22 @@ def test_ranks_are_those_of_singular_values(seed: int, m: int, angle: float) -> 
         assert a.independent == (singular[-1] > TOLERANCE)
 
 
-@pytest.mark.parametrize(
-    ("lam", "K_a", "K_b", "what"),
-    [
-        (-0.1, 1.0, 1.0, "λ"),
-        (1.1, 1.0, 1.0, "λ"),
-        (math.nan, 1.0, 1.0, "λ"),
-        (0.5, -1.0, 1.0, "K_a"),
-        (0.5, 1.0, math.inf, "K_b"),
-    ],
-)
-def test_bad_settings_are_named(lam: float, K_a: float, K_b: float, what: str) -> None:
-    """A λ or a gain that cannot be is named, with what could be."""
-    with pytest.raises(BadSetting, match=rf"{what} is .*; it must be"):
-        analyse(*tasks(1, 3), lam, K_a, K_b)
-
-
-@pytest.mark.parametrize(
-    ("row", "J_b"),
-    [
-        (np.zeros(7), np.zeros((3, 6))),
-        (np.zeros((1, 7)), np.zeros((3, 7))),
-        (np.zeros(7), np.zeros(7)),
-        (np.zeros(7), np.zeros((0, 7))),
-        (np.zeros(0), None),
-        (np.full(7, np.nan), None),
-        (np.zeros(7), np.full((3, 7), np.inf)),
-    ],
-)
-def test_wrong_shapes_and_numbers_are_refused(row: Array, J_b: Array | None) -> None:
-    """What is no pair of Jacobians is refused rather than analysed."""
-    with pytest.raises(ValueError, match="J_d"):
-        analyse(row, J_b, 0.5, 1.0, 1.0)
+def test_what_cannot_be_analysed_is_refused() -> None:
+    """A λ or a gain that cannot be is named, with what could be; what is no pair of Jacobians is refused."""
+    for lam, K_a, K_b, what in (
+        (-0.1, 1, 1, "λ"),
+        (1.1, 1, 1, "λ"),
+        (math.nan, 1, 1, "λ"),
+        (0.5, -1, 1, "K_a"),
+        (0.5, 1, math.inf, "K_b"),
+    ):
+        with pytest.raises(BadSetting, match=rf"{what} is .*; it must be"):
+            analyse(*tasks(1, 3), lam, K_a, K_b)
+    row, nothing = np.zeros(7), np.zeros(0)
+    wrong = [(row, np.zeros((3, 6))), (row[None], np.zeros((3, 7))), (row, row), (row, np.zeros((0, 7))), (nothing, None)]
+    for J_d, J_b in [*wrong, (row + np.nan, None), (row, np.full((3, 7), np.inf))]:
+        with pytest.raises(ValueError, match="J_d"):
+            analyse(J_d, J_b, 0.5, 1.0, 1.0)
 
 
 def test_pure() -> None:

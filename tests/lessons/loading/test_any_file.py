@@ -13,6 +13,7 @@ from app.lessons.loading import load_lessons
 from tests.lessons.helpers import SMALL
 
 LINES: list[str] = list[str](SMALL.splitlines(keepends=True))
+EXTRA = ("```\n", "```duet\n", "## X\n", "### Hints\n", "[challenge]\n", "[[why]]\n", "= 1\n", "{measured:d}\n", "1. x\n")
 
 
 @st.composite
@@ -33,18 +34,7 @@ def broken(draw: st.DrawFn) -> str:
                 i, what = draw(st.integers(0, len(lines[at]))), draw(st.text(max_size=3))
                 lines[at] = lines[at][:i] + what + lines[at][i + draw(st.integers(0, 3)) :]
             case "insert":
-                extra = (
-                    "```\n",
-                    "```duet\n",
-                    "## X\n",
-                    "### Hints\n",
-                    "[challenge]\n",
-                    "[[why]]\n",
-                    "= 1\n",
-                    "{measured:d}\n",
-                    "1. x\n",
-                )
-                lines.insert(at, draw(st.sampled_from(extra)))
+                lines.insert(at, draw(st.sampled_from(EXTRA)))
             case _:
                 del lines[max(at, 1) :]
         if not lines:

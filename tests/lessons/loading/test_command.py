@@ -39,7 +39,7 @@ def test_the_readme_names_everything_there_is() -> None:
         assert row.rstrip(" |").endswith("live") == quantity.live
     for name, known in SCRIPTS.items():
         (row,) = [line for line in README.splitlines() if line.startswith(f"| `{name}` |")]
-        assert all(f"`{field.name}`" in row for field in dataclasses.fields(known.make))
+        assert all(f"`{parameter}`" in row for parameter in known.parameters)
 
 
 def test_the_list_names_the_lessons_and_what_was_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

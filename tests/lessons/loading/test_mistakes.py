@@ -19,6 +19,9 @@ def line_with(text: str, part: str) -> int:
     return line
 
 
+BARE = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
+"""The small lesson as a translation may be: texts only."""
+
 CASES = [
     ("# A small lesson", "A small lesson", "A small lesson", "before the title"),
     ("Find out something.\n", "", "# A small lesson", "has no goal"),
@@ -108,12 +111,9 @@ def test_files_that_are_no_lessons_at_all(tmp_path: Path, name: str, content: by
     assert len(book.problems) == 1 and book.problems[0].file == name and message in book.problems[0].message
 
 
-def test_an_empty_folder_and_none_are_told(tmp_path: Path) -> None:
+def test_folders_without_lessons_and_numbers_that_stand_twice_are_named(tmp_path: Path) -> None:
     assert "README.md" in load_lessons(tmp_path).problems[0].message
     assert "cannot be read" in load_lessons(tmp_path / "none").problems[0].message
-
-
-def test_the_same_number_twice_is_a_problem(tmp_path: Path) -> None:
     book_of(tmp_path)
     book = book_of(tmp_path, name="01-other.md")
     assert len(book.lessons) == 1 and "same number" in book.problems[0].message
@@ -132,9 +132,8 @@ def test_the_same_number_twice_is_a_problem(tmp_path: Path) -> None:
 )
 def test_a_translation_that_does_not_fit_is_named_and_english_stays(tmp_path: Path, old: str, new: str, message: str) -> None:
     book_of(tmp_path)
-    bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
-    assert old in bare
-    (tmp_path / "01-small.de.md").write_text(bare.replace(old, new, 1), encoding="utf-8")
+    assert old in BARE
+    (tmp_path / "01-small.de.md").write_text(BARE.replace(old, new, 1), encoding="utf-8")
     book = load_lessons(tmp_path, "de")
     assert book.lessons[0].language == "en"
     assert len(book.problems) == 1 and book.problems[0].file == "01-small.de.md" and message in book.problems[0].message
@@ -142,9 +141,8 @@ def test_a_translation_that_does_not_fit_is_named_and_english_stays(tmp_path: Pa
 
 def test_a_translation_carries_every_text(tmp_path: Path) -> None:
     book = book_of(tmp_path)
-    bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
     words = r"(?<![{:\w#])\b(small|something|First|see|near|Near|Far|No|Yes|Run|Because|Raise|One|Two|Three|Second|Move)\b"
-    (tmp_path / "01-small.de.md").write_text(re.sub(words, lambda m: f"ü{m[0]}", bare), encoding="utf-8")
+    (tmp_path / "01-small.de.md").write_text(re.sub(words, lambda m: f"ü{m[0]}", BARE), encoding="utf-8")
     german = load_lessons(tmp_path, "de")
     assert not german.problems
     lesson, original = german.lessons[0], book.lessons[0]
@@ -180,20 +178,17 @@ PICTURE = "![x](a.svg)"
         ("> No: {measured:d}.", f"> No.\n   > {PICTURE}", ""),
         (HERE, "![](a.svg)", "says nothing"),
         (HERE, "![x](b.svg)", "there is no picture"),
-        (HERE, "![x](below)", "not a picture beside the lesson"),
-        (HERE, "![x](../a.svg)", "not a picture beside the lesson"),
-        (HERE, "![x](/etc/passwd.svg)", "not a picture beside the lesson"),
-        (HERE, "![x](link.svg)", "not a picture beside the lesson"),
+        *(
+            (HERE, f"![x]({path})", "not a picture beside the lesson")
+            for path in ("below", "../a.svg", "/etc/passwd.svg", "link.svg")
+        ),
         (HERE, "![x](https://example.org/a.svg)", "there is no picture"),
         (HERE, "![x](01-small.md)", "must be an .svg or .png"),
         (HERE, "![x](large.svg)", "larger than"),
         (HERE, "![x](text.svg)", "is not an SVG"),
         (HERE, "![x](text.png)", "is not a PNG"),
-        (HERE, f"Because {PICTURE}.", "a line of its own"),
-        (HERE, f"- {PICTURE}", "a line of its own"),
-        (HERE, "![x\n](a.svg)", "a line of its own"),
-        ("1. Near.", f"1. Near.\n{PICTURE}", "a line of its own"),
-        ("1. One.", f"1. One.\n{PICTURE}", "a line of its own"),
+        *((HERE, text, "a line of its own") for text in (f"Because {PICTURE}.", f"- {PICTURE}", "![x\n](a.svg)")),
+        *((line, f"{line}\n{PICTURE}", "a line of its own") for line in ("1. Near.", "1. One.")),
         ("## First", f"## First {PICTURE}", "a line of its own"),
         ("Find out something.", PICTURE, "a line of its own"),
     ],
@@ -225,8 +220,7 @@ def test_pictures_of_translations_and_notes_are_checked_too(
     tmp_path: Path, ending: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     book_of(tmp_path)
-    bare = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
-    text = bare.replace(HERE, "![x](gone.svg)") if ending == "de" else "# Notes\n\n![x](gone.svg)\n"
+    text = BARE.replace(HERE, "![x](gone.svg)") if ending == "de" else "# Notes\n\n![x](gone.svg)\n"
     (tmp_path / f"01-small.{ending}.md").write_text(text, encoding="utf-8")
     assert lessons(Lessons(folder=tmp_path)) == 1
     line = text.splitlines().index("![x](gone.svg)") + 1

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -28,51 +29,30 @@ def setup(seconds: float = 8.0, given: Input | None = None, start: Start | None 
     return Setup(tuple(changes.items()), given or Input("none"), start, seconds, FOLDER)
 
 
+SOLO: dict[str, Any] = {"scene": "solo", "dt": 0.02}
+BALL: dict[str, Any] = {"scene": "ball", "pairs": "single", "n": 2.0, "k": 2.0, "dt": 0.02}
+TABLE: dict[str, Any] = {"rig": "table", "pairs": "single", "n": 2.0, "k": 2.0, "dt": 0.02}
+TURN = Input("script", "elbow_to", (("angle", 0.6),))
+
+
+def ball_at(*place: Any) -> Start:
+    """A start with the ball at a place."""
+    return Start(RoomPlace(*place))
+
+
 RUNS: dict[str, Setup] = {
-    "circle": setup(16.2, scene="solo", path="circle", k=0.5, dt=0.02),
-    "elbow": setup(8.0, Input("script", "elbow_to", (("angle", 0.6),)), scene="solo", k=2.0, dt=0.02),
-    "turned": setup(8.0, Input("script", "elbow_to", (("angle", 0.6),)), scene="solo", task="pose", k=5.0, dt=0.005),
-    "pose": setup(1.0, scene="solo", task="pose", dt=0.02),
-    "ball": setup(8.0, scene="ball", pairs="single", n=2.0, k=2.0, dt=0.02),
+    "circle": setup(16.2, **SOLO, path="circle", k=0.5),
+    "elbow": setup(8.0, TURN, **SOLO, k=2.0),
+    "turned": setup(8.0, TURN, scene="solo", task="pose", k=5.0, dt=0.005),
+    "pose": setup(1.0, **SOLO, task="pose"),
+    "ball": setup(8.0, **BALL),
     "switch": setup(5.0, scene="ball", pairs="single", law="strict_switched", k=2.0, dt=0.005),
-    "tail": setup(8.0, None, Start(RoomPlace("goal", UP, 0.1)), scene="ball", pairs="single", n=2.0, k=2.0, dt=0.02),
-    "steep": setup(
-        8.0,
-        None,
-        Start(RoomPlace("goal", (0.0, -0.3145, -0.1), 0.2)),
-        scene="ball",
-        pairs="single",
-        dm=0.1,
-        n=20.0,
-        k=10.0,
-        dt=0.02,
-    ),
-    "beside": setup(
-        6.0, None, Start(RoomPlace("elbow", UP, 0.14)), scene="ball", point="elbow", pairs="single", n=6.0, k=2.0, dt=0.02
-    ),
-    "short": setup(
-        1.4,
-        None,
-        Start(RoomPlace("elbow", "upper_arm", 0.1, 0.35)),
-        scene="ball",
-        point="elbow",
-        pairs="single",
-        n=2.0,
-        k=2.0,
-        dt=0.01,
-    ),
-    "push": setup(
-        2.6,
-        Input("script", "push", (("speed", 0.4),)),
-        scene="hold",
-        rig="table",
-        pairs="single",
-        n=2.0,
-        k=2.0,
-        wmax=0.4,
-        dt=0.005,
-    ),
-    "slave": setup(6.0, Input("autopilot"), scene="master_slave", rig="table", pairs="single", n=2.0, k=2.0, dt=0.02),
+    "tail": setup(8.0, None, ball_at("goal", UP, 0.1), **BALL),
+    "steep": setup(8.0, None, ball_at("goal", (0.0, -0.3145, -0.1), 0.2), **BALL | {"dm": 0.1, "n": 20.0, "k": 10.0}),
+    "beside": setup(6.0, None, ball_at("elbow", UP, 0.14), **BALL | {"point": "elbow", "n": 6.0}),
+    "short": setup(1.4, None, ball_at("elbow", "upper_arm", 0.1, 0.35), **BALL | {"point": "elbow", "dt": 0.01}),
+    "push": setup(2.6, Input("script", "push", (("speed", 0.4),)), **TABLE | {"scene": "hold", "wmax": 0.4, "dt": 0.005}),
+    "slave": setup(6.0, Input("autopilot"), scene="master_slave", **TABLE),
     "wave": setup(12.0, Input("autopilot"), scene="hold", rig="torso", pairs="single", dt=0.02),
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -17,14 +18,9 @@ def walk(tmp_path: Path) -> Walkthrough:
     return small_walk(tmp_path)
 
 
-_books: dict[Path, LessonBook] = {}
-
-
+@cache
 def two_lessons(folder: Path) -> LessonBook:
     """The small lesson twice; read once."""
-    folder = folder / "two"
-    if folder not in _books:
-        folder.mkdir(exist_ok=True)
-        book_of(folder)
-        _books[folder] = book_of(folder, name="02-again.md")
-    return _books[folder]
+    (folder / "two").mkdir(exist_ok=True)
+    book_of(folder / "two")
+    return book_of(folder / "two", name="02-again.md")

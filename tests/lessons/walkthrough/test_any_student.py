@@ -13,11 +13,10 @@ from scenes.settings import changed
 from scenes.simulation import Simulation
 from tests.lessons.walkthrough.conftest import two_lessons
 
+SIMPLE = ("next", "back", "reset", "show_why", "hint", "run_again", "observe", "attempt", "run", "reload", "write")
 ACTIONS = st.lists(
     st.one_of(
-        st.sampled_from(
-            ["next", "back", "reset", "why", "hint", "observe", "attempt", "run", "reload", "again", "write", "reset_all"]
-        ),
+        st.sampled_from(SIMPLE),
         st.tuples(st.just("choose"), st.integers(-1, 3)),
         st.tuples(st.just("go"), st.integers(-1, 2), st.integers(-1, 2)),
         st.tuples(st.just("set"), st.sampled_from([("n", 6.0), ("point", "elbow"), ("scene", "solo"), ("law", "unprotected")])),
@@ -49,20 +48,12 @@ class Student:
                 assert walk.view().can_next == walk.next()
             case "back":
                 assert walk.view().can_back == walk.back()
-            case "reset":
-                walk.reset()
-            case "reset_all":
-                walk.reset_all()
-            case "why":
-                walk.show_why()
-            case "hint":
-                walk.hint()
+            case "reset" | "show_why" | "hint" | "run_again":
+                getattr(walk, action)()
             case "observe":
                 walk.observe(simulation)
             case "attempt":
                 walk.attempt(simulation, [0.5, None])
-            case "again":
-                walk.run_again()
             case "write":
                 walk.write("words " * 1000)
             case "run":

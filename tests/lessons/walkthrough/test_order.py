@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -80,19 +79,16 @@ def test_an_unfinished_run_decides_nothing(walk: Walkthrough) -> None:
 def test_a_prediction_can_be_changed_until_the_outcome_is_known(walk: Walkthrough) -> None:
     walk.choose(0)
     assert walk.choose(1) and walk.done.choice == 1
+    # Looking back at the question keeps the answer.
+    assert walk.back() and walk.locked and walk.done.choice == 1 and walk.view().can_next
+    assert walk.next() and walk.phase is Phase.DO and walk.done.choice == 1
+    walk.back()
+    assert walk.choose(0) and walk.choose(1) and walk.phase is Phase.DO
     run_out(walk)
     assert not walk.choose(0) and walk.done.choice == 1
     walk.back()
     assert walk.phase is Phase.DO and not walk.choose(0)
     assert not walk.back() and walk.phase is Phase.DO
-
-
-def test_looking_back_at_the_question_keeps_the_answer(walk: Walkthrough) -> None:
-    walk.choose(0)
-    assert walk.back() and walk.locked and walk.done.choice == 0 and walk.view().can_next
-    assert walk.next() and walk.phase is Phase.DO and walk.done.choice == 0
-    walk.back()
-    assert walk.choose(1) and walk.phase is Phase.DO and walk.done.choice == 1
 
 
 def test_the_run_that_shows_why(walk: Walkthrough) -> None:
@@ -112,8 +108,11 @@ def test_the_run_that_shows_why(walk: Walkthrough) -> None:
     assert walk.settings().run.law.order == 2.0
 
 
-def test_back_and_forward_keep_what_was_done(walk: Walkthrough) -> None:
+def test_back_and_forward_keep_what_was_done_and_reset_is_a_fresh_start(walk: Walkthrough) -> None:
+    fresh = Walkthrough(walk.book).view()
     walk.choose(0)
+    run_out(walk)
+    walk.show_why()
     run_out(walk)
     to_challenge(walk)
     walk.attempt(simulated(walk.setup))
@@ -124,26 +123,10 @@ def test_back_and_forward_keep_what_was_done(walk: Walkthrough) -> None:
         pass
     assert walk.step.id == "first" and walk.phase is Phase.DO
     assert walk.done == before and walk.done.choice == 0 and walk.done.attempts == 1
-
-
-def test_hints_open_one_after_another(walk: Walkthrough) -> None:
-    assert walk.view().hints == () and walk.view().more_hints
+    walk.write("mine")
     assert [walk.hint() for _ in range(4)] == ["One.", "Two.", "Three.", None]
     assert walk.view().hints == ("One.", "Two.", "Three.") and not walk.view().more_hints
-
-
-def test_reset_equals_a_fresh_start(walk: Walkthrough, tmp_path: Path) -> None:
-    fresh = Walkthrough(walk.book).view()
-    walk.choose(0)
-    run_out(walk)
-    walk.show_why()
-    run_out(walk)
-    to_challenge(walk)
-    walk.attempt(simulated(walk.setup))
-    walk.hint()
-    walk.write("mine")
-    assert walk.view() != fresh
     walk.reset()
-    assert walk.view() == fresh
-    # But for their own words, which nobody writes twice.
+    assert walk.view() == fresh and fresh.hints == () and fresh.more_hints
+    # But for the student's own words, which cannot be had again.
     assert replace(walk.done, words="").untouched and walk.done.words == "mine"

@@ -1,7 +1,5 @@
 """A recorded person does the same again, from a log and from a file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +11,13 @@ from hypothesis import strategies as st
 from controllers.errors import BadInputFile
 from scenes.headless import run
 from scenes.inputs import Recorded, RecordedPerson
-from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from, write_recorded
+from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from
 from scenes.packing import PackedTargets, encoded
 from scenes.rerun import rerun
 from scenes.settings import RunSettings, SceneName, changed
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
-from tests.scenes.inputs.helpers import SCENES, everything, logged_run, same, sample, sample_file, scene_settings
+from scenes.targets import HandTarget, Target
+from tests.scenes.helpers import SCENES, logged_run, scene_settings
+from tests.scenes.inputs.helpers import arrays, everything, same, sample_file, targets
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -35,47 +34,23 @@ def test_a_recorded_person_acts_at_other_time_steps_and_rests_at_the_end() -> No
     for place in (1.0, 2.0):
         log.record(simulation, HandTarget(np.full(3, place)))
         simulation.step(None)
-    person, targets = RecordedPerson(everything(log)), list(everything(log).targets())
-    assert len(targets) == 42
-    for time, index in (
-        (0.0, 0),
-        (0.0025, 0),
-        (0.005, 1),
-        (0.1999, 39),
-        (0.2, 40),
-        (0.219, 40),
-        (0.22, 41),
-        (0.24, 41),
-        (99.0, 41),
-    ):
-        assert same(person.target(time), targets[index]), time
+    person, wanted = RecordedPerson(everything(log)), list(everything(log).targets())
+    assert len(wanted) == 42
+    early = [(0.0, 0), (0.0025, 0), (0.005, 1), (0.1999, 39)]
+    for time, index in [*early, (0.2, 40), (0.219, 40), (0.22, 41), (0.24, 41), (99.0, 41)]:
+        assert same(person.target(time), wanted[index]), time
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_file_brings_everything_back(scene: SceneName, tmp_path: Path) -> None:
     recorded, data = sample_file(scene)
-    write_recorded(recorded, tmp_path / "a.npz")
-    assert (tmp_path / "a.npz").read_bytes() == data
+    (tmp_path / "a.npz").write_bytes(data)
     back = read_recorded(tmp_path / "a.npz")
     assert back.settings == recorded.settings and back.steps == recorded.steps and len(back.stretches) == 2
     assert rerun(back).table.tobytes() == rerun(recorded).table.tobytes()
 
 
-def within(low: float, high: float, count: int) -> st.SearchStrategy[np.ndarray]:
-    """`count` numbers of a range."""
-    return st.lists(st.floats(low, high), min_size=count, max_size=count).map(np.array)
-
-
-ROTATION = within(-3.0, 3.0, 3).map(pin.exp3)
-POSSIBLE: st.SearchStrategy[Target | None] = st.one_of(
-    st.none(),
-    st.builds(
-        HandTarget, within(-2.0, 2.0, 3), st.none() | ROTATION | ROTATION.map(np.asfortranarray), st.none() | within(-2.0, 2.0, 3)
-    ),
-    st.builds(JointTarget, within(-3.0, 3.0, 7)),
-    st.builds(BallTarget, within(-2.0, 2.0, 3)),
-    st.builds(AnglesTarget, st.none() | within(-3.0, 3.0, 8).map(lambda a: a.reshape(2, 4))),
-)
+POSSIBLE = targets(arrays(3, -2.0, 2.0), arrays(3, -3.0, 3.0).map(pin.exp3), arrays(7, -3.0, 3.0), arrays(8, -3.0, 3.0))
 
 
 @settings(max_examples=50)
@@ -85,14 +60,10 @@ def test_every_possible_target_goes_through_a_file(runs: list[tuple[Target | Non
     packed = PackedTargets(
         np.array(codes, np.uint8), np.array([count for _, count in runs], np.uint32), np.frombuffer(b"".join(numbers))
     )
-    base = sample()
+    base, _ = sample_file()
     back = recorded_from(recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),))), "a.npz")
-    assert all(same(a, b) for a, b in zip(back.targets(), packed_steps(packed), strict=True))
-
-
-def packed_steps(packed: PackedTargets) -> list[Target | None]:
-    """Its targets, one a step."""
-    return [target for target, count in packed.runs() for _ in range(count)]
+    wanted = [target for target, count in packed.runs() for _ in range(count)]
+    assert all(same(a, b) for a, b in zip(back.targets(), wanted, strict=True))
 
 
 def test_inputs_of_either_kind_are_a_person(tmp_path: Path) -> None:

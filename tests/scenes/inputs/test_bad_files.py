@@ -1,7 +1,5 @@
 """A file of inputs is read back with suspicion: what is wrong in it is named, and nothing in it is run."""
 
-from __future__ import annotations
-
 import io
 import json
 import zipfile
@@ -16,17 +14,19 @@ from hypothesis import strategies as st
 from controllers.errors import BadInputFile
 from scenes import inputs_file
 from scenes.inputs import Recorded
-from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from, write_recorded
+from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from
 from scenes.packing import PackedTargets, encoded
 from scenes.rerun import rerun
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget
-from tests.scenes.inputs.helpers import sample, sample_data
+from tests.scenes.inputs.helpers import sample_file
+
+SAMPLE, DATA = sample_file()
 
 
 def with_parts(**changes: Any) -> bytes:
     """The sample's file with some parts replaced; `about` by a dictionary of changes; None leaves a part out."""
-    with np.load(io.BytesIO(sample_data())) as arrays:
+    with np.load(io.BytesIO(DATA)) as arrays:
         parts = {name: arrays[name] for name in arrays.files}
     for name, value in changes.items():
         if name == "about" and isinstance(value, dict):
@@ -41,28 +41,22 @@ def with_parts(**changes: Any) -> bytes:
     return out.getvalue()
 
 
-def part(name: str) -> np.ndarray:
-    """A copy of a part of the sample's file."""
-    with np.load(io.BytesIO(sample_data())) as arrays:
-        return arrays[name].copy()
-
-
 def edited(name: str, index: int, value: float) -> dict[str, np.ndarray]:
     """A part with one number replaced."""
-    array = part(name)
+    with np.load(io.BytesIO(DATA)) as arrays:
+        array = arrays[name].copy()
     array[index] = value
     return {name: array}
 
 
 def test_files_that_are_wrong_as_a_whole() -> None:
     # Positive control an unchanged file is read.
-    assert recorded_from(with_parts(), "a.npz").steps == sample().steps
+    assert recorded_from(with_parts(), "a.npz").steps == SAMPLE.steps
     # An orientation that is none is refused.
-    base = sample()
     for rotation, fine in ((np.eye(3), True), (np.eye(3) * 1.01, False), (np.diag([1.0, 1.0, -1.0]), False)):
         code, numbers = encoded(HandTarget(np.zeros(3), rotation))
         packed = PackedTargets(np.array([code], np.uint8), np.array([1], np.uint32), np.frombuffer(numbers))
-        data = recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),)))
+        data = recorded_bytes(Recorded(SAMPLE.snapshot, (SAMPLE.stretches[0]._replace(targets=packed),)))
         if fine:
             assert recorded_from(data, "a").steps == 1
         else:
@@ -75,7 +69,6 @@ def test_files_that_are_wrong_as_a_whole() -> None:
         recorded_from(with_parts(numbers=objects), "a.npz")
 
 
-SETTINGS = {"scene": "hold"}
 BAD: list[tuple[dict[str, Any], str]] = [
     ({"about": {"version": 2}}, "version 2"),
     ({"about": {"version": "1"}}, "version"),
@@ -89,17 +82,14 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"about": {"changes": [7]}}, "damaged"),
     ({"about": {"settings": {"scene": "solo"}}}, "of other arms"),
     ({"about": {"settings": {"scene": "master_slave"}}}, "another experiment"),
-    ({"about": {"time": -1.0}}, "impossible time"),
-    ({"about": {"steps": 1.5}}, "impossible time"),
+    *(({"about": about}, "impossible time") for about in ({"time": -1.0}, {"steps": 1.5})),
     ({"about": {"memories": [1]}}, "another experiment"),
     ({"about": np.zeros(3, np.uint8)}, "damaged"),
     ({"codes": None}, "part is missing"),
     (edited("codes", 0, 200), "unknown kind"),
     (edited("codes", 0, 16 + 2), "missing numbers"),
-    (edited("counts", 0, 0), "number of steps"),
-    (edited("counts", 0, 4_000_000_000), "number of steps"),
-    (edited("numbers", 3, np.nan), "not finite"),
-    (edited("numbers", 3, np.inf), "not finite"),
+    *((edited("counts", 0, count), "number of steps") for count in (0, 4_000_000_000)),
+    *((edited("numbers", 3, number), "not finite") for number in (np.nan, np.inf)),
     (edited("numbers", 3, 1e3), "out of any reach"),
     ({"numbers": np.zeros(2)}, "missing numbers"),
     ({"numbers": np.zeros((2, 2))}, "wrong number"),
@@ -107,8 +97,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"lengths": np.array([1], np.uint32)}, "fit"),
     ({"lengths": np.array([], np.uint32)}, "stretches"),
     ({"lengths": np.array([-1, 2])}, "lengths"),
-    (edited("positions", 0, np.nan), "impossible posture"),
-    (edited("positions", 0, 100.0), "impossible posture"),
+    *((edited("positions", 0, position), "impossible posture") for position in (np.nan, 100.0)),
     (edited("velocities", 0, 1e9), "impossible posture"),
     ({"positions": np.zeros(3)}, "other arms"),
     ({"memory_0_0": np.zeros(99)}, "another experiment"),
@@ -127,7 +116,7 @@ def test_a_wrong_part_is_refused_and_named(changes: dict[str, Any], message: str
 @settings(max_examples=60)
 @given(st.data())
 def test_a_damaged_file_is_refused_or_still_a_possible_run(data: st.DataObject) -> None:
-    content = bytearray(sample_data())
+    content = bytearray(DATA)
     cut = data.draw(st.integers(0, len(content)))
     for _ in range(data.draw(st.integers(0, 3))):
         content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
@@ -146,7 +135,7 @@ def test_no_bytes_at_all_do_harm(content: bytes) -> None:
         recorded_from(content, "a.npz")
 
 
-def test_what_unpacks_to_too_much_is_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_too_large_is_neither_read_nor_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("numbers.npy", bytes(3_000_000))
@@ -154,20 +143,14 @@ def test_what_unpacks_to_too_much_is_not_unpacked(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(inputs_file, "LARGEST_CONTENT", 1_000_000)
     with pytest.raises(BadInputFile, match="unpacks to more"):
         recorded_from(out.getvalue(), "a.npz")
-
-
-def test_a_file_that_is_too_large_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "a.npz").write_bytes(sample_data())
+    (tmp_path / "a.npz").write_bytes(DATA)
     monkeypatch.setattr(inputs_file, "LARGEST_FILE", 100)
-    with pytest.raises(BadInputFile, match="larger than"):
-        read_recorded(tmp_path / "a.npz")
-    with pytest.raises(BadInputFile, match="larger than"):
-        recorded_from(sample_data(), "a.npz")
+    for read in (lambda: read_recorded(tmp_path / "a.npz"), lambda: recorded_from(DATA, "a.npz")):
+        with pytest.raises(BadInputFile, match="larger than"):
+            read()
 
 
-def test_a_file_that_is_not_there_and_one_that_cannot_be_written(tmp_path: Path) -> None:
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     for read in (read_recorded, lambda path: read_person(path, RunSettings())):
         with pytest.raises(BadInputFile, match=r"missing\.npz: cannot be read"):
             read(tmp_path / "missing.npz")
-    with pytest.raises(BadInputFile, match="cannot be written"):
-        write_recorded(sample(), tmp_path / "nowhere" / "a.npz")

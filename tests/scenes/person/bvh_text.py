@@ -1,6 +1,6 @@
 """Writes BVH files out of a person's angles, the way different programs would."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -32,6 +32,7 @@ class Style:
         unit: file units in a metre.
         rest: angles of an arm in the skeleton's rest posture [deg].
         all_positions: write position channels for every joint, as zeros.
+        roll: what names of joints halfway down a bone end in, which twist it; "" for none.
     """
 
     hips: str = "Hips"
@@ -47,12 +48,14 @@ class Style:
     unit: float = 100.0
     rest: tuple[float, float, float, float] = (0.0, 90.0, 0.0, 0.0)
     all_positions: bool = False
+    roll: str = ""
 
 
 MIXAMO = Style(
     "mixamorig:Hips", "mixamorig:Spine", "mixamorig:{}Shoulder", "mixamorig:{}Arm", "mixamorig:{}ForeArm", "mixamorig:{}Hand",
     "mixamorig:{}UpLeg",
 )  # fmt: skip
+TWISTED = replace(MIXAMO, roll="Roll")
 POSER = Style(
     "hip", "abdomen", "{}Collar", "{}Shldr", "{}ForeArm", "{}Hand", "{}Thigh", ("l", "r"), "XZY", unit=40.0,
     rest=(0.0, 0.0, 0.0, 0.0),
@@ -66,7 +69,7 @@ SNAKE = Style(
 )
 UNDERSCORE = Style("Pelvis", "Spine", "{}_Collar", "{}_UpperArm", "{}_LowerArm", "{}_Hand", "{}_Thigh", ("L", "R"), "ZYX")
 
-STYLES = {"mixamo": MIXAMO, "poser": POSER, "blender": BLENDER, "snake": SNAKE, "underscore": UNDERSCORE}
+STYLES = {"mixamo": MIXAMO, "twisted": TWISTED, "poser": POSER, "blender": BLENDER, "snake": SNAKE, "underscore": UNDERSCORE}
 
 
 def write_bvh(source: PersonSource, style: Style, frames: int = 60, frame_time: float = 0.05, seed: int = 1) -> str:
@@ -111,15 +114,20 @@ class _Writer:
             self._open("JOINT", style.shoulder.format(word), (0.0, 0.15 * sign, 0.0))
         else:
             self._open("JOINT", style.shoulder.format(word), (0.0, 0.2 * sign, 0.3))
-        self._open("JOINT", style.elbow.format(word), 0.31 * down)
+        self._bone(style.shoulder, style.elbow, word, 0.31 * down)
         if style.wrist:
-            self._open("JOINT", style.wrist.format(word), 0.26 * out)
+            self._bone(style.elbow, style.wrist, word, 0.26 * out)
             self._end(0.1 * out)
-            self._close()
         else:
             self._end(0.26 * out)
-        for _ in range(3 if style.collar else 2):
+        for _ in range(2 + bool(style.collar) + bool(style.wrist) + 2 * bool(style.roll)):
             self._close()
+
+    def _bone(self, start: str, end: str, word: str, way: Array) -> None:
+        if self.style.roll:
+            self._open("JOINT", start.format(word) + self.style.roll, way / 2.0)
+            way = way / 2.0
+        self._open("JOINT", end.format(word), way)
 
     def _open(self, kind: str, name: str, offset: object) -> None:
         rotations = " ".join(f"{axis}rotation" for axis in self.style.order)

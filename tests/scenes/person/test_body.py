@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-import platformdirs
 import pytest
 import trimesh
 from hypothesis import given
@@ -19,6 +18,7 @@ from controllers.kinematics import Array
 from scenes.person import body
 from scenes.person.angles import MODEL_PROPORTIONS, arm_points
 from scenes.person.source import MissingPackage
+from tests.scenes.helpers import own_cache
 from tests.scenes.person.strategies import SIDES, arms, bodies
 
 NAMES = ("body", "left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
@@ -26,19 +26,8 @@ NAMES = ("body", "left_upper_arm", "left_forearm", "right_upper_arm", "right_for
 
 @pytest.fixture(scope="module", autouse=True)
 def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """These tests have a cache of their own, in memory and on disk."""
-    folder = tmp_path_factory.mktemp("cache")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(platformdirs, "user_cache_dir", lambda *_: str(folder))
-        body.body_parts.cache_clear()
+    with own_cache(tmp_path_factory.mktemp("cache"), body.body_parts) as folder:
         yield folder
-    body.body_parts.cache_clear()
-
-
-@pytest.fixture(scope="module")
-def meshes() -> dict[str, trimesh.Trimesh]:
-    """All triangles, read once."""
-    return body.person_meshes()
 
 
 @cache
@@ -78,7 +67,6 @@ def drawn_poses(angles: Array) -> dict[str, pin.SE3]:
 
 @given(bodies(arms))
 def test_our_angles_are_the_models_joints(angles: Array) -> None:
-    """The human model, its joints at our angles, has its elbows and wrists where `arm_points` says."""
     found = model_points(angles)
     for i, side in enumerate(SIDES):
         for joint, wanted in zip(("shoulder", "elbow", "wrist"), arm_points(angles[i], side), strict=True):
@@ -86,7 +74,6 @@ def test_our_angles_are_the_models_joints(angles: Array) -> None:
 
 
 def test_the_nodes_go_where_the_arms_go() -> None:
-    """Shoulders, elbows and wrists of the drawing are those of the angles, to a millimetre."""
     for angles in np.random.default_rng(2).uniform(-1.0, 2.0, (20, 2, 4)):
         placed = drawn_poses(angles)
         for i, side in enumerate(SIDES):
@@ -115,9 +102,9 @@ def test_the_parts() -> None:
     assert 1.75 < highest < 1.85
 
 
-def test_bones_run_along_the_meshes(meshes: dict[str, trimesh.Trimesh]) -> None:
+def test_bones_run_along_the_meshes() -> None:
     """Each arm's mesh lies around its own bone, from joint to joint, and left and right are mirror images."""
-    p = MODEL_PROPORTIONS
+    p, meshes = MODEL_PROPORTIONS, body.person_meshes()
     for side in SIDES:
         for name, length in ((f"{side}_upper_arm", p.upper_arm), (f"{side}_forearm", p.forearm)):
             low, high = meshes[name].bounds
@@ -140,7 +127,6 @@ def test_the_cache(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_without_the_package(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is missing, what for, and how to get it."""
 
     def missing(name: str) -> str:
         raise importlib.metadata.PackageNotFoundError(name)

@@ -60,7 +60,6 @@ def test_lost(landmark: int) -> None:
     hidden = SEEN.copy()
     hidden[landmark] = 0.49
     assert landmarks_to_angles(good, hidden) is None
-    assert landmarks_to_angles(good, hidden, least_visibility=0.4) is not None
     hidden[landmark] = np.nan
     assert landmarks_to_angles(good, hidden) is None
     for nonsense in (np.nan, np.inf):
@@ -141,13 +140,13 @@ def near(found: Array | None, picture: int) -> bool:
 
 
 def test_the_newest_counts() -> None:
-    """Whatever the time that is asked for, the last picture is the answer; nobody in it is None; stopping lets go of everything."""
+    """Whatever the time that is asked for, the last picture is the answer; no person in it is None; stopping lets go of everything."""
     now, reel, eye = [0.0], Reel(200), Eye(40)
-    with CameraSource(reel, eye, clock=lambda: now[0]) as source:
+    source = CameraSource(reel, eye, clock=lambda: now[0]).start()
+    try:
         assert source.angles(0.0) is None
         assert "No person is seen" in source.message
-        for _ in range(31):
-            reel.gate.release()
+        reel.gate.release(31)
         until(lambda: near(source.angles(0.0), 30))
         assert near(source.angles(1e9), 30)
         assert source.message == ""
@@ -155,8 +154,7 @@ def test_the_newest_counts() -> None:
         assert kept is not None
         kept[:] = 9.0
         assert near(source.angles(0.0), 30)
-        for _ in range(10):
-            reel.gate.release()
+        reel.gate.release(10)
         until(lambda: source.angles(0.0) is None)
         reel.gate.release()
         until(lambda: near(source.angles(0.0), 41))
@@ -167,7 +165,8 @@ def test_the_newest_counts() -> None:
         reel.gate.release()
         until(lambda: not source.running)
         assert source.message == "The camera gives no more pictures."
-    source.stop()
+    finally:
+        source.stop()
     assert reel.closed.is_set()
     assert eye.closed
     assert source.angles(0.0) is None
@@ -189,8 +188,7 @@ def test_threads_start_stop_and_fail() -> None:
     # A camera that fails ends the looking, with its reason in one line; nothing else dies.
     reel = Reel(5, fault=2)
     source = CameraSource(reel, Eye()).start()
-    for _ in range(3):
-        reel.gate.release()
+    reel.gate.release(3)
     until(lambda: not source.running)
     assert source.message == "The camera stopped: the cable was pulled. Choose it again to go on."
     assert source.angles(0.0) is None
@@ -198,29 +196,25 @@ def test_threads_start_stop_and_fail() -> None:
 
 
 def test_films_played_and_read() -> None:
-    # A film from a file is not read ahead of its time, and its end is told.
+    # A film from a file is not read ahead of its time, and its end is reported.
     reel = Reel(50, live=False, rate=500.0)
-    eye = Eye()
-    source = CameraSource(reel, eye).start()
+    source = CameraSource(reel, Eye()).start()
     until(lambda: not source.running)
     assert source.message == "The video has ended."
     assert reel.at == 50
-    waiting = Reel(2, live=False, rate=1e-3)
-    eye = Eye()
-    source = CameraSource(waiting, eye).start()
+    source = CameraSource(Reel(2, live=False, rate=1e-3), Eye()).start()
     until(lambda: near(source.angles(0.0), 0))
     source.stop()
     assert not source.running
-    # The same film gives the same angles at its own times; where nobody is seen there is nobody.
+    # The same film gives the same angles at its own times; where no person is seen there is none.
     tables = [read_film(Reel(20, live=False, rate=10.0), Eye(7)) for _ in range(2)]
     assert_allclose(tables[0].table, tables[1].table, atol=0.0)
     for k in range(20):
         assert near(tables[0].angles(k / 10.0), k) == (k != 7)
     assert tables[0].angles(0.7) is None
-    with pytest.raises(BadInputFile, match="No person is seen"):
-        read_film(Reel(3, live=False), Eye(0, 1, 2))
-    with pytest.raises(BadInputFile, match="No person is seen"):
-        read_film(Reel(0, live=False), Eye())
+    for empty in (Reel(3, live=False), Reel(0, live=False)):
+        with pytest.raises(BadInputFile, match="No person is seen"):
+            read_film(empty, Eye(0, 1, 2))
     long = Reel(3, live=False, rate=1e-3)
     with pytest.raises(BadInputFile, match="longer than 30 minutes"):
         read_film(long, Eye())

@@ -13,12 +13,9 @@ from scenes.person.figure import MOST_BENT, Figure
 from scenes.settings import ArmName
 from tests.scenes.person.strategies import SIDES, arms, bodies
 
-SHORTEST = float(
-    np.hypot(
-        MODEL_PROPORTIONS.upper_arm + MODEL_PROPORTIONS.forearm * np.cos(MOST_BENT), MODEL_PROPORTIONS.forearm * np.sin(MOST_BENT)
-    )
-)
-LONGEST = MODEL_PROPORTIONS.upper_arm + MODEL_PROPORTIONS.forearm
+UPPER, FORE = MODEL_PROPORTIONS.upper_arm, MODEL_PROPORTIONS.forearm
+SHORTEST = float(np.hypot(UPPER + FORE * np.cos(MOST_BENT), FORE * np.sin(MOST_BENT)))
+LONGEST = UPPER + FORE
 
 points = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
 
@@ -34,36 +31,23 @@ def check_lengths(figure: Figure) -> None:
 
 
 @given(bodies(arms), st.sampled_from(SIDES), points)
-def test_a_wrist_goes_where_it_is_dragged(start: Array, side: ArmName, point: Array) -> None:
-    """Within reach it comes to the point; beyond, to the nearest point of its reach. The other arm rests."""
-    figure = Figure(start=start)
-    shoulder = figure.points(side)[0]
+def test_a_wrist_and_an_elbow_go_where_they_are_dragged(start: Array, side: ArmName, point: Array) -> None:
+    """The wrist to the nearest point of its reach; the upper arm points there, and the forearm keeps its direction if it can."""
+    arm, wrist, elbow = SIDES.index(side), Figure(start=start), Figure(start=start)
+    shoulder = wrist.points(side)[0]
     distance = float(np.linalg.norm(point - shoulder))
     if distance < 0.01:
         return
     for _ in range(3):
-        figure.drag_wrist(side, point)
-    check_lengths(figure)
-    wanted = shoulder + (point - shoulder) / distance * np.clip(distance, SHORTEST, LONGEST)
-    assert_allclose(figure.points(side)[2], wanted, atol=1e-3)
-    other = 1 - SIDES.index(side)
-    assert_allclose(figure.angles()[other], start[other], atol=0.0)
-
-
-@given(bodies(arms), st.sampled_from(SIDES), points)
-def test_an_elbow_goes_where_it_is_dragged(start: Array, side: ArmName, point: Array) -> None:
-    """The upper arm points at the point; the forearm keeps its direction where the elbow can bend so far."""
-    figure = Figure(start=start)
-    shoulder = figure.points(side)[0]
-    distance = float(np.linalg.norm(point - shoulder))
-    if distance < 0.01:
-        return
-    before = arm_directions(start[SIDES.index(side)], side)[1]
-    for _ in range(3):
-        figure.drag_elbow(side, point)
-    check_lengths(figure)
-    upper, forearm = arm_directions(figure.angles()[SIDES.index(side)], side)
-    assert_allclose(upper, (point - shoulder) / distance, atol=2e-3)
+        wrist.drag_wrist(side, point)
+        elbow.drag_elbow(side, point)
+    for figure in (wrist, elbow):
+        check_lengths(figure)
+        assert_allclose(figure.angles()[1 - arm], start[1 - arm], atol=0.0)
+    way, before = (point - shoulder) / distance, arm_directions(start[arm], side)[1]
+    assert_allclose(wrist.points(side)[2], shoulder + way * np.clip(distance, SHORTEST, LONGEST), atol=1e-3)
+    upper, forearm = arm_directions(elbow.angles()[arm], side)
+    assert_allclose(upper, way, atol=2e-3)
     if upper @ before > np.cos(MOST_BENT) + 1e-3:
         assert_allclose(forearm, before, atol=4e-3)
 
@@ -103,14 +87,13 @@ def test_swivel_reset_and_proportions() -> None:
     assert_allclose(figure.angles(5.0), REST, atol=0.0)
 
 
-@pytest.mark.parametrize("drag", ["wrist", "elbow"])
 @pytest.mark.parametrize("point", [[np.nan, 0, 0], [np.inf, 0, 0], [1e200, 0, 0], [0.0, 0.21, 0.0]])
-def test_strange_points(drag: str, point: list[float]) -> None:
-    """A point that is none, or at the shoulder itself, leaves a whole figure behind."""
-    figure = Figure()
-    with np.errstate(over="ignore"):
-        (figure.drag_wrist if drag == "wrist" else figure.drag_elbow)("left", np.array(point))
-    check_lengths(figure)
+def test_a_point_that_is_none_or_the_shoulder_leaves_a_whole_figure_behind(point: list[float]) -> None:
+    for drag in (Figure.drag_wrist, Figure.drag_elbow):
+        figure = Figure()
+        with np.errstate(over="ignore"):
+            drag(figure, "left", np.array(point))
+        check_lengths(figure)
 
 
 @pytest.mark.parametrize("direction", np.vstack([np.eye(3), -np.eye(3)]))

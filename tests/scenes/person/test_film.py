@@ -13,14 +13,12 @@ from scenes.person.source import MissingPackage
 
 
 def test_without_the_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Each way in says which package is missing and how to get it."""
 
     def missing(name: str) -> None:
         raise ModuleNotFoundError(f"No module named {name!r}")
 
     monkeypatch.setattr(importlib, "import_module", missing)
-    there = tmp_path / "file"
-    there.write_bytes(b"x")
+    (there := tmp_path / "file").write_bytes(b"x")
     for attempt in (lambda: film.open_camera(0), lambda: film.open_video(there), lambda: film.open_detector(there)):
         with pytest.raises(MissingPackage, match=r"pip install 'lwr-duet\[camera\]'") as caught:
             attempt()
@@ -28,7 +26,6 @@ def test_without_the_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
 
 
 def test_missing_files(tmp_path: Path) -> None:
-    """A file that is not there is named, before anything is imported."""
     for attempt in (film.open_video, film.open_detector):
         for path in (tmp_path / "none.mp4", tmp_path):
             with pytest.raises(BadInputFile, match="there is no such file"):
@@ -36,7 +33,6 @@ def test_missing_files(tmp_path: Path) -> None:
 
 
 def test_no_camera() -> None:
-    """A camera that is not there is named, with what to do."""
     pytest.importorskip("cv2")
     for index in (-1, 1000, 97):
         with pytest.raises(BadSetting, match=f"Camera {index}"):
@@ -53,9 +49,7 @@ def test_a_real_video(tmp_path: Path) -> None:
     writer.release()
     reel = film.open_video(path)
     assert not reel.live
-    pictures = []
-    while (picture := reel.next()) is not None:
-        pictures.append(picture)
+    pictures = list(iter(reel.next, None))
     reel.close()
     assert_allclose([p.time for p in pictures], np.arange(6) / 20.0)
     assert_allclose(pictures[0].image.mean(axis=(0, 1)), [200, 20, 10], atol=12)
@@ -66,7 +60,6 @@ def test_a_real_video(tmp_path: Path) -> None:
 
 
 def test_a_model_that_is_none(tmp_path: Path) -> None:
-    """MediaPipe's refusal becomes ours."""
     pytest.importorskip("mediapipe")
     model = tmp_path / "pose.task"
     model.write_bytes(b"no model")

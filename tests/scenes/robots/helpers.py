@@ -1,7 +1,5 @@
 """The robots of example-robot-data, read by another program too."""
 
-from __future__ import annotations
-
 import importlib.metadata
 from functools import cache
 from pathlib import Path
@@ -13,7 +11,7 @@ import trimesh
 import yourdfpy
 
 from controllers.kinematics import Array
-from scenes.robots import RobotName, robot
+from scenes.robots import Capsule, RobotName, robot
 from scenes.robots.example_data import EXAMPLES
 
 NAMES: tuple[RobotName, ...] = get_args(RobotName)
@@ -80,7 +78,14 @@ def outside(name: RobotName, points: dict[str, Array], q: Array, slimmer: dict[s
     return float(np.min([away(capsule, data, world, slimmer or {}) for capsule in arm.capsules], axis=0).max())
 
 
+def clearance(capsule: Capsule, points: Array) -> Array:
+    """How far points (k, 3), in the frame of the joint, are outside a capsule; negative inside (k,) [m]."""
+    axis = capsule.end - capsule.start
+    along = np.clip((points - capsule.start) @ axis / (axis @ axis), 0.0, 1.0)
+    return np.linalg.norm(points - capsule.start - along[:, None] * axis, axis=1) - capsule.radius
+
+
 def away(capsule, data: pin.Data, world: Array, slimmer: dict[str, float]) -> Array:
     """How far points (k, 3) of the room are outside a capsule, made slimmer by its name [m]."""
     pose = data.oMi[capsule.joint]
-    return capsule.outside((world - pose.translation) @ pose.rotation) + slimmer.get(capsule.name, 0.0)
+    return clearance(capsule, (world - pose.translation) @ pose.rotation) + slimmer.get(capsule.name, 0.0)

@@ -1,7 +1,5 @@
 """Capsules enclose all of a robot that can collide, and are tight."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
@@ -12,16 +10,15 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array
-from scenes.robots import RobotName, lwr, robot
+from scenes.robots import RobotName, robot
 from scenes.robots.enclosing import GRID, SHORTEST, enclosing_capsule
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import build_example
-from tests.scenes.robots.helpers import OTHERS, collision_points, outside, postures
+from tests.scenes.robots.helpers import OTHERS, clearance, collision_points, outside, postures
 
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_capsules_enclose_all_that_can_collide(name: RobotName) -> None:
-    """Vertices of the robot's own collision shapes, and points all over them, at any posture."""
     points = collision_points(name)
     assert sum(len(cloud) for cloud in points.values()) > 10_000
     for q in postures(robot(name).model, 15):
@@ -30,16 +27,15 @@ def test_capsules_enclose_all_that_can_collide(name: RobotName) -> None:
 
 @pytest.mark.parametrize(("name", "part"), [(name, segment.name) for name in OTHERS for segment in EXAMPLES[name].segments])
 def test_capsules_are_tight(name: RobotName, part: str) -> None:
-    """Each capsule, made 3 mm slimmer, would let something stick out."""
     points = collision_points(name)
     assert max(outside(name, points, q, {part: 0.003}) for q in postures(robot(name).model, 8)) > 0
 
 
 def test_fitting_by_example() -> None:
     # Outside of a capsule.
-    capsule = lwr().capsules[1]
+    capsule = robot("lwr").capsules[1]
     points = np.array([(0.0, 0.0, 0.2), (0.1, 0.0, 0.2), (0.0, 0.0, 0.5), (0.0, -0.3, -0.4)])
-    assert_allclose(capsule.outside(points), [-0.07, 0.03, 0.03, 0.43], atol=1e-12)
+    assert_allclose(clearance(capsule, points), [-0.07, 0.03, 0.03, 0.43], atol=1e-12)
     # A point like cloud gets a capsule with an axis.
     corners = 0.02 * np.array(list(itertools.product((-1, 1), repeat=3)))
     start, end, radius = enclosing_capsule(corners)
@@ -56,7 +52,6 @@ turns = st.tuples(*[st.floats(-3.0, 3.0)] * 3).map(lambda v: pin.exp3(np.array(v
 @settings(max_examples=12)
 @given(turns, st.floats(0.02, 0.4), st.floats(0.03, 0.12), st.integers(0, 99))
 def test_a_capsule_is_found_again(turn: Array, length: float, radius: float, seed: int) -> None:
-    """Points on a capsule, anywhere and however turned: the capsule found encloses them and is hardly larger."""
     normals = np.random.default_rng(seed).normal(size=(600, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     on_axis = np.where(normals[:, 2:] > 0, length, 0.0) * np.array([0.0, 0.0, 1.0])

@@ -1,7 +1,5 @@
 """Any arm moves as its own file says, and a file that is missing or damaged is named with its remedy."""
 
-from __future__ import annotations
-
 import importlib.metadata
 from dataclasses import replace
 
@@ -11,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from controllers.errors import BadSetting
-from scenes.robots import RobotName, lwr, robot, start_posture
+from scenes.robots import RobotName, robot, start_posture
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import build_example
 from tests.scenes.robots.helpers import NAMES, OTHERS, link_poses, other_reader, postures
@@ -51,7 +49,7 @@ def test_a_robot_is_complete(name: RobotName, joints: int) -> None:
 
 def test_robots_by_name() -> None:
     # The paper s robot is the one it was.
-    assert lwr() is robot("lwr") and lwr().name == "KUKA LWR 4+"
+    assert robot("lwr") is robot("lwr") and robot("lwr").name == "KUKA LWR 4+"
     # An unknown robot names the known ones.
     with pytest.raises(BadSetting, match=r"'r2d2'.*lwr, panda, ur5"):
         robot("r2d2")  # pyright: ignore[reportArgumentType]

@@ -1,40 +1,26 @@
 """What robots look like: small, in two palettes, seen through as a ghost, taken from a cache, and inside the capsules."""
 
-from __future__ import annotations
-
-import json
-import struct
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-import platformdirs
 import pytest
 from numpy.testing import assert_allclose
 
 from controllers.kinematics import Array
+from scenes.lwr import shells
 from scenes.robots import RobotName, drawing, robot
 from scenes.robots.drawing import joint_frames, link_meshes, robot_glbs
 from scenes.robots.example_data import EXAMPLES
+from tests.scenes.helpers import glb_head, own_cache
 from tests.scenes.robots.helpers import NAMES, OTHERS, away, collision_points, link_poses, postures
 
 
 @pytest.fixture(scope="module", autouse=True)
 def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A cache of our own, so that the shells really are built."""
-    folder = tmp_path_factory.mktemp("cache")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(platformdirs, "user_cache_dir", lambda *_: str(folder))
-        robot_glbs.cache_clear()
+    with own_cache(tmp_path_factory.mktemp("cache"), robot_glbs, shells.link_glbs) as folder:
         yield folder
-    robot_glbs.cache_clear()
-
-
-def head_of(data: bytes) -> dict:
-    size, kind = struct.unpack("<II", data[12:20])
-    assert data[:4] == b"glTF" and kind == 0x4E4F534A
-    return json.loads(data[20 : 20 + size])
 
 
 @pytest.mark.parametrize("palette", ["orange", "ghost"])
@@ -44,15 +30,14 @@ def test_a_robot_is_small(name: RobotName, palette: str) -> None:
     assert len(fine) == len(coarse) == robot(name).model.njoints
     assert sum(map(len, fine)) <= 1_000_000
     assert sum(map(len, coarse)) <= 200_000
-    assert all(len(head_of(data)["meshes"]) == 1 for data in coarse)
+    assert all(len(glb_head(data)["meshes"]) == 1 for data in coarse)
 
 
 @pytest.mark.parametrize("coarse", [False, True])
 @pytest.mark.parametrize("name", NAMES)
 def test_a_ghost_can_be_seen_through(name: RobotName, coarse: bool) -> None:
-    """And a solid arm cannot (positive control)."""
     for palette, mode in (("ghost", "BLEND"), ("silver", "OPAQUE")):
-        materials = [material for data in robot_glbs(name, palette, coarse) for material in head_of(data)["materials"]]
+        materials = [material for data in robot_glbs(name, palette, coarse) for material in glb_head(data)["materials"]]
         assert materials and all(material["alphaMode"] == mode for material in materials)
         opacities = {material["pbrMetallicRoughness"]["baseColorFactor"][3] for material in materials}
         assert max(opacities) < 0.5 if palette == "ghost" else opacities == {1}
@@ -86,18 +71,15 @@ def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse:
         world = cloud @ pose[:3, :3].T + pose[:3, 3]
         clouds.setdefault(joint, []).append((world - data.oMi[joint].translation) @ data.oMi[joint].rotation)
     for joint, parts in enumerate(link_meshes(name, coarse)):
-        seen = np.vstack([part.vertices for part in parts.values()])
-        solid = np.vstack(clouds[joint])
+        seen, solid = np.vstack([part.vertices for part in parts.values()]), np.vstack(clouds[joint])
         if joint == 0 and EXAMPLES[name].column:
             assert seen[:, 2].min() == pytest.approx(0.0, abs=1e-9)
             seen = seen[seen[:, 2] > EXAMPLES[name].column - 0.005]
-        assert_allclose(seen.max(0), solid.max(0), atol=0.012 if coarse else 0.006)
-        assert_allclose(seen.min(0), solid.min(0), atol=0.012 if coarse else 0.006)
+        assert_allclose((seen.min(0), seen.max(0)), (solid.min(0), solid.max(0)), atol=0.012 if coarse else 0.006)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_joint_frames_rebuild_the_chain(name: RobotName) -> None:
-    """Position, rotation and axis of every joint give Pinocchio's joint poses."""
     model = robot(name).model
     data = model.createData()
     for q in postures(model, 5):
@@ -110,9 +92,10 @@ def test_joint_frames_rebuild_the_chain(name: RobotName) -> None:
             assert_allclose(pose.homogeneous, data.oMi[joint].homogeneous, atol=1e-9)
 
 
-def test_an_unknown_palette_names_the_valid_ones() -> None:
+@pytest.mark.parametrize("name", NAMES)
+def test_an_unknown_palette_names_the_valid_ones(name: RobotName) -> None:
     with pytest.raises(ValueError, match="orange"):
-        robot_glbs("panda", "mauve")
+        robot_glbs(name, "mauve")
 
 
 def test_shells_come_from_the_cache(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,11 +113,6 @@ def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slac
     data = arm.model.createData()
     for q in postures(arm.model, 5):
         pin.forwardKinematics(arm.model, data, q)
-        world = np.vstack(
-            [
-                part.vertices @ data.oMi[joint].rotation.T + data.oMi[joint].translation
-                for joint, parts in enumerate(link_meshes(name, coarse))
-                for part in parts.values()
-            ]
-        )
+        drawn = [(data.oMi[joint], part) for joint, parts in enumerate(link_meshes(name, coarse)) for part in parts.values()]
+        world = np.vstack([part.vertices @ pose.rotation.T + pose.translation for pose, part in drawn])
         assert np.min([away(capsule, data, world, {}) for capsule in arm.capsules], axis=0).max() < slack

@@ -1,7 +1,5 @@
 """What several tests of the loop need."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from controllers.proximity import Treatment

@@ -1,6 +1,4 @@
-"""Out of authority: top speed, a stop or a missing lever is told as the reason."""
-
-from __future__ import annotations
+"""Out of authority: top speed, a stop or a missing lever is the reason."""
 
 from collections.abc import Callable
 
@@ -57,7 +55,7 @@ def reach_of(simulation: Simulation, row: Array, q: Array) -> tuple[float, float
     return float(np.abs(row) @ top), float(np.abs(row) @ np.minimum(top, g * way))
 
 
-def test_bounds_are_told_as_the_reason() -> None:
+def test_bounds_are_the_reason() -> None:
     # A retreat of 1 m/s that all joints at top speed together cannot make: SPEED, the joint that counts most, and all there is.
     probe = Simulation(FAST)
 
@@ -75,9 +73,8 @@ def test_bounds_are_told_as_the_reason() -> None:
     assert abs(dq[sample.joint]) == pytest.approx(top[sample.joint])
     assert float(row @ dq) == pytest.approx(float(np.abs(row) @ top), abs=1e-6)
     assert float(row @ dq) < 1.0
-    # Joints at the stops that they would have to pass: STOP, a joint that is at its stop, and it does not move on.
-    probe = Simulation(FAST)
 
+    # Joints at the stops that they would have to pass: STOP, a joint that is at its stop, and it does not move on.
     def blocked(row: Array, q: Array) -> bool:
         fastest, left = reach_of(probe, row, q)
         return fastest > 1.2 and left < 0.8
@@ -94,9 +91,8 @@ def test_bounds_are_told_as_the_reason() -> None:
     assert inside_limits(simulation)
 
 
-def short_lever(row: Array, q: Array) -> bool:
+def short_lever(row: Array, _: Array) -> bool:
     """Whether a row is so short that damping leaves less than half of what the law asks."""
-    del q
     square = float(row @ row)
     return 1e-4 < square < 0.8 * row_damping(square)
 

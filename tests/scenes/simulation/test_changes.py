@@ -1,7 +1,5 @@
 """Settings that change on the way: no slider moves an arm, and each counts from then on."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -21,7 +19,6 @@ SLIDERS: list[tuple[str, object]] = [
 
 @pytest.mark.parametrize(("key", "value"), SLIDERS, ids=[key for key, _ in SLIDERS])
 def test_a_slider_moves_no_arm(key: str, value: object) -> None:
-    """Whatever is changed on the way, the arms are where they were at that instant, and go on from there without a leap."""
     simulation = Simulation(hold_settings("table"))
     play(simulation, wander(simulation, 300))
     q, time, count = simulation.positions.copy(), simulation.time, simulation.history.count
@@ -61,7 +58,7 @@ def test_changes_on_the_way() -> None:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_changing_the_guided_arm_keeps_the_arms_and_swaps_the_roles(rig: RigName) -> None:
-    """Nobody moves; the other hand's place is now where it is; from then on the new arm follows the target."""
+    """No arm moves; the other hand's place is now where it is; from then on the new arm follows the target."""
     simulation = Simulation(hold_settings(rig))
     play(simulation, wander(simulation, 300))
     q = simulation.positions.copy()

@@ -1,7 +1,5 @@
 """Joints stay finite and inside their limits, whatever a person does."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,7 +22,6 @@ from tests.scenes.simulation.helpers import TREATMENTS, inside_limits
 def test_joints_stay_finite_and_inside_their_limits(
     rig: RigName, guided: ArmName, pairs: Treatment, task: str, seed: int, dt: float, speed: float, reach: float, anywhere: bool
 ) -> None:
-    """Random targets, settings and starting postures, overlapping ones too: both arms keep stops and top speeds at every step."""
     random = np.random.default_rng(seed)
     chosen = hold_settings(rig, pairs=pairs, dt=dt)
     for key, value in (("guided", guided), ("task", task), ("wmax", speed), ("k", 20.0), ("g", 40.0), ("v", 1.0)):

@@ -1,7 +1,5 @@
 """Samples, the history's ring and the headless summary: what they say of a run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -24,7 +22,6 @@ from tests.scenes.simulation.helpers import TREATMENTS
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("pairs", TREATMENTS)
 def test_a_sample_before_any_step(rig: RigName, pairs: Treatment) -> None:
-    """It measures what the first step will record, and makes no step."""
     simulation = Simulation(hold_settings(rig, pairs=pairs))
     first = simulation.sample()
     assert (simulation.steps, simulation.history.count, first.time) == (0, 0, 0.0)
@@ -79,7 +76,6 @@ def test_samples_and_tables() -> None:
 
 @given(st.integers(1, 12), st.integers(0, 40), st.integers(0, 15))
 def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> None:
-    """Rows come back oldest first, the last `capacity` of them at most, and clear forgets them."""
     history = History(capacity, 2)
     for k in range(count):
         history.append((float(k), *[0.0] * (COLUMN["e2_b"] - 1)), np.full(2, float(k)), np.full(2, -float(k)))
@@ -98,12 +94,9 @@ def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> No
 
 
 def test_summaries() -> None:
-    # Every figure recomputed here from the table of a run with a person of one's own.
+    # Every figure recomputed here from the table of a run with a person who pushes towards the other hand, then lets go.
     class Pusher:
-        """Pushes towards the other hand, then lets go."""
-
         def target(self, time: float) -> HandTarget | None:
-            """Return the target at a time [s]."""
             return HandTarget(np.array([0.0, 0.0, 1.3])) if time < 2.0 else None
 
     ticks: list[int] = []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import re
 import tempfile
 import time
 from collections import Counter
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-from playwright.sync_api import Browser, BrowserContext, Error, FileChooser
+from playwright.sync_api import Browser, BrowserContext, Dialog, Error, FileChooser
 
 from app.hosting.private_host import PrivateHost
 from app.session.session import Session
@@ -21,8 +20,8 @@ from app.settings import Settings
 from app.start import App, start_app
 from scenes.settings import specs
 from tests.app.conftest import ask, live_sessions
-from tests.browser import _HARMLESS, artefacts
-from tests.tools.monkey.hands import Hands
+from tests.browser import artefacts, listen
+from tests.tools.monkey.hands import Hands, NothingThere
 from tests.tools.monkey.material import LINKS, RUBBISH, TEXTS
 from tests.tools.monkey.watch import Trouble, Watch, assert_sound, watching
 
@@ -45,7 +44,7 @@ class Monkey:
     """One visitor.
 
     Args:
-        opened: a house with nobody else in it.
+        opened: a house with no other visitor.
         context: of a browser, empty.
         seed: of all choices.
         watch: hears of everything that goes wrong.
@@ -86,34 +85,22 @@ class Monkey:
     # ---- what is heard -----------------------------------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        page, complaints, forgiven = self.page, self.watch.complaints, re.compile("|".join((*_HARMLESS, *_LATE)))
+        page, complaints = self.page, self.watch.complaints
 
-        def on_console(message: object) -> None:
-            kind, text = getattr(message, "type", ""), getattr(message, "text", "")
-            where = getattr(message, "location", {}).get("url", "")
-            if kind == "error" and not forgiven.search(f"{text} {where}"):
-                complaints.append(f"console: {text} ({where})")
+        def on_dialog(dialog: Dialog) -> None:
+            if dialog.message == "1":
+                complaints.append("a text from outside ran as a script")
+            dialog.dismiss()
 
-        def on_error(error: Error) -> None:
-            if not forgiven.search(str(error)):
-                complaints.append(f"uncaught: {error}")
+        def count(_: object) -> None:
+            self._frames += 1
 
-        def on_socket(socket: object) -> None:
-            socket.on("framereceived", lambda _: setattr(self, "_frames", self._frames + 1))  # pyright: ignore[reportAttributeAccessIssue]
-
-        page.on("console", on_console)
-        page.on("pageerror", on_error)
+        listen(page, complaints, *_LATE)
         page.on("crash", lambda _: complaints.append("the page crashed"))
-        page.on("dialog", self._on_dialog)
-        page.on("websocket", on_socket)
+        page.on("dialog", on_dialog)
+        page.on("websocket", lambda socket: socket.on("framereceived", count))
         page.on("filechooser", self._on_chooser)
         self.context.on("page", lambda other: other.close() if other is not page else None)
-
-    def _on_dialog(self, dialog: object) -> None:
-        message = getattr(dialog, "message", "")
-        if message == "1":
-            self.watch.complaints.append("a text from outside ran as a script")
-        dialog.dismiss()  # pyright: ignore[reportAttributeAccessIssue]
 
     def _on_chooser(self, chooser: FileChooser) -> None:
         name, content = self._random.choice(RUBBISH)
@@ -157,15 +144,12 @@ class Monkey:
             self.watch.check()
             if time.monotonic() > deadline:
                 raise Trouble(f"{what}: not within {PATIENCE:g} s")
-            self._draw()
-
-    def _draw(self) -> None:
-        """Wait until the page has drawn a frame, or is about to be another one."""
-        try:
-            self.page.wait_for_function(_DRAWN, arg=self.page.evaluate(_NOW), timeout=SHORT)
-        except Error as error:
-            if self.page.is_closed():
-                raise Trouble(f"the page is gone: {error.message}") from None
+            try:
+                # A frame is drawn, or the page is about to be another one.
+                self.page.wait_for_function(_DRAWN, arg=self.page.evaluate(_NOW), timeout=SHORT)
+            except Error as error:
+                if self.page.is_closed():
+                    raise Trouble(f"the page is gone: {error.message}") from None
 
     def _settle(self) -> None:
         """Wait until the page is there, with one session of its own."""
@@ -200,7 +184,7 @@ class Monkey:
         self.watch.check()
 
     def leave(self) -> None:
-        """Go, after which nobody must be left."""
+        """Go, after which no visitor must be left."""
         self.page.goto("about:blank", timeout=1000 * PATIENCE)
         self._until(lambda: self.opened.server.count_clients() == 0, "no visitor")
         if isinstance(self.opened.host, PrivateHost):
@@ -216,6 +200,8 @@ class Monkey:
         number = len(self.done) - 1
         try:
             self.done[number] = self.actions[name][1]()
+        except NothingThere as nothing:
+            self.done[number] = str(nothing)
         except Error as error:
             # What it reached for has gone meanwhile; a page that hangs is found by the check.
             self.done[number] = f"{name}: {error.message.splitlines()[0]}"

@@ -1,6 +1,8 @@
-"""The stage of the single arm: hand and elbow can be taken hold of, and the circle is drawn."""
+"""The stage of the arms: hand and elbow can be taken hold of, the circle is drawn; master, slave and ghost."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pinocchio as pin
@@ -14,7 +16,7 @@ from scenes import solo
 from scenes.targets import HandTarget
 from tests.app.conftest import ELBOW, HAND, Guest
 from tests.app.page.helpers import press
-from tests.app.stage.conftest import TURN, change, comes, hand, place
+from tests.app.stage.conftest import change, comes, drag, drawn, hand, place, settle, visible
 
 
 def test_the_hand_of_the_single_arm(one: Guest) -> None:
@@ -24,8 +26,7 @@ def test_the_hand_of_the_single_arm(one: Guest) -> None:
     # Where only the position is asked for, there is nothing to turn.
     assert visitor.mirror.nodes[HAND]["disable_rotations"]
     goal = start + np.array([0.05, 0.08, 0.04])
-    visitor.move_gizmo(HAND, phase="start")
-    visitor.move_gizmo(HAND, tuple(goal.tolist()), TURN)
+    drag(one, HAND, goal)
     one.wait(lambda s: isinstance(s.held, HandTarget) and s.held.rotation is None)
     comes(one, lambda s: float(np.linalg.norm(hand(s) - goal)), 5e-3)
     visitor.move_gizmo(HAND, phase="end")
@@ -39,8 +40,7 @@ def test_the_hand_of_the_single_arm(one: Guest) -> None:
     visitor.wait_for(lambda v: not v.mirror.nodes[HAND]["disable_rotations"])
     wanted = one.ask(lambda s: wanted_pose(s.simulation)[1])
     turned = pin.Quaternion(wanted @ pin.rpy.rpyToMatrix(0.0, 0.0, 0.3))
-    visitor.move_gizmo(HAND, phase="start")
-    visitor.move_gizmo(HAND, tuple(goal.tolist()), (turned.w, turned.x, turned.y, turned.z))
+    drag(one, HAND, goal, (turned.w, turned.x, turned.y, turned.z))
 
     def off(s: Session) -> float:
         present = s.simulation.kinematics.hand_pose(s.simulation.guided).rotation
@@ -50,9 +50,10 @@ def test_the_hand_of_the_single_arm(one: Guest) -> None:
     comes(one, off, 0.02)
 
 
-@pytest.mark.parametrize(
-    ("robot", "task", "left"), [("lwr", "position", 0.1), ("lwr", "pose", 0.1), ("panda", "pose", 0.1), ("ur5", "position", 0.75)]
-)
+ELBOWS = [("lwr", "position", 0.1), ("lwr", "pose", 0.1), ("panda", "pose", 0.1), ("ur5", "position", 0.75)]
+
+
+@pytest.mark.parametrize(("robot", "task", "left"), ELBOWS)
 def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest, robot: str, task: str, left: float) -> None:
     """Six joints let the elbow go only a part of the way."""
     change(one, scene="solo", robot=robot, task=task)
@@ -63,8 +64,7 @@ def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest, robot: 
 
     elbow, start, frame, foot = one.ask(state)
     q = pin.Quaternion(frame @ pin.rpy.rpyToMatrix(0.3, 0.0, 0.0))
-    one.visitor.move_gizmo(ELBOW, phase="start")
-    one.visitor.move_gizmo(ELBOW, tuple(elbow.tolist()), (q.w, q.x, q.y, q.z))
+    drag(one, ELBOW, elbow, (q.w, q.x, q.y, q.z))
     goal = foot + pin.exp3(frame[:, 0] * 0.3) @ (elbow - foot)
     before = float(np.linalg.norm(goal - elbow))
     comes(one, lambda s: float(np.linalg.norm(state(s)[0] - goal)), left * before)
@@ -92,3 +92,41 @@ def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
     assert np.abs(np.linalg.norm(trace - centre, axis=1) - solo.RADIUS).max() < 0.01
     change(one, path="stay")
     one.visitor.wait_for(lambda v: "/path/line" not in v.mirror.nodes and HAND in v.mirror.nodes)
+
+
+def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) -> None:
+    change(one, scene="master_slave", avoid="free", speed=2.0)
+    assert not any(visible(one, name) for name in drawn(one.visitor) if name.startswith("/wish"))
+    start = one.ask(hand)
+    other = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
+    goal = start + 0.7 * (other - start)
+    drag(one, HAND, goal, one.visitor.mirror.nodes[HAND]["wxyz"])
+    comes(one, lambda s: float(np.linalg.norm(hand(s) - goal)), 0.05)
+    # The slave would mirror it into the master; it gives way, and how it ought to stand is drawn beside it.
+    one.visitor.wait_for(lambda _: visible(one, "/wish/left/base"))
+    assert "/wish/right/base" not in drawn(one.visitor)
+    press(one, "pause")
+    settle(one)
+    desired = one.ask(lambda s: s.simulation.sample().desired[s.simulation.avoiding.joints].copy())
+    node = "/wish/left/base"
+    for i, angle in enumerate(desired):
+        node += f"/j{i + 1}"
+        actual = "/arms" + node[len("/wish") :]
+        turned, real = (np.array(one.visitor.mirror.nodes[name]["wxyz"]) for name in (node, actual))
+        q = one.ask(lambda s, i=i: float(s.simulation.positions[s.simulation.avoiding.joints][i]))
+        between = 2.0 * math.acos(min(abs(float(turned @ real)), 1.0))
+        assert between == pytest.approx(abs(angle - q), abs=1e-3)
+
+
+def test_a_ghost_is_seen_where_it_differs_and_costs_nothing_when_off(one: Guest) -> None:
+    press(one, "ghost")
+    assert one.session.settings.page.ghost == "frozen" and one.session.ghost is not None
+    one.run_on(0.2)
+    # The same settings, the same posture: nothing to be seen.
+    assert not any(name.startswith("/ghost") for name in drawn(one.visitor))
+    change(one, law="unprotected", speed=2.0, autopilot=True)
+    one.visitor.wait_for(lambda _: visible(one, "/ghost/left/base"))
+    assert "/ghost/right/base" not in drawn(one.visitor)
+    press(one, "ghost")
+    assert one.session.settings.page.ghost == "off"
+    one.visitor.wait_for(lambda v: not any(name.startswith("/ghost") for name in drawn(one.visitor)))

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import gzip
 import html
-import json
 import re
-import struct
 
 import matplotlib
 import pytest
 from matplotlib.text import Text
 
-from app.export import jobs as take_home
+from app.export import jobs
 from app.export import plot_pictures as pictures
 from app.export.lab_report import _settings
 from app.export.player import assembled, packed_film
@@ -26,7 +23,7 @@ from app.settings import Details, Settings
 from app.text.documents import DOCUMENTS, document_page
 from scenes.rerun import never
 from scenes.settings import RunSettings, changed
-from tests.app.export.runs import piece
+from tests.app.export.runs import piece, read_film
 from tests.app.i18n.conftest import untranslated
 
 SYMBOLS = frozenset({"mathrm", "λρ²"})
@@ -36,14 +33,8 @@ SYMBOLS = frozenset({"mathrm", "λρ²"})
 @pytest.mark.parametrize(
     ("scene", "details"),
     [
-        ("hold", "curve"),
-        ("hold", "laws"),
-        ("hold", "pairs"),
-        ("hold", "stability"),
-        ("master_slave", "follow"),
-        ("imitation", "follow"),
-        ("imitation", "stability"),
-        ("solo", "joints"),
+        *(("hold", "curve"), ("hold", "laws"), ("hold", "pairs"), ("hold", "stability"), ("master_slave", "follow")),
+        *(("imitation", "follow"), ("imitation", "stability"), ("solo", "joints")),
     ],
 )
 def test_pictures(scene: str, details: Details) -> None:
@@ -57,11 +48,11 @@ def test_pictures(scene: str, details: Details) -> None:
     assert {text: left for text in found if (left := [w for w in untranslated(text) if w not in SYMBOLS])} == {}
 
 
-def test_pictures_are_drawn_in_a_worker_that_is_told_the_language() -> None:
+def test_pictures_are_drawn_in_a_worker_in_the_language_that_it_is_given() -> None:
     recorded, table = piece("hold", 1.0)
     arguments = recorded, 1.0, "none", "svg", table
-    made = {language: take_home.picture(language, *arguments) for language in ("en", "de", "sl", "en")}
-    assert len({*made.values()}) == 3 and take_home.picture("de", *arguments) == made["de"]
+    made = {language: jobs.picture(language, *arguments) for language in ("en", "de", "sl", "en")}
+    assert len({*made.values()}) == 3 and jobs.picture("de", *arguments) == made["de"]
 
 
 def test_the_page_that_plays() -> None:
@@ -76,40 +67,25 @@ def test_the_page_that_plays() -> None:
     said += [re.sub(r"<(script|style).*?</\1>|<[^>]*>", "\n", own, flags=re.DOTALL)]
     assert said[0].startswith("⟦") and len(said) == 5
     assert [left for text in said if (left := untranslated(html.unescape(text)))] == []
-    packed = gzip.decompress(packed_film(filmed, panels))
-    (length,) = struct.unpack_from("<I", packed)
-    film = json.loads(packed[4 : 4 + length])
-    told = [*film["words"].values(), *(panel["title"] for panel in film["panels"])]
-    told += [name for panel in film["panels"] for name in (*panel["rows"], panel["note"])]
-    assert len(told) > 6 and [left for text in told if (left := untranslated(text))] == []
-
-
-def test_the_page_that_plays_is_in_the_language_of_who_asked() -> None:
-    recorded, table = piece("hold", 1.0)
+    film, _ = read_film(packed_film(filmed, panels))
+    said = [*film["words"].values(), *(panel["title"] for panel in film["panels"])]
+    said += [name for panel in film["panels"] for name in (*panel["rows"], panel["note"])]
+    assert len(said) > 6 and [left for text in said if (left := untranslated(text))] == []
     set_language("de")
-    page = assembled(Filmed(b"", (), (0.0, 0.05)), Curves(recorded, table).panels("none"), recorded.settings, False)
+    page = assembled(filmed, Curves(recorded, table).panels("none"), recorded.settings, False)
     assert '<html lang="de" data-words="de">' in page and 'aria-label="Abspielen"' in page and "Halten (Abb. 5)" in page
 
 
 def test_the_report() -> None:
     set_language("pseudo")
     run = changed(changed(RunSettings(), "law", "barrier_qp"), "scene", "ball")
-    entry = ReportEntry(
-        "1",
-        question="1",
-        prediction="2",
-        right=False,
-        outcome=("3",),
-        verdict="4",
-        judgements=(("5", True),),
-        attempts=2,
-        passed=True,
-        words="6",
-        settings=_settings(run),
-    )
-    page = report_html("7", [entry], Settings(run=run), (), "", about=tr("Name"))
+    entry = ReportEntry("1", "1", "2", False, "4", ("3",), (("5", True),), 2, True, "6", settings=_settings(run))
+    page = report_html("7", [entry], Settings(run=run), about=tr("Name"))
     body = re.sub(r"<style>.*?</style>", "", page[page.index("<body>") :], flags=re.DOTALL)
     assert untranslated(html.unescape(body)) == []
+    set_language("de")
+    page = report_html("Bericht", [], Settings())
+    assert '<html lang="de">' in page and "<h2>Einstellungen des letzten Laufs</h2>" in page
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)

@@ -1,0 +1,247 @@
+"""The lab report: everything that was done is in it, with the student's own run; nothing in it runs, and it fits on paper."""
+
+from __future__ import annotations
+
+import pickle
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.export.export_queue import ExportQueue
+from app.export.lab_report import Done, done_in, lab_bytes, recorded_of, report_title, rich_html
+from app.export.plot_pictures import inline_svg
+from app.export.report_html import LOCKED, ReportEntry, report_html
+from app.hosting.resume import open_link
+from app.hosting.session_store import SessionStore, VisitorRecord
+from app.lessons.loading import load_lessons
+from app.lessons.phases import Phase
+from app.lessons.progress import MOST_WORDS
+from app.lessons.reference_runs import simulated
+from app.lessons.session.lesson_actions import Choose, ResetStep, StartOrPause
+from app.lessons.session.lesson_session import LessonSession
+from app.session.session import Session
+from app.settings import Settings
+from scenes.rerun import rerun
+from tests.app.export.runs import piece
+from tests.app.inline import Inline
+from tests.browser import PageAt, screenshot
+from tests.scenes.helpers import given_settings
+
+NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0h1"/></svg>'
+
+
+class Reader(HTMLParser):
+    """Collects tags, attributes and text."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.attributes: list[str] = []
+        self.text = ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [name for name, _ in attrs]
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def full(text: str) -> str:
+    """A report in which a text stands everywhere."""
+    entry = ReportEntry(text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text, text, text, SVG)
+    return report_html(text, [entry, ReportEntry(text)], Settings(), about=text)
+
+
+@given(st.text(min_size=1, max_size=60).filter(str.strip))
+def test_no_text_becomes_a_tag(text: str) -> None:
+    allowed = set(Reader(full("a")).tags)
+    assert set(Reader(full(text)).tags) <= allowed
+    assert len(Reader(full(text)).tags) == len(Reader(full("a")).tags)
+
+
+def test_a_nasty_text_is_shown_as_it_was_written() -> None:
+    read = Reader(full(NASTY))
+    assert "script" not in read.tags and "img" not in read.tags and not any(name.startswith("on") for name in read.attributes)
+    assert read.text.count(NASTY) == 14
+    assert LOCKED in full(NASTY)
+
+
+def test_everything_that_was_done_is_in_it() -> None:
+    judgements = (("d ≥ 150 mm", True),)
+    entry = ReportEntry(
+        "1.2 Rest", "How near?", "Nearer than d_m", True, "Right.", ("d = 167.2 mm",), judgements, 3, True, "I thought so."
+    )
+    page = report_html("My report", [entry], Settings(run=given_settings(dm=0.2)))
+    text = Reader(page).text
+    parts = (
+        entry.title,
+        entry.question,
+        entry.prediction,
+        entry.verdict,
+        *entry.outcome,
+        entry.words,
+    )
+    more = ("✓ right", "✓ d ≥ 150 mm", "attempts: 3", "✓ passed", "200 mm", "Hold (Fig. 5)", "Made by Duet")
+    assert [part for part in (*parts, *more) if part not in text] == []
+
+
+def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
+    entry = report_html("r", [ReportEntry("only a title")], None)
+    assert "<dt>" not in entry and "<table" not in entry and "<figure" not in entry
+    text = report_html("r", [], Settings(run=given_settings(law="potential_field")))
+    assert "<td>η</td>" in text and "<td>d<sub>m</sub></td>" not in text
+    assert "<td>d<sub>m</sub></td><td>150 mm</td>" in report_html("r", [], Settings())
+
+
+def test_formulas_of_the_lesson_may_be_drawn_but_never_those_of_a_student() -> None:
+    entry = ReportEntry("t $x$", question="why $x$", words="me $x$")
+    page = report_html("r $x$", [entry], None, rich=lambda text: text.replace("$x$", SVG))
+    assert page.count(SVG) == 1 and "me $x$" in page
+
+
+HEAD = '<svg xmlns="http://www.w3.org/2000/svg"'
+
+
+@pytest.mark.parametrize(
+    "svg",
+    [
+        *("no picture", "<p>x</p>", f"{HEAD}><script>1</script></svg>", f'{HEAD} onload="1"/>'),
+        *(f"{HEAD}><foreignObject/></svg>", f"{SVG}<b>x</b>"),
+    ],
+)
+def test_only_plain_pictures_are_put_in(svg: str) -> None:
+    with pytest.raises(ValueError, match="a plot is no"):
+        report_html("r", [ReportEntry("1", plot=svg)], None)
+
+
+def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
+    recorded, _ = piece("hold", 3.0)
+    plots = [inline_svg(recorded, 3.0, "lambda", "p1"), inline_svg(recorded, 3.0, "speeds", "p2"), *[""] * 4]
+    entries = [
+        ReportEntry(f"Step {i}", "How near?", "Nearer", i % 2 == 0, "So.", ("d = 167.2 mm",), words="word " * 40, plot=plots[i])
+        for i in range(6)
+    ]
+    path = tmp_path / "report.html"
+    path.write_text(report_html("Lab report", entries, Settings(), about=NASTY), encoding="utf-8")
+    page = page_at(820, 1000)
+    page.goto(path.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert page.locator("figure svg").count() == 2 and page.locator("article").count() == 6
+    screenshot(page, "report")
+    printed = page.pdf(prefer_css_page_size=True)
+    assert 2 <= len(re.findall(rb"/Type /Page\b", printed)) <= 7
+
+
+BOOK = load_lessons()
+
+
+@pytest.fixture(scope="module")
+def run() -> LessonSession:
+    """Lesson 1, its first step seen to its end, with a wrong answer; only to be read."""
+    run = LessonSession(Session(Settings()), BOOK)
+    run.enter(0)
+    run.act(Choose(3))
+    while not run._runs.ready:
+        pass
+    run.act(StartOrPause())
+    while run.walk.phase is Phase.DO:
+        run._session.advance(0.05)
+        run.decide()
+    run.walk.write(f"I did not expect that.\n{NASTY}")
+    return run
+
+
+def steps_of(run: LessonSession, only: str | None = None) -> tuple[Done, ...]:
+    """What was done in the lessons."""
+    return done_in(run.book.lessons, run.walk.done_in, run.seen, only)
+
+
+def made(done: tuple[Done, ...]) -> str:
+    """The report."""
+    return lab_bytes(done, "en").decode()
+
+
+def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession) -> None:
+    (done,) = steps_of(run)
+    page = made((done,))
+    question = done.step.question
+    assert question is not None and done.progress.outcome is not None and not done.progress.outcome.reference
+    for part in (
+        "<h1>Lab report: lesson 1, Redundancy and null space</h1>",
+        "<h3>1.1  What is left over</h3>",
+        "✗ not so</span>In 7: every joint can still be moved.",
+        *done.progress.outcome.lines(done.step, "en"),
+        "scene = One arm alone (eqs 1–8)",
+        "I did not expect that.\n&lt;script&gt;alert(1)&lt;/script&gt;",
+    ):
+        assert part in page.replace("&#x27;", "'")
+    assert page.count("<figure>") == 1 and "hand error" in page and "elbow angle" in page
+    assert LOCKED in page and NASTY not in page and not re.search(r"""(src|href)=["']?(https?:)?//""", page)
+
+
+def test_the_run_in_it_is_the_students_own_and_else_the_same_one_again(run: LessonSession) -> None:
+    (done,) = steps_of(run)
+    assert done.seen is not None
+    again = recorded_of(done.step.setup)
+    assert again is not None
+    table = rerun(again).table
+    assert table.tobytes() == simulated(done.step.setup).history.table(len(table)).tobytes()
+    assert rerun(done.seen).table[: len(table)].tobytes() == table.tobytes()
+    assert made((replace(done, seen=None),)).count("<figure>") == 1
+    # What a hand was in cannot be made again, and what was not seen is not shown.
+    yours = next(i for i, step in enumerate(done.lesson.steps) if step.yours)
+    progress = replace(done.progress, choice=None, outcome=None)
+    assert made((Done(done.lesson, yours, progress),)).count("<figure>") == 0
+
+
+def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
+    assert [(one.lesson.number, one.index) for one in steps_of(run)] == [(1, 0)]
+    assert steps_of(run, BOOK.lessons[1].id) == () and len(steps_of(run, BOOK.lessons[0].id)) == 1
+    assert not LessonSession(Session(Settings()), BOOK).begun and run.begun
+    both = (*steps_of(run), Done(BOOK.lessons[1], 0, steps_of(run)[0].progress))
+    assert report_title(both) == "Lab report"
+
+
+def test_formulas_are_drawn_and_paragraphs_kept() -> None:
+    assert "<svg" in rich_html(r"speed $\lambda v$") and "<p>" not in rich_html("one line")
+    assert rich_html("2 d_m < J_d") == "2 d<sub>m</sub> &lt; J<sub>d</sub>" and rich_html("my_law.py") == "my_law.py"
+    assert rich_html("a\n\nb").split() == ["<p>a</p>", "<p>b</p>"] and "<svg" in rich_html("$$x$$")
+
+
+def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
+    background = Inline()
+    queue = ExportQueue(run._session, background)
+    queue.ask_report(())
+    assert [news.title for news in queue.take_news()] == ["There is nothing to report yet"] and not background.waiting()
+    queue.ask_report(steps_of(run))
+    assert queue.busy == "the lab report"
+    (job,) = background.waiting()
+    # It goes to another process, with what was written until now.
+    pickle.loads(pickle.dumps(job.arguments))
+    before = run.walk.done.words
+    run.walk.write("later")
+    background.work()
+    run.walk.write(before)
+    queue.player.advance(0.0)
+    ((name, content),) = queue.take_files()
+    assert name == "duet-lab-report-lesson-1.html" and b"I did not expect" in content and b"later" not in content
+
+
+def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: LessonSession) -> None:
+    store, query = SessionStore(), {"resume": "0123456789abcdef"}
+    store.save(VisitorRecord(query, Settings(), run.saved()))
+    back = LessonSession(Session(Settings()), BOOK)
+    assert open_link(back, query, store.find(query)) == ()
+    assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
+    back.act(ResetStep())
+    assert back.walk.done.words == run.walk.done.words and back.walk.done.choice is None
+    back.walk.write("x" * (MOST_WORDS + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)
+    assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).words) == MOST_WORDS
