@@ -156,14 +156,6 @@ class RunSettings:
         "As in the paper", "The free arm", "Your arm", "Both arms",
     )  # fmt: skip
     start: StartName = _choice(
-        "usual",
-        StartName,
-        Spec(
-            "start", "start", "The posture that the arms begin in; in the second, your arm slides along the tie of two pairs.",
-            choice_labels=("Usual", "Between two pairs"),
-        ),
-    )  # fmt: skip
-    start: StartName = _choice(
         "usual", StartName, "start", "start",
         "The posture that the arms begin in; in the second, your arm slides along the tie of two pairs.",
         "Usual", "Between two pairs",
