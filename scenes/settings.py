@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final, Literal, TypeVar, cast, get_args
 
 from controllers.errors import BadSetting, LazyText
+from controllers.limits import BoundsTreatment
 from controllers.proximity import Treatment
 from controllers.tasks import HoldTask
 
@@ -21,6 +22,9 @@ LawName = Literal[
     "potential_field",
     "barrier_qp",
     "intermediate_value",
+    "task_activation",
+    "continuous_inverse",
+    "set_based_task",
     "unprotected",
 ]
 SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
@@ -100,6 +104,9 @@ class LawSettings:
                 "Potential field",
                 "Barrier QP, all pairs",
                 "Intermediate value",
+                "Task activation in a hierarchy",
+                "Continuous inverse of a stack",
+                "Set-based task, jumps at d_m",
                 "Unprotected (task only)",
             ),
         ),
@@ -142,7 +149,7 @@ class LawSettings:
     influence_distance: float = _number(
         0.30,
         Spec(
-            "d0", "d_0", "Where null-space avoidance and the potential field begin to act.",
+            "d0", "d_0", "Where null-space avoidance, the potential field and task activation begin to act.",
             "m", 0.05, 0.60, 5.0, "mm", 1000.0,
         ),
     )  # fmt: skip
@@ -151,6 +158,10 @@ class LawSettings:
     )
     barrier_gain: float = _number(
         5.0, Spec("gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 40.0, 0.1, "1/s")
+    )
+    restoring_gain: float = _number(
+        5.0,
+        Spec("kr", "k_r", "How fast the set-based task returns to d_m from below; 0 freezes the distance.", "1/s", 0.0, 40.0, 0.5, "1/s"),
     )
 
 
@@ -237,6 +248,17 @@ class RunSettings:
     dt: float = _number(0.005, Spec("dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0))
     limit_gain: float = _number(
         10.0, Spec("g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
+    )
+    bounds: BoundsTreatment = _choice(
+        "distance",
+        BoundsTreatment,
+        Spec(
+            "bounds",
+            "bounds",
+            "What is kept when joints meet their bounds: the distance rate; the direction of q̇; or the hand's velocity, too, by joints "
+            "that still can.",
+            choice_labels=("Keep the distance rate", "Shorten the whole q̇", "Saturate in the null space"),
+        ),
     )
     seed: int = field(
         default=1,

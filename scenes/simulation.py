@@ -240,7 +240,7 @@ class Simulation:
             bounded = Bounded(wanted)
         else:
             self.bound_bites = True
-            bounded = group.bounded(row, wanted)
+            bounded = group.bounded(row, wanted, self.settings.bounds)
         if lam > 0.5 and bounded.authority is Authority.FULL:
             square = float(row.dot(row))
             # Less than half of what the law asked for is left after damping: the arm has no lever against this approach.
