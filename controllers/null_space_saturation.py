@@ -3,9 +3,9 @@
 F. Flacco, A. De Luca and O. Khatib, Motion control of redundant robots under joint constraints: saturation in the null space, ICRA
 2012, and Control of redundant robots under hard joint constraints: saturation in the null space, IEEE Trans. Robotics 31(3), 2015.
 Joints that would exceed a bound are held at it, and the others make up for them in the null space of what is left. Where they
-cannot, the task's velocity is shortened, never turned: J q̇ = s ẋ with the largest s ≤ 1.
+cannot, the task's velocity is shortened, never turned: J q̇ = s ẋ with s < 1.
 
-Which joints to hold is a quadratic programme, the optimum of the 2015 paper. Holding one joint after the other, as in 2012, ends
+Which joints to hold is a quadratic programme, after the optimum of the 2015 paper. Holding one joint after the other, as in 2012, ends
 with a shorter s than possible in one case of seventeen (random J and bounds, 3 and 6 of 7 dimensions).
 """
 
@@ -19,8 +19,12 @@ from controllers.kinematics import Array
 _EQUALITY: Final = 5
 """DAQP's mark of a constraint that holds with its one value."""
 
-_WEIGHT: Final = 1e6
-"""What a missing share of the task's velocity costs beside 1 (rad/s)² of joint motion: s is the largest to 1e-6."""
+_WEIGHT: Final = 1e3
+"""What 1 − s costs beside joint motion [(rad/s)²]: s is the largest but for some hundredths. At 1e6 it would be the largest to
+1e-6, but joints that add next to nothing to s would go from one bound to the other at every step."""
+
+_DEPENDENT: Final = 1e-6
+"""A direction of the task that the joints move by no more than this is left out [m/rad]: J is singular, or the kept row has it."""
 
 
 def saturated(
@@ -28,8 +32,9 @@ def saturated(
 ) -> tuple[Array, float]:
     """Return q̇ (n,) within its bounds with the task's velocity between that of `start` and that of `wanted`, and the share s.
 
-    J q̇ = J start + s J (wanted − start), with the largest s in [0, 1]; of all such q̇ it is the one nearest to `wanted`. While the
-    columns of the joints that are not held keep full row rank, q̇ is a continuous function of all arguments.
+    J q̇ = J start + s J (wanted − start). s = 1 whenever that is possible, else nearly the largest possible; of all such q̇ it is the
+    one nearest to start + s (wanted − start). q̇ is a continuous function of all arguments while s = 1, and while s < 1. Where s = 1
+    stops being possible q̇ jumps: s falls by some hundredths, and with it the pressure on the last joints that were free.
 
     Args:
         J: of the task (m, n).
@@ -39,19 +44,29 @@ def saturated(
         kept: a row (n,) of higher priority, whose rate stays that of `start`; None if there is none.
     """
     begin = np.zeros_like(wanted) if start is None else start
-    way = J.dot(wanted - begin)
-    if kept is not None:
-        J, way = np.vstack([J, kept]), np.append(way, 0.0)
-    first, n = J.dot(begin), len(wanted)
-    velocities, share = _solved(np.eye(n), -wanted, J, np.append(lower, first + way), np.append(upper, first + way)), 1.0
+    change, n = wanted - begin, len(wanted)
+    A, way = _independent(J, J.dot(change), kept)
+    first = A.dot(begin)
+    velocities, share = _solved(np.eye(n), -wanted, A, np.append(lower, first + way), np.append(upper, first + way)), 1.0
     if velocities is None:
-        # s as one more unknown, [J, −way] (q̇, s) = J start.
+        # s is one more unknown: [A, −way] (q̇, s) = A start, and the squared distance is |q̇ − s change − start|².
         cost = np.eye(n + 1)
-        cost[n, n] = _WEIGHT
+        cost[:n, n] = cost[n, :n] = -change
+        cost[n, n] = _WEIGHT + change.dot(change)
+        slope = np.append(-begin, change.dot(begin) - _WEIGHT)
         low, high = np.concatenate([lower, [0.0], first]), np.concatenate([upper, [1.0], first])
-        found = _solved(cost, np.append(-wanted, -_WEIGHT), np.column_stack([J, -way]), low, high)
+        found = _solved(cost, slope, np.column_stack([A, -way]), low, high)
         velocities, share = (begin, 0.0) if found is None else (found[:n], float(found[n]))
     return np.minimum(np.maximum(velocities, lower), upper), share
+
+
+def _independent(J: Array, way: Array, kept: Array | None) -> tuple[Array, Array]:
+    """Return orthonormal rows A (k, n), and the rates (k,) along them for J y = way and kept · y = 0; what no joint moves is left out."""
+    unit = None if kept is None or not kept.any() else kept[None, :] / np.linalg.norm(kept)
+    left, values, right = np.linalg.svd(J if unit is None else J - J.dot(unit.T).dot(unit), full_matrices=False)
+    felt = values > _DEPENDENT
+    A, rates = right[felt], left.T[felt].dot(way) / values[felt]
+    return (A, rates) if unit is None else (np.vstack([A, unit]), np.append(rates, 0.0))
 
 
 def _solved(cost: Array, slope: Array, A: Array, low: Array, high: Array) -> Array | None:

@@ -161,7 +161,16 @@ class LawSettings:
     )
     restoring_gain: float = _number(
         5.0,
-        Spec("kr", "k_r", "How fast the set-based task returns to d_m from below; 0 freezes the distance.", "1/s", 0.0, 40.0, 0.5, "1/s"),
+        Spec(
+            "kr",
+            "k_r",
+            "How fast the set-based task returns to d_m from below; 0 freezes the distance.",
+            "1/s",
+            0.0,
+            40.0,
+            0.5,
+            "1/s",
+        ),
     )
 
 

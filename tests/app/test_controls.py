@@ -86,9 +86,9 @@ def test_what_a_law_shows_has_an_effect(law: LawName) -> None:
     """The numbers of the law: every one that is shown changes what the arm does near the other one."""
     settings = everything("hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0)
     # A quadratic programme does nothing before it must.
-    steps = 1000 if law == "barrier_qp" else 700
+    steps = 1000 if law in ("barrier_qp", "set_based_task") else 700
     plain = moves(settings.run, steps)
-    for key in ("dm", "n", "v", "d0", "eta", "gamma", "pairs", "beta", "ff"):
+    for key in ("dm", "n", "v", "d0", "eta", "gamma", "kr", "pairs", "beta", "ff"):
         if matters(key, settings):
             assert moves(changed(settings.run, key, another(key, values(settings)[key])), steps) != plain, key
 
@@ -106,9 +106,10 @@ def test_what_the_issue_names() -> None:
     shown = lambda scene, law, **others: {key for key in SPECS if matters(key, everything(scene, law, **others))}  # noqa: E731
     for law in LAWS:
         keys = shown("hold", law)
-        assert ("d0" in keys) == (law in ("potential_field", "null_space_avoidance"))
+        assert ("d0" in keys) == (law in ("potential_field", "null_space_avoidance", "task_activation"))
         assert ("eta" in keys) == (law == "potential_field") and ("gamma" in keys) == (law == "barrier_qp")
-        assert ("n" in keys) == (law in ("smooth_priority", "intermediate_value"))
+        assert ("kr" in keys) == (law == "set_based_task")
+        assert ("n" in keys) == (law in ("smooth_priority", "intermediate_value", "continuous_inverse"))
         assert {"law", "k", "dt", "ghost", "theme"} <= keys
     by_scene = {scene: shown(scene, "smooth_priority") for scene in SCENES}
     for key, scenes in {

@@ -67,9 +67,11 @@ def test_declared_fields() -> None:
         "point": ("hand", "elbow", "arm"),
         "ball": ("still", "cross"),
         "clip": ("medley", "wave", "clap", "cross", "reach"),
+        "bounds": ("distance", "scale", "null_space"),
         "law": (
             *("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance"),
-            *("potential_field", "barrier_qp", "intermediate_value", "unprotected"),
+            *("potential_field", "barrier_qp", "intermediate_value", "task_activation"),
+            *("continuous_inverse", "set_based_task", "unprotected"),
         ),
         "pairs": ("single", "soft"),
     }

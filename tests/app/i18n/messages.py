@@ -57,7 +57,7 @@ ON_THE_PAGE: Final = (
 for the command line, and for authors of lessons."""
 
 FORMULAS: Final = frozenset(
-    {"d_m", "q̇", "v", "n", "u v w", "λ(d)", "n, v", "dt", "w_max", "K", "β", "γ", "η", "d_0", "g", "q₁–q₄"}
+    {"d_m", "q̇", "v", "n", "u v w", "λ(d)", "n, v", "dt", "w_max", "K", "β", "γ", "η", "d_0", "g", "q₁–q₄", "k_r", "a²"}
 )
 """Labels that are symbols, …"""
 
@@ -78,6 +78,7 @@ NAMES: Final = frozenset(
             "Pseudo (a test)",
         ),
         *("Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
+        *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016"),
     )
 )
 """… and names: the same in every language."""
