@@ -163,6 +163,9 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
         ("potential_field", {OUT, BOUNDED}),
         ("barrier_qp", {KEEPS}),
         ("intermediate_value", {BOUNDED}),
+        ("task_activation", {BOUNDED}),
+        ("continuous_inverse", {KEEPS, OUT, BOUNDED}),
+        ("set_based_task", {KEEPS, SMOOTH, BOUNDED}),
         ("unprotected", {KEEPS, OUT}),
     ],
 )
