@@ -40,8 +40,8 @@ def saturated(
         J: of the task (m, n).
         wanted: velocities with the task's velocity that is wanted (n,) [rad/s].
         lower, upper: bounds that contain `start` (n,) [rad/s].
-        start: velocities whose task velocity is the end of the scale, s = 0 (n,); None to stand still.
-        kept: a row (n,) of higher priority, whose rate stays that of `start`; None if there is none.
+        start: velocities with the task's velocity of s = 0 (n,); None to stand still.
+        kept: a row (n,) of higher priority; its rate stays that of `start`; None if there is none.
     """
     begin = np.zeros_like(wanted) if start is None else start
     change, n = wanted - begin, len(wanted)

@@ -1,4 +1,4 @@
-"""The continuous inverse of a stack whose rows come and go; Mansard, Remazeilles & Chaumette 2009."""
+"""The continuous inverse of a stack with rows that come and go; Mansard, Remazeilles & Chaumette 2009."""
 
 from dataclasses import dataclass
 from typing import ClassVar

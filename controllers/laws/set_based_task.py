@@ -15,8 +15,8 @@ class SetBasedTask(RowLaw):
     set it stands, otherwise the distance is frozen, ẋ_a = 0, and the task has the null space. The extended cone is [0, ∞) on and
     below d_m.
 
-    It is discontinuous by design: at d_m the distance rate jumps from −u to 0, and an arm whose task pulls at it switches for
-    ever, with steps of q̇ that do not shrink with dt. In return nothing is changed before it must be.
+    It is discontinuous by design: at d_m the distance rate jumps from −u to 0, and an arm that its task pulls there switches
+    for ever, with steps of q̇ that do not shrink with dt. In return nothing is changed before it must be.
 
     A frozen distance is lost all the same to an obstacle that comes, at w. So there is a restoring velocity, ẋ_a = k_r (d_m − d),
     which keeps the loss at w / k_r; k_r = 0 freezes. The test then asks whether the task returns at least as fast.

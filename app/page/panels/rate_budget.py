@@ -80,10 +80,11 @@ def budget_lines(simulation: Simulation, sample: Sample, now: Contact) -> tuple[
         template += " − {w}"
     faster = law.feed_forward and law.law == "smooth_priority"
     v, w, u = _in("v", "v"), _in("w", "w"), _in("u", "u")
+    lam = _in("lam", "a²" if law.law == "task_activation" else "λ")
     symbols = {
         "x": "",
-        "lam": _in("lam", "λ"),
-        "rest": f"(1−{_in('lam', 'λ')})",
+        "lam": lam,
+        "rest": f"(1−{lam})",
         "v": f"({v}+{w})" if faster else v,
         "u": u if second is None else f"({u}<sub>1</sub>+{u}<sub>2</sub>)",
         "w": w,
