@@ -76,7 +76,8 @@ class PageSettings:
         (
             *("Off", "These settings, frozen"),
             *("Smooth priority", "Strict, always on", "Strict, switched at d_m", "Null-space avoidance"),
-            *("Potential field", "Barrier QP", "Intermediate value", "Unprotected"),
+            *("Potential field", "Barrier QP", "Intermediate value", "Task activation", "Continuous inverse"),
+            *("Set-based task", "Unprotected"),
             "My own law (--law-file)",
         ),
     )

@@ -1,4 +1,6 @@
-"""λ(d): how far avoidance has taken over, eq. (31), Petrič & Žlajpah 2011."""
+"""How far avoidance has taken over: λ(d), eq. (31), Petrič & Žlajpah 2011, and a rise within a buffer."""
+
+import math
 
 
 def activation(distance: float, critical_distance: float, order: float) -> float:
@@ -22,3 +24,18 @@ def activation_slope(distance: float, critical_distance: float, order: float) ->
     if distance <= critical_distance:
         return 0.0
     return -order * activation(distance, critical_distance, order) / distance
+
+
+def buffered_activation(distance: float, critical_distance: float, influence_distance: float) -> float:
+    """Return α(d): 1 up to d_m, ½ (1 + cos π (d − d_m) / (d_0 − d_m)) up to d_0, 0 beyond; continuously differentiable.
+
+    Args:
+        distance: d [m]; may be negative (overlap).
+        critical_distance: d_m [m].
+        influence_distance: d_0 [m]; d_0 ≤ d_m makes a hard switch at d_m.
+    """
+    if distance <= critical_distance:
+        return 1.0
+    if distance >= influence_distance:
+        return 0.0
+    return 0.5 * (1.0 + math.cos(math.pi * (distance - critical_distance) / (influence_distance - critical_distance)))

@@ -8,14 +8,21 @@ the law asked for:
 
 Its solution is q̇ = clip(q̇_n + c J_dᵀ) with one scalar c: water filling along the row. While no bound bites this is the law's own q̇.
 When even the whole box cannot reach r, the arm is out of authority, and that is said aloud.
+
+Two other treatments are there for comparison: the whole velocity shortened until it fits, and saturation in the null space, which
+keeps the task's velocity too as long as any joints can.
 """
 
 from enum import IntEnum
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
 from controllers.kinematics import Array
+from controllers.null_space_saturation import saturated
+
+BoundsTreatment = Literal["distance", "scale", "null_space"]
+"""How bounds are met: by keeping the distance rate; by shortening the whole velocity; or by saturation in the null space."""
 
 TOLERANCE: Final = 1e-6
 """A distance rate missed by less than this counts as reached [m/s]."""
@@ -115,6 +122,16 @@ class VelocityBox:
         """Return the velocity (n,) in the box nearest to a given one (n,) [rad/s]; for a *task's* velocity, never for a law's."""
         return np.minimum(np.maximum(velocities, self.lower), self.upper)
 
+    def largest_share(self, velocities: Array) -> tuple[float, int]:
+        """Return the largest s in [0, 1] for which s q̇ lies in the box, for velocities q̇ (n,), and the joint that bounds it, or −1."""
+        share, joint = 1.0, -1
+        for i, (speed, low, high) in enumerate(zip(velocities.tolist(), self.lower.tolist(), self.upper.tolist(), strict=True)):
+            if speed > high or speed < low:
+                possible = max((high if speed > high else low) / speed, 0.0) if speed else 0.0
+                if possible < share:
+                    share, joint = possible, i
+        return share, joint
+
     def contains(self, velocities: Array) -> bool:
         """Return whether velocities (n,) lie in the box."""
         if self._whole._is_full:
@@ -168,3 +185,34 @@ def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bo
     if lost[joint] > TOLERANCE:
         return Bounded(velocities, Authority.STOP, missing, joint)
     return Bounded(velocities, Authority.SPEED, missing, int(np.argmax(np.abs(row))))
+
+
+def shortened_row(wanted: Array, row: Array, box: VelocityBox) -> Bounded:
+    """Return the largest share of a law's velocity that lies in the box, and what that costs of its distance rate.
+
+    Args:
+        wanted: q̇ (n,) by the law [rad/s].
+        row: J_d (n,) [m/rad].
+    """
+    share, joint = box.largest_share(wanted)
+    velocities = box.clip(share * wanted)
+    missing = (1.0 - share) * abs(float(row.dot(wanted)))
+    if missing <= TOLERANCE:
+        return Bounded(velocities)
+    at_stop = float(box.lost_speed(wanted)[joint]) > TOLERANCE
+    return Bounded(velocities, Authority.STOP if at_stop else Authority.SPEED, missing, joint)
+
+
+def bounded_task(wanted: Array, J: Array | None, box: VelocityBox, treatment: BoundsTreatment) -> Array:
+    """Return a *task's* velocity (n,) in the box [rad/s]: clipped joint by joint, shortened, or its hand's velocity kept.
+
+    Args:
+        wanted: q̇_n (n,) [rad/s].
+        J: of the task (m, n); None if it uses every joint, which leaves no null space.
+        treatment: see `BoundsTreatment`.
+    """
+    if treatment == "distance" or box.contains(wanted):
+        return box.clip(wanted)
+    if treatment == "scale" or J is None:
+        return box.clip(box.largest_share(wanted)[0] * wanted)
+    return saturated(J, wanted, box.lower, box.upper)[0]

@@ -4,7 +4,8 @@ import numpy as np
 
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
-from controllers.limits import Bounded, bounded_row
+from controllers.limits import Bounded, BoundsTreatment, bounded_row, shortened_row
+from controllers.null_space_saturation import saturated
 from controllers.proximity import Proximity
 from scenes.arm_tasks.arm_task import ArmTask
 from scenes.world import World
@@ -87,15 +88,24 @@ class AvoidanceGroup:
             row += len(block)
         return J
 
-    def bounded(self, row: Array, wanted: Array) -> Bounded:
-        """Return the velocity inside the bounds that keeps the distance rate which the law wanted, see `controllers.limits`.
+    def bounded(self, row: Array, wanted: Array, treatment: BoundsTreatment) -> Bounded:
+        """Return a velocity inside the bounds in place of the law's, see `controllers.limits`.
 
         Args:
             row: J_d (n,) [m/rad].
             wanted: q̇ (n,) [rad/s] by the law.
+            treatment: what is kept. `null_space` keeps the distance rate first, and then as much as possible of the way from the
+                task's velocity that this leaves to the one that the law wants.
         """
+        if treatment == "scale":
+            return shortened_row(wanted, row, self.box)
         # Nothing is lost by beginning at the clipped velocity: along the row, both ways meet the same bounds in the same order.
-        return bounded_row(self.box.clip(wanted), row, float(row.dot(wanted)), self.box)
+        bounded = bounded_row(self.box.clip(wanted), row, float(row.dot(wanted)), self.box)
+        J = self._task_jacobian() if treatment == "null_space" else None
+        if J is None:
+            return bounded
+        box = self.box
+        return bounded._replace(velocities=saturated(J, wanted, box.lower, box.upper, bounded.velocities, row)[0])
 
 
 def avoidance_groups(

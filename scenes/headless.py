@@ -129,23 +129,25 @@ def summarise(simulation: Simulation, table: Array, step_us_median: float = floa
         dq_step_max=largest,
         ddq_max=largest / dt,
         pair_switches=int(np.count_nonzero(switched)),
-        pair_switches_felt=_felt(simulation, table, np.flatnonzero(switched)),
+        pair_switches_felt=_felt(simulation, table, np.flatnonzero(switched).tolist()),
         out_of_authority_s=float(np.count_nonzero(table[:, COLUMN["authority"]]) * dt),
         steps=len(table),
         step_us_median=step_us_median,
     )
 
 
-def _felt(simulation: Simulation, table: Array, switches: Array) -> int:
-    """Return at how many of the steps (k,) before a change of the closest pair λ J_d jumps by `FELT` or more."""
+def _felt(simulation: Simulation, table: Array, switches: list[int]) -> int:
+    """Return at how many of the steps before a change of the closest pair λ J_d jumps by `FELT` or more."""
     if simulation.settings.law.pairs != "single":
         return 0
     world = World(simulation.room, simulation.settings.limit_gain)
     avoiding = [task.joints for task in simulation.roles.avoiders(simulation.settings.avoid)]
-    pairs, lam = table[:, COLUMN["pair"]].astype(int), table[:, COLUMN["lambda"]]
+    pairs, lam = table[:, COLUMN["pair"]].astype(int).tolist(), table[:, COLUMN["lambda"]].tolist()
     positions = simulation.history.positions(table)
     felt = 0
-    for k in switches[lam[switches + 1] >= FELT / 2.0].tolist():
+    for k in switches:
+        if lam[k + 1] < FELT / 2.0:
+            continue
         world.kinematics.update(positions[k + 1])
         world.detector.detect()
         jump = world.detector.row(pairs[k + 1]) - world.detector.row(pairs[k])

@@ -1,12 +1,15 @@
 """Settings → law."""
 
 from controllers.laws.barrier_qp import BarrierQP
+from controllers.laws.continuous_inverse import ContinuousInverse
 from controllers.laws.intermediate_value import IntermediateValue
 from controllers.laws.null_space_avoidance import NullSpaceAvoidance
 from controllers.laws.potential_field import PotentialField
+from controllers.laws.set_based_task import SetBasedTask
 from controllers.laws.situation import Law
 from controllers.laws.smooth_priority import SmoothPriority
 from controllers.laws.strict_priority import StrictPriority
+from controllers.laws.task_activation import TaskActivation
 from controllers.laws.unprotected import Unprotected
 from scenes.settings import LawSettings
 
@@ -29,5 +32,11 @@ def make_law(settings: LawSettings) -> Law:
             return BarrierQP(d_m, settings.barrier_gain, settings.feed_forward)
         case "intermediate_value":
             return IntermediateValue(d_m, n, v)
+        case "task_activation":
+            return TaskActivation(d_m, settings.influence_distance, v)
+        case "continuous_inverse":
+            return ContinuousInverse(d_m, n, v)
+        case "set_based_task":
+            return SetBasedTask(d_m, settings.restoring_gain, settings.feed_forward)
         case "unprotected":
             return Unprotected()

@@ -10,6 +10,7 @@ from enum import Enum
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controllers.kinematics import Array
 from controllers.limits import Authority
@@ -34,7 +35,7 @@ def makes_promise(law: LawSettings) -> bool:
     return law.law == "smooth_priority"
 
 
-def missing(settings: RunSettings, table: Array) -> dict[Condition, Array]:
+def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.bool_]]:
     """Return in which steps of a history table (rows, columns) a condition is missing, condition → (rows,) of bool.
 
     Only for the first arm that avoids; the second one's columns tell as much of it.
@@ -65,7 +66,7 @@ def broken_by(settings: RunSettings, table: Array) -> float:
     distance = table[:, COLUMN["law_d"]]
     critical = settings.law.critical_distance
     falls = np.minimum(distance[:-1], critical) - np.minimum(distance[1:], critical)
-    excused = np.logical_or.reduce(list(missing(settings, table).values()))[:-1]
+    excused = np.any(list(missing(settings, table).values()), axis=0)[:-1]
     most = lost = 0.0
     for fall, excuse in zip(falls.tolist(), excused.tolist(), strict=True):
         lost = max(0.0, lost + (min(fall, 0.0) if excuse else fall))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final, Literal, TypeVar, cast, get_args
 
 from controllers.errors import BadSetting, LazyText
+from controllers.limits import BoundsTreatment
 from controllers.proximity import Treatment
 from controllers.tasks import HoldTask
 
@@ -17,6 +18,9 @@ LawName = Literal[
     "potential_field",
     "barrier_qp",
     "intermediate_value",
+    "task_activation",
+    "continuous_inverse",
+    "set_based_task",
     "unprotected",
 ]
 SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
@@ -88,7 +92,8 @@ class LawSettings:
         "smooth_priority", LawName, "law", "law",
         "The paper's smooth change of priority, what came before and after it, or no avoidance at all.",
         "Smooth priority (paper)", "Strict priority, always on", "Strict priority, switched at d_m", "Null-space avoidance",
-        "Potential field", "Barrier QP, all pairs", "Intermediate value", "Unprotected (task only)",
+        "Potential field", "Barrier QP, all pairs", "Intermediate value", "Task activation in a hierarchy",
+        "Continuous inverse of a stack", "Set-based task, jumps at d_m", "Unprotected (task only)",
     )  # fmt: skip
     pairs: Treatment = _choice(
         "smooth", Treatment, "pairs", "pairs",
@@ -120,14 +125,19 @@ class LawSettings:
         "coupled", "coupled", "Where both arms keep clear: one row over the joints of both, instead of one row an arm."
     )
     influence_distance: float = _number(
-        0.30, "d0", "d_0", "Where null-space avoidance and the potential field begin to act.", "m", 0.05, 0.60, 5.0, "mm", 1000.0
-    )
+        0.30, "d0", "d_0", "Where null-space avoidance, the potential field and task activation begin to act.",
+        "m", 0.05, 0.60, 5.0, "mm", 1000.0,
+    )  # fmt: skip
     field_strength: float = _number(
         0.005, "eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s"
     )
     barrier_gain: float = _number(
         5.0, "gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 40.0, 0.1, "1/s"
     )
+    restoring_gain: float = _number(
+        5.0, "kr", "k_r", "How fast the set-based task returns to d_m from below; 0 freezes the distance.",
+        "1/s", 0.0, 40.0, 0.5, "1/s",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -181,6 +191,12 @@ class RunSettings:
     )
     dt: float = _number(0.005, "dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0)
     limit_gain: float = _number(10.0, "g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
+    bounds: BoundsTreatment = _choice(
+        "distance", BoundsTreatment, "bounds", "bounds",
+        "What is kept when joints meet their bounds: the distance rate; the direction of q̇; or the hand's velocity, too, by joints "
+        "that still can.",
+        "Keep the distance rate", "Shorten the whole q̇", "Saturate in the null space",
+    )  # fmt: skip
     seed: int = _number(1, "seed", "seed", "Seed of the autopilot: another number, another person.", "", 0, 9999, 1)
     law: LawSettings = field(default_factory=LawSettings)
 

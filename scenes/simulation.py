@@ -244,7 +244,7 @@ class Simulation:
             bounded = Bounded(wanted)
         else:
             self.bound_bites = True
-            bounded = group.bounded(row, wanted)
+            bounded = group.bounded(row, wanted, self.settings.bounds)
         if lam > 0.5 and s < FIRM_LEVER and bounded.authority is Authority.FULL:
             return bounded._replace(authority=Authority.LEVERAGE)
         return bounded
@@ -287,7 +287,7 @@ class Simulation:
             lam = 0.0
         q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
         second = Second(0.0, 0.0, 0.0, 0.0, 0, -1, 0.0) if len(self._groups) > 1 else None
-        s = _lever(near.row[self._groups[0].joints])
+        s = _lever(near.row[self.avoiding.joints])
         return Sample(
             self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, s, second, q, dq, desired
         )

@@ -27,12 +27,15 @@ DASHES: Final[tuple[Any, ...]] = (
     (0, (6, 1.5, 1.2, 1.5, 1.2, 1.5)),
     (0, (1.2, 3)),
     (0, (12, 2)),
+    (0, (2.5, 2.5)),
+    (0, (9, 1.5, 1.2, 1.5)),
+    (0, (4, 1, 1, 1, 1, 1, 1, 1)),
 )
 """Of the first line of a panel, the second, and so on."""
 
-MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*")
+MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*", "h", "<", ">")
 
-SERIES: Final = (*COLOURS.joints, "#2a93c9", "#c1271b")
+SERIES: Final = (*COLOURS.joints, "#2a93c9", "#c1271b", "#5c7a00", "#24292f", "#00879a")
 """Colours of things that have no symbol of their own."""
 
 STYLE: Final[dict[Any, Any]] = {

@@ -25,6 +25,9 @@ JUMPS: Final = 0.4
 """If the largest q̈ grows faster than dt to the power of minus this, something jumps; a jump of q̇ makes it 1, a continuous q̇ 0."""
 
 
+IN_NULL_SPACE: Final = ("null_space_avoidance", "continuous_inverse")
+"""Laws that divide by what the hand leaves of J_d."""
+
 SLIDE: Final = 0.01
 """Closest points that move farther than this in a step have slid along their bodies [m]: no arm is that fast."""
 
@@ -126,7 +129,7 @@ def draw(plan: Plan) -> Drawn:
         run = plan.run(plan.settings(law, rig="table", dt=finest), length)
         runs[label].append(run.summary)
         if growth(runs[label], steps) > JUMPS:
-            jumps.append(cause(label.replace("$", ""), largest_jump(run), law["law"] == "null_space_avoidance"))
+            jumps.append(cause(label.replace("$", ""), largest_jump(run), law["law"] in IN_NULL_SPACE))
     figure, panels = stack(6.8, 3)
     for i, (label, summaries) in enumerate(runs.items()):
         style = {

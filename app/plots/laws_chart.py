@@ -25,6 +25,9 @@ LAW_NAMES: Final[dict[LawName, str]] = {
     "potential_field": "Potential field",
     "barrier_qp": "Barrier QP",
     "intermediate_value": "Intermediate value",
+    "task_activation": "Task activation",
+    "continuous_inverse": "Continuous inverse",
+    "set_based_task": "Set-based task",
     "unprotected": "Unprotected",
 }
 """Short names, in the order of the picker."""
@@ -91,6 +94,9 @@ def _anchor(name: LawName, settings: LawSettings, xs: np.ndarray, ys: np.ndarray
         "null_space_avoidance": d_m + 0.6 * max(settings.influence_distance - d_m, 0.0),
         "barrier_qp": max(d_m - 0.25 * span / settings.barrier_gain, 0.03),
         "intermediate_value": d_m * 0.24 ** (-1.0 / settings.order),
+        "task_activation": d_m + 0.3 * max(settings.influence_distance - d_m, 0.0),
+        "continuous_inverse": d_m * 0.45 ** (-1.0 / settings.order),
+        "set_based_task": max(d_m - 0.6 * span / max(settings.restoring_gain, 1.0), 0.02),
         "unprotected": 0.35 * d_m,
     }
     if name == "strict_switched":

@@ -45,10 +45,10 @@ def _has_source(settings: Settings) -> bool:
 _ONE_ROW: Final = _LAWS - {"barrier_qp", "unprotected"}
 """Laws that see one distance."""
 
-_ORDERED: Final = frozenset[str]({"smooth_priority", "intermediate_value"})
+_ORDERED: Final = frozenset[str]({"smooth_priority", "intermediate_value", "continuous_inverse"})
 """Laws with the activation of eq. (31)."""
 
-_RETREAT: Final = _ORDERED | {"strict_priority", "strict_switched", "null_space_avoidance"}
+_RETREAT: Final = _ORDERED | {"strict_priority", "strict_switched", "null_space_avoidance", "task_activation"}
 """Laws that retreat at v."""
 
 WHEN: Final[dict[str, When]] = {
@@ -71,12 +71,13 @@ WHEN: Final[dict[str, When]] = {
     "dm": When(OBSTACLE, _LAWS - {"strict_priority", "potential_field", "unprotected"}),
     "n": When(OBSTACLE, _ORDERED),
     "v": When(OBSTACLE, _RETREAT),
-    "d0": When(OBSTACLE, frozenset({"null_space_avoidance", "potential_field"})),
+    "d0": When(OBSTACLE, frozenset({"null_space_avoidance", "potential_field", "task_activation"})),
     "eta": When(OBSTACLE, frozenset({"potential_field"})),
     "gamma": When(OBSTACLE, frozenset({"barrier_qp"})),
+    "kr": When(OBSTACLE, frozenset({"set_based_task"})),
     "pairs": When(OBSTACLE, _ONE_ROW, _several_pairs),
     "beta": When(OBSTACLE, _ONE_ROW, lambda s: s.run.law.pairs == "soft" and _several_pairs(s)),
-    "ff": When(OBSTACLE, frozenset({"smooth_priority", "barrier_qp"})),
+    "ff": When(OBSTACLE, frozenset({"smooth_priority", "barrier_qp", "set_based_task"})),
     "one_sided": When(OBSTACLE, frozenset({"smooth_priority"})),
     "coupled": When(TWO_ARMS, _LAWS - {"unprotected"}, lambda s: both_avoid(s.run)),
     "ghost": When(OBSTACLE),

@@ -57,6 +57,28 @@ EQUATIONS: Final[dict[LawName, Equation]] = {
         ),
         "Lee, Mansard & Park 2012",
     ),
+    "task_activation": Equation(
+        (
+            r"\dot q = \dot q_n + \delta - Q_1\left(J Q_1\right)^{{\#}} W_2\,J\,\delta",
+            r"\delta = a^2 J_d^{{\#}}\left({v} + {u}\right),\quad Q_1 = I - a\,J_d^{{\#}} J_d",
+        ),
+        "Simetti & Casalino 2016",
+    ),
+    "continuous_inverse": Equation(
+        (
+            r"\dot q = \left(1 - {lam}\right)\dot q_n + {lam}\left[J_d;\,J\right]^{{\#}}\left[{v};\,\dot x_b\right]",
+            r"\dot x_b = J\,\dot q_n",
+        ),
+        "Mansard, Remazeilles & Chaumette 2009",
+    ),
+    "set_based_task": Equation(
+        (
+            r"\dot q = \left(I - J_d^{{\#}} J_d\right)\dot q_n + J_d^{{\#}} k_r\left({dm} - {d}\right)",
+            r"\quad\left({d} \leq {dm},\ -{u} < k_r\left({dm} - {d}\right)\right)",
+            r"\dot q = \dot q_n \quad \text{{else, with a jump}}",
+        ),
+        "Moe et al. 2016",
+    ),
     "unprotected": Equation((r"\dot q = \dot q_n",), "the task alone"),
 }
 """What each law does; where the code fades in differently, λ stands for it."""

@@ -1,11 +1,11 @@
 """The hand first: avoidance has only the joints' freedom that the hand leaves; Žlajpah & Nemec 2002."""
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from controllers.activation import buffered_activation
 from controllers.kinematics import Array
 from controllers.laws.row_law import RowLaw
 from controllers.laws.situation import Situation, row_damping
@@ -38,13 +38,8 @@ class NullSpaceAvoidance(RowLaw):
     nominal_velocity: float
 
     def activation(self, distance: float) -> float:
-        """Return α(d): 1 up to d_m, ½ (1 + cos π (d − d_m) / (d_i − d_m)) up to d_i, 0 beyond; continuously differentiable."""
-        d_m, d_i = self.critical_distance, self.influence_distance
-        if distance <= d_m:
-            return 1.0
-        if distance >= d_i:
-            return 0.0
-        return 0.5 * (1.0 + math.cos(math.pi * (distance - d_m) / (d_i - d_m)))
+        """Return α(d), see `buffered_activation`."""
+        return buffered_activation(distance, self.critical_distance, self.influence_distance)
 
     def correction(self, distance: float, pull: float, approach: float) -> float:
         """Return c = α (v + u) [m/s], reached where the hand leaves enough freedom."""

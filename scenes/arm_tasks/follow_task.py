@@ -5,6 +5,7 @@ from typing import Protocol
 import numpy as np
 
 from controllers.kinematics import Arm, Array
+from controllers.limits import bounded_task
 from scenes.arm_tasks.arm_task import Memory
 from scenes.settings import RunSettings
 from scenes.targets import Target
@@ -62,7 +63,7 @@ class JointFollower:
         self.squared_error = float(error.dot(error))
         error *= settings.gain
         error += speed
-        return self._box.clip(error)
+        return bounded_task(error, None, self._box, settings.bounds)
 
     def memory(self) -> Memory:
         """Return the state of the model."""

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Arm, Array, damped_solution
+from controllers.limits import bounded_task
 from controllers.tasks import TASK_DIMENSION, hold, pose_error, position_error
 from scenes.arm_tasks.arm_task import Memory
 from scenes.guide import FOLLOW_GAIN, shortened
@@ -78,7 +79,7 @@ class HoldTask:
         J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
         self.task_jacobian = J
         gain = settings.gain * settings.overdrive if self._overdriven else settings.gain
-        return self._box.clip(hold(J, error, gain, speed, pull))
+        return bounded_task(hold(J, error, gain, speed, pull), J, self._box, settings.bounds)
 
     def _carry(self, target: HandTarget, settings: RunSettings) -> None:
         way = shortened((target.position - self.place) * FOLLOW_GAIN, settings.hand_speed)

@@ -105,7 +105,7 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
     words = """
         scene=hold rig=table robot=panda guided=left avoid=both following=identical path=circle point=arm ball=cross clip=wave
         kx=2 task=pose k=1.5 wmax=0.4 dt=0.01 g=8 seed=7 law=smooth_priority pairs=single dm=0.1 n=10 v=0.5 beta=80 d0=0.25
-        eta=0.01 gamma=4"""
+        eta=0.01 gamma=4 kr=3 bounds=null_space"""
     given = {key: text for key, _, text in (word.partition("=") for word in words.split())}
     flags = {"ff": "True", "one_sided": "True", "coupled": "True"}
     assert set(given) | set(flags) == set(specs(RunSettings))

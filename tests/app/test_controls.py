@@ -70,9 +70,9 @@ def test_what_is_hidden_has_no_effect_to_the_last_bit(scene: SceneName, law: Law
 def test_every_number_that_a_law_shows_has_an_effect(law: LawName) -> None:
     settings = everything("hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0)
     # A quadratic programme does nothing before it must.
-    steps = 1000 if law == "barrier_qp" else 700
+    steps = 1000 if law in ("barrier_qp", "set_based_task") else 700
     plain = moves(settings.run, steps)
-    for key in ("dm", "n", "v", "d0", "eta", "gamma", "pairs", "beta", "ff"):
+    for key in ("dm", "n", "v", "d0", "eta", "gamma", "kr", "pairs", "beta", "ff"):
         if matters(key, settings):
             assert moves(changed(settings.run, key, another(key, values(settings)[key])), steps) != plain, key
 
@@ -90,9 +90,10 @@ def test_which_settings_a_law_and_an_experiment_show() -> None:
     shown = lambda scene, law, **others: {key for key in SPECS if matters(key, everything(scene, law, **others))}  # noqa: E731
     for law in LAWS:
         keys = shown("hold", law)
-        assert ("d0" in keys) == (law in ("potential_field", "null_space_avoidance"))
+        assert ("d0" in keys) == (law in ("potential_field", "null_space_avoidance", "task_activation"))
         assert ("eta" in keys) == (law == "potential_field") and ("gamma" in keys) == (law == "barrier_qp")
-        assert ("n" in keys) == (law in ("smooth_priority", "intermediate_value"))
+        assert ("kr" in keys) == (law == "set_based_task")
+        assert ("n" in keys) == (law in ("smooth_priority", "intermediate_value", "continuous_inverse"))
         assert {"law", "k", "dt", "ghost", "theme"} <= keys
     of_scenes = ["path", "kx", "point", "ball", "following", "clip", "source", "avoid", "coupled", "law"]
     for scene, keys in {

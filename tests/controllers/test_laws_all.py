@@ -11,12 +11,15 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array
 from controllers.laws.barrier_qp import BarrierQP
+from controllers.laws.continuous_inverse import ContinuousInverse
 from controllers.laws.intermediate_value import IntermediateValue
 from controllers.laws.null_space_avoidance import NullSpaceAvoidance
 from controllers.laws.potential_field import PotentialField
+from controllers.laws.set_based_task import SetBasedTask
 from controllers.laws.situation import AUTHORITY, Law, Situation
 from controllers.laws.smooth_priority import SmoothPriority
 from controllers.laws.strict_priority import StrictPriority
+from controllers.laws.task_activation import TaskActivation
 from controllers.laws.task_space import free_part
 from controllers.laws.unprotected import Unprotected
 
@@ -30,8 +33,13 @@ LAWS: dict[str, Law] = {
     "barrier": BarrierQP(0.15, 5.0),
     "barrier_fed": BarrierQP(0.15, 5.0, feed_forward=True),
     "intermediate": IntermediateValue(0.15, 6.0, 0.30),
+    "activation": TaskActivation(0.15, 0.30, 0.30),
+    "continuous": ContinuousInverse(0.15, 6.0, 0.30),
+    "set_based": SetBasedTask(0.15, 5.0),
+    "set_based_fed": SetBasedTask(0.15, 0.0, feed_forward=True),
     "unprotected": Unprotected(),
 }
+JUMPING = {"strict_switched", "set_based", "set_based_fed"}
 ANY_LAW = st.sampled_from(sorted(LAWS))
 SEEDS = st.integers(0, 100_000)
 SIZES = st.sampled_from([6, 7, 14])
@@ -121,6 +129,11 @@ def test_the_line_is_the_distance_rate(name: str, seed: int, n: int) -> None:
     """J_d q̇ of one pair, with a regular row and redundancy, is what `line_rate` says: the plots may use it instead of the arm."""
     situation = regular_situation(seed, n)
     rate = LAWS[name].line_rate(situation.distance, situation.pull, situation.approach, float(situation.row @ situation.row))
+    if name == "activation":
+        # Half active, the hand takes its share of the row; the line is that of a hand that does not feel it.
+        assert situation.task_jacobian is not None
+        unfelt = free_part(situation.task_jacobian[0], situation.row[None, :])
+        situation = situation._replace(task_jacobian=unfelt[None, :])
     assert float(situation.row @ LAWS[name](situation)) == pytest.approx(rate, abs=2e-6)
 
 
@@ -135,7 +148,7 @@ def test_the_nearer_the_faster_away(name: str, distance: float, farther: float, 
         assert far <= near + 1e-12
 
 
-@pytest.mark.parametrize("name", sorted(set(LAWS) - {"strict_always", "strict_switched", "unprotected"}))
+@pytest.mark.parametrize("name", sorted(set(LAWS) - JUMPING - {"strict_always", "unprotected"}))
 def test_smooth_in_the_distance(name: str) -> None:
     """Half the step of d, half the step of q̇, from 50 mm to .5 m."""
     situation = regular_situation(5)
@@ -166,6 +179,10 @@ def test_resting_distances() -> None:
     assert rest(LAWS["smooth"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
     assert rest(LAWS["intermediate"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
     assert rest(LAWS["null_space"], u, square) == pytest.approx(0.15 + 0.15 / math.pi * math.acos(2.0 * share - 1.0), abs=1e-6)
+    assert rest(LAWS["continuous"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
+    buffered = 0.15 + 0.15 / math.pi * math.acos(2.0 * math.sqrt(share) - 1.0)
+    assert rest(LAWS["activation"], u, square) == pytest.approx(buffered, abs=1e-6)
+    assert abs(rest(LAWS["set_based"], u, square) - 0.15) < 0.002
     assert rest(LAWS["barrier"], u, square) == pytest.approx(0.15, abs=1e-6)
     field = PotentialField(0.30, 0.005)
     assert square * field.push(rest(field, u, square)) == pytest.approx(u, abs=1e-6)
@@ -206,7 +223,7 @@ def test_what_a_law_reads() -> None:
     # Only the laws that say so read the pairs or the task: without them, the others' velocities have the same bits.
     situation = with_pairs(regular_situation(7)._replace(distance=0.1), 7)
     assert {name for name, law in LAWS.items() if law.wants_all_pairs} == {"barrier", "barrier_fed"}
-    assert {name for name, law in LAWS.items() if law.wants_task} == {"null_space", "intermediate"}
+    assert {name for name, law in LAWS.items() if law.wants_task} == {"null_space", "intermediate", "activation", "continuous"}
     for name, law in LAWS.items():
         blind = situation
         if not law.wants_all_pairs:

@@ -176,12 +176,16 @@ def test_laws(table: Numbers) -> None:
 
 
 def test_the_report_says_what_jumps_in_a_law_whose_acceleration_grows(folder: Path) -> None:
-    """Only the switch is called a law that jumps; and what is read from damaged text is said to be."""
+    """Only the switch and the set-based task are called laws that jump; and what is read from damaged text is said to be."""
     report = (folder / "report.md").read_text(encoding="utf-8")
     said = {line[2:].partition(":")[0]: line for line in report.splitlines() if "the largest q̈ is at" in line}
     assert "it is the law that jumps" in said["Strict priority, switched at d_m"]
     assert "J_d is singular" in said["Strict priority, always on"] and "d = 0.67" in said["Strict priority, always on"]
-    assert sum("it is the law that jumps" in line for line in said.values()) == 1
+    assert sum("it is the law that jumps" in line for line in said.values()) == 2
+    assert (
+        "it is the law that jumps" in said["Set-based task, jumps at d_m"]
+        and "leaves |J_d N|" in said["Continuous inverse of a stack"]
+    )
     assert "damaged text" in report and "axis of e²" in report
 
 

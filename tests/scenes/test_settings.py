@@ -58,13 +58,14 @@ def test_declared_fields() -> None:
     expected = {
         "scene": "solo ball hold master_slave imitation", "rig": "torso table", "robot": "lwr panda ur5", "guided": "left right",
         "task": "position pose", "avoid": "paper free guided both", "following": "identical mirrored", "path": "stay circle",
-        "point": "hand elbow arm", "ball": "still cross", "clip": "medley wave clap cross reach", "pairs": "single soft",
+        "point": "hand elbow arm", "ball": "still cross", "clip": "medley wave clap cross reach", "pairs": "single soft smooth",
+        "start": "usual between", "bounds": "distance scale null_space",
         "law": "smooth_priority strict_priority strict_switched null_space_avoidance potential_field barrier_qp intermediate_value"
-        " unprotected",
+        " task_activation continuous_inverse set_based_task unprotected",
     }  # fmt: skip
     assert {key: " ".join(SPECS[key].choices) for key in CHOICES} == expected
     first = {key: SPECS[key].choices[0] for key in CHOICES}
-    first |= {"scene": "hold", "guided": "right", "following": "mirrored", "pairs": "soft"}
+    first |= {"scene": "hold", "guided": "right", "following": "mirrored", "pairs": "smooth"}
     assert {key: DEFAULTS[key] for key in CHOICES} == first
     assert not any(DEFAULTS[key] for key in FLAGS)
     # g dt ≤ 1 and K dt < 1 at every corner of the ranges: no setting can make the joints pass their stops.

@@ -26,9 +26,12 @@ TEMPLATES: Final[dict[LawName, str]] = {
     "potential_field": "{f} − {u}",
     "barrier_qp": "max(−{u}, −{gap})",
     "intermediate_value": _BLEND,
+    "task_activation": _BLEND,
+    "continuous_inverse": _BLEND,
+    "set_based_task": _TASK,
     "unprotected": _TASK,
 }
-"""J_d q̇ of each law; `strict_switched` above d_m."""
+"""J_d q̇ of each law; `strict_switched` and `set_based_task` above d_m."""
 
 
 def live_html(simulation: Simulation, sample: Sample, now: Contact) -> str:
@@ -64,11 +67,13 @@ def budget_lines(simulation: Simulation, sample: Sample, now: Contact) -> tuple[
     template = TEMPLATES[law.law]
     if law.law == "strict_switched" and sample.activation > 0.0:
         template = _FIRST
+    if law.law == "set_based_task" and sample.activation > 0.0:
+        template = "max(−{u}, {back})"
     if second is not None:
         # Either arm retreats by a row of its own: two of each, and what one does the other need not count as an approach.
         blends = "{lam}" in template
         template = "2" + template.replace("{lam}", "{x}{lam}", 1) if blends else template.replace("{v}", "2{x}{v}")
-        if law.law == "barrier_qp":
+        if template.startswith("max"):
             template = "{one} + {other}"
     elif now.approach != 0.0 or not law.coupled:
         template += " − {w}"
@@ -78,10 +83,11 @@ def budget_lines(simulation: Simulation, sample: Sample, now: Contact) -> tuple[
     line_rate = simulation.law.line_rate
     one = line_rate(now.distance, now.pull, now.approach, now.square)
     other = line_rate(now.distance, second.pull, second.law_approach, now.second_square) if second is not None else 0.0
+    share = _in("lam", "a²" if law.law == "task_activation" else "λ")
     parts = {
         "x": ("", "·"),
-        "lam": (_in("lam", "λ"), _in("lam", f"{lam:.2f}")),
-        "rest": (f"(1−{_in('lam', 'λ')})", _in("lam", f"{1.0 - lam:.2f}")),
+        "lam": (share, _in("lam", f"{lam:.2f}")),
+        "rest": (f"(1−{share})", _in("lam", f"{1.0 - lam:.2f}")),
         "v": (f"({v}+{w})" if faster else v, _in("v", _term(speed))),
         "u": (
             u if second is None else f"({u}<sub>1</sub>+{u}<sub>2</sub>)",
@@ -92,6 +98,10 @@ def budget_lines(simulation: Simulation, sample: Sample, now: Contact) -> tuple[
         "gap": (
             f"γ({_in('d', 'd')}−{_in('dm', 'd<sub>m</sub>')})",
             _term(law.barrier_gain * (now.distance - law.critical_distance)),
+        ),
+        "back": (
+            f"k<sub>r</sub>({_in('dm', 'd<sub>m</sub>')}−{_in('d', 'd')})" + (f"+{w}" if law.feed_forward else ""),
+            _term(law.restoring_gain * (law.critical_distance - now.distance) + (now.approach if law.feed_forward else 0.0)),
         ),
         "one": (f"max(−{u}<sub>1</sub>, …)", _term(one)),
         "other": (f"max(−{u}<sub>2</sub>, …)", _term(other)),
@@ -119,6 +129,16 @@ def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
         case "barrier_qp":
             allowed = max(law.barrier_gain * (now.distance - law.critical_distance), 0.0)
             return tr("may come nearer at {speed} m/s", speed=f"{allowed:.2f}")
+        case "task_activation":
+            return tr("as it activates, the hand takes its share")
+        case "continuous_inverse":
+            return tr("hand and distance in one stack, neither first")
+        case "set_based_task":
+            return (
+                tr("frozen or returning")
+                if sample.activation > 0.0
+                else tr("inside the set the task alone; it jumps at d<sub>m</sub>")
+            )
         case _:
             return tr("nothing keeps them apart")
 
@@ -134,6 +154,8 @@ def missed(simulation: Simulation, now: Contact, rate: float) -> str:
         why = tr("other pairs count, too")
     elif law == "null_space_avoidance":
         why = tr("the hand comes first")
+    elif law in ("task_activation", "continuous_inverse"):
+        why = tr("the hand takes its share")
     elif now.square < AUTHORITY**2:
         why = tr("hardly a joint moves this point")
     else:

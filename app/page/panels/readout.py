@@ -34,11 +34,17 @@ SHARES: Final[dict[LawName, str]] = {
     "potential_field": "push, of 1",
     "barrier_qp": "1 − allowed",
     "intermediate_value": "λ",
+    "task_activation": "a²",
+    "continuous_inverse": "λ",
+    "set_based_task": "active",
     "unprotected": "λ",
 }
 """What the law's activation is called."""
 
-RETREATING: Final = ("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance", "intermediate_value")
+RETREATING: Final = (
+    *("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance"),
+    *("intermediate_value", "task_activation", "continuous_inverse"),
+)
 """Laws that lose distance to an obstacle faster than v."""
 
 

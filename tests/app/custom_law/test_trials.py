@@ -146,6 +146,9 @@ FAILED: dict[LawName, set[str]] = {
     "null_space_avoidance": {KEEPS, OUT},
     "potential_field": {OUT, BOUNDED},
     "intermediate_value": {BOUNDED},
+    "task_activation": {BOUNDED},
+    "continuous_inverse": {KEEPS, OUT, BOUNDED},
+    "set_based_task": {KEEPS, SMOOTH, BOUNDED},
     "unprotected": {KEEPS, OUT},
 }
 

@@ -49,7 +49,7 @@ ON_THE_PAGE: Final = (
 for the command line, and for authors of lessons."""
 
 FORMULAS: Final = frozenset(
-    {*["K", "v", "n", "g", "β", "γ", "η", "q̇", "d_m", "d_0", "dt", "w_max", "λ(d)", "q₁–q₄"], "u v w", "n, v"}
+    {*["K", "v", "n", "g", "β", "γ", "η", "q̇", "d_m", "d_0", "dt", "w_max", "λ(d)", "q₁–q₄", "k_r", "a²", "ε"], "u v w", "n, v"}
 )
 """Labels that are symbols, …"""
 
@@ -58,6 +58,7 @@ NAMES: Final = frozenset(
         *("CSV", "HTML", "PNG", "SVG", "Python", "KUKA LWR 4+", "Franka Panda", "UR5"),
         *("English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
         *("Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
+        *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016"),
     )
 )
 """… and names: the same in every language."""

@@ -31,6 +31,7 @@ STAGES: dict[str, dict[str, str]] = {
     "following": {"scene": "master_slave"},
     **{key: {"law": "potential_field"} for key in ("d0", "eta")},
     "gamma": {"law": "barrier_qp"},
+    "kr": {"law": "set_based_task"},
     "beta": {"pairs": "soft"},
     "coupled": {"avoid": "both"},
 }

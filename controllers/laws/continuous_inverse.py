@@ -1,0 +1,65 @@
+"""The continuous inverse of a stack with rows that come and go; Mansard, Remazeilles & Chaumette 2009."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from controllers.activation import activation
+from controllers.kinematics import Array
+from controllers.laws.row_law import RowLaw
+from controllers.laws.situation import Situation, row_damping
+from controllers.laws.task_space import free_part, mostly_free_part
+
+
+@dataclass(frozen=True)
+class ContinuousInverse(RowLaw):
+    """q̇ = S^⊕ [v; ẋ_b] with S = [J_d; J], H = diag(λ, I) and S^⊕ = (1 − λ) [0, J^#] + λ [J_d; J]^#.
+
+    N. Mansard, A. Remazeilles and F. Chaumette, Continuity of varying-feature-set control laws, IEEE Trans. Automatic Control
+    54(11), 2009. The pseudo-inverse of H S jumps where a row of H becomes zero, because its rank does. Theirs weighs the inverses
+    of all sets of rows by their activations instead; with one row that comes and goes there are two sets, without it and with it.
+
+    Distance and hand stand in one stack, so neither comes first. While the joints have enough freedom both are reached, and
+    J_d q̇ = λ v − (1 − λ) u as by the paper's law, without the hand's moving. Where they have not, [J_d; J]^# is the least-squares
+    compromise: 1 m/s of distance counts as much as 1 m/s (or 1 rad/s) of the task. d_m is then not kept, and a task that uses
+    every joint (no `task_jacobian`, J = I) leaves |J_d|² / (1 + |J_d|²) of the retreat.
+
+    Written as a change of q̇_n, with ẋ_b = J q̇_n: joints that neither row nor hand needs move as q̇_n. Where the hand leaves less
+    than 0.12 m/rad of J_d, the stack is damped, growing to 0.06 m/rad at 0, so that it does not explode between its two ranks.
+
+    Attributes:
+        critical_distance: d_m [m].
+        order: n.
+        nominal_velocity: v [m/s].
+    """
+
+    wants_task: ClassVar[bool] = True
+
+    critical_distance: float
+    order: float
+    nominal_velocity: float
+
+    def activation(self, distance: float) -> float:
+        """Return λ(d), eq. (31)."""
+        return activation(distance, self.critical_distance, self.order)
+
+    def correction(self, distance: float, pull: float, approach: float) -> float:
+        """Return c = λ (v + u) [m/s], reached where the hand leaves enough freedom."""
+        del approach
+        return self.activation(distance) * (self.nominal_velocity + pull)
+
+    def __call__(self, situation: Situation) -> Array:
+        """Return q̇ (n,) [rad/s]."""
+        nominal, row, J = situation.nominal, situation.row, situation.task_jacobian
+        c = self.correction(situation.distance, situation.pull, situation.approach)
+        if c == 0.0:
+            return nominal
+        if J is None:
+            J = np.eye(len(row))
+        # [J_d; J]^# [c; 0] is c (SᵀS)^# J_dᵀ: along J_d N if that is regular, else the damped solution.
+        way = free_part(row, J)
+        damping = row_damping(float(way.dot(way)))
+        if damping > 0.0:
+            way = mostly_free_part(row, J, damping)
+        return nominal + way * (c / (damping + float(row.dot(way))))
