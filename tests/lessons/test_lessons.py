@@ -92,7 +92,7 @@ def test_the_table_and_the_json_say_the_same(tmp_path: Path) -> None:
 def test_a_difference_is_read_without_its_sign(language: Language, above: str, below: str) -> None:
     step = step_of("imitation", "both")
     both, one = (fill(step, f"{{measured:margin{name}:side}}", None, language) for name in ("", ":1"))
-    assert both == f"8.2 mm {above}" and one == f"56.0 mm {below}"
+    assert both == f"8.7 mm {above}" and one == f"54.6 mm {below}"
     assert list(placeholder_problems("{measured:margin:9:side}", step)) and not list(
         placeholder_problems("{measured:margin:side}", step)
     )

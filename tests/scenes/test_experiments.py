@@ -108,10 +108,13 @@ def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: SceneName, v: flo
 
 @pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
 def test_smooth_minimum_has_no_jumps_where_the_closest_pair_has(scene: SceneName) -> None:
-    """Halving dt halves the largest step of q̇ under the smooth minimum and under the QP; the hard switch's stays."""
+    """Halving dt halves the largest step of q̇ under the smooth minimum; the hard switch's stays."""
 
     def steps(law: LawName, pairs: str, dt: float) -> float:
-        return long_run(with_law(experiment(scene, law, seed=2, dt=dt), pairs=pairs), 20.0).summary.dq_step_max
+        done = long_run(with_law(experiment(scene, law, seed=2, dt=dt), pairs=pairs), 20.0)
+        # In the first step either arm still sees the other at rest.
+        dq = done.simulation.history.velocities(done.table)[1:, done.simulation.avoiding.joints]
+        return float(np.abs(np.diff(dq, axis=0)).max())
 
     assert steps("smooth_priority", "soft", 0.0025) < 0.65 * steps("smooth_priority", "soft", 0.005)
     assert steps("strict_switched", "single", 0.0025) > 0.75 * steps("strict_switched", "single", 0.005)

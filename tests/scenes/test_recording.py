@@ -128,7 +128,7 @@ def test_interpolation_is_numpys(samples: list[tuple[float, float]], time: float
 
 
 JOINTS = [f"{side}_{kind}{i}" for kind in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
-HEADER = ",".join(["t", "d", "lambda", "e2", "u", "w", "pair", *JOINTS])
+HEADER = ",".join(["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair", *JOINTS])
 
 
 def exported(seed: int) -> tuple[str, Simulation]:
@@ -151,13 +151,13 @@ def test_tables_of_a_run() -> None:
     rows = list(csv.reader(lines[count + 1 : -1]))
     table = simulation.history.table()
     assert len(rows) == len(table) == 60
-    for name, i in (("t", 0), ("d", 1), ("lambda", 2), ("e2", 3), ("u", 4), ("w", 5)):
+    for i, name in enumerate(("t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever")):
         assert [float(row[i]) for row in rows] == column(table, name).tolist()
     names = simulation.detector.pair_names
-    assert [row[6] for row in rows] == [" / ".join(names[int(i)]) for i in column(table, "pair")]
+    assert [row[9] for row in rows] == [" / ".join(names[int(i)]) for i in column(table, "pair")]
     history = simulation.history
     joints = np.hstack([history.positions(table), history.velocities(table)])
-    assert [[float(cell) for cell in row[7:]] for row in rows] == joints.tolist()
+    assert [[float(cell) for cell in row[10:]] for row in rows] == joints.tolist()
     # The same settings and inputs write the same file; another seed another one (positive control).
     assert exported(1)[0] == text != exported(2)[0]
     # A file's head holds every setting: as text it can be fed back.

@@ -66,7 +66,7 @@ def test_m_gives_the_error_rate_of_the_closed_loop() -> None:
     """
     random, K_a, K_b, h = np.random.default_rng(3), 5.0, 2.0, 1e-5
     rising = 0
-    for left in near_postures(40, 3, AUTHORITY):
+    for left in near_postures(40, 5, AUTHORITY):
         q, near, row, J_b = left.q, left.near, left.row, left.jacobian[:3]
         e_b = random.normal(size=3) * 0.1
         goal_b = left.hand(q).translation + e_b
