@@ -57,6 +57,7 @@ WHEN: Final[dict[str, When]] = {
     "guided": When(frozenset({"hold", "master_slave"})),
     "avoid": When(TWO_ARMS),
     "task": When(frozenset({"solo", "ball", "hold"})),
+    "start": When(frozenset({"hold"}), also=lambda s: s.run.rig == "torso" and s.run.robot == "lwr"),
     "path": When(frozenset({"solo"})),
     "kx": When(frozenset({"solo"})),
     "point": When(frozenset({"ball"})),
@@ -75,8 +76,9 @@ WHEN: Final[dict[str, When]] = {
     "eta": When(OBSTACLE, frozenset({"potential_field"})),
     "gamma": When(OBSTACLE, frozenset({"barrier_qp"})),
     "kr": When(OBSTACLE, frozenset({"set_based_task"})),
-    "pairs": When(OBSTACLE, _ONE_ROW, _several_pairs),
-    "beta": When(OBSTACLE, _ONE_ROW, lambda s: s.run.law.pairs == "soft" and _several_pairs(s)),
+    "pairs": When(OBSTACLE, _ONE_ROW),
+    "beta": When(OBSTACLE, _ONE_ROW, lambda s: s.run.law.pairs != "single" and _several_pairs(s)),
+    "eps": When(OBSTACLE, _ONE_ROW, lambda s: s.run.law.pairs == "smooth"),
     "ff": When(OBSTACLE, frozenset({"smooth_priority", "barrier_qp", "set_based_task"})),
     "one_sided": When(OBSTACLE, frozenset({"smooth_priority"})),
     "coupled": When(TWO_ARMS, _LAWS - {"unprotected"}, lambda s: both_avoid(s.run)),
@@ -101,6 +103,6 @@ def built_of(settings: Settings) -> tuple[object, ...]:
     """Return what room, arms, handles and page are made of: where another one is chosen, something of them is built again."""
     run, page = settings.run, settings.page
     return (
-        *(run.scene, run.robot, run.rig, run.point, run.guided, run.path),
+        *(run.scene, run.robot, run.rig, run.point, run.guided, run.path, run.start),
         *(page.language, page.theme, page.profile, page.picture, page.ghost, page.details, page.source),
     )

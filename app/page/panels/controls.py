@@ -26,13 +26,13 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     (
         "Law",
         viser.Icon.ADJUSTMENTS_HORIZONTAL,
-        ("law", "dm", "n", "v", "d0", "eta", "gamma", "kr", "k", "kx", "pairs", "beta", "ff", "one_sided", "coupled"),
+        ("law", "dm", "n", "v", "d0", "eta", "gamma", "kr", "k", "kx", "pairs", "beta", "eps", "ff", "one_sided", "coupled"),
     ),
     (
         "Arms",
         viser.Icon.ROBOT,
         (
-            *("path", "point", "ball", "source", "clip", "following", "task", "guided", "avoid"),
+            *("path", "point", "ball", "source", "clip", "following", "task", "guided", "avoid", "start"),
             *("autopilot", "wmax", "seed", "dt", "bounds", "g"),
         ),
     ),

@@ -49,7 +49,7 @@ ON_THE_PAGE: Final = (
 for the command line, and for authors of lessons."""
 
 FORMULAS: Final = frozenset(
-    {*["K", "v", "n", "g", "β", "γ", "η", "q̇", "d_m", "d_0", "dt", "w_max", "λ(d)", "q₁–q₄", "k_r", "a²", "ε"], "u v w", "n, v"}
+    {*["K", "v", "n", "g", "β", "γ", "η", "q̇", "d_m", "d_0", "dt", "w_max", "λ(d)", "q₁–q₄", "k_r", "a²", "ε", "mm²"], "u v w", "n, v"}
 )
 """Labels that are symbols, …"""
 

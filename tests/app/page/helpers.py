@@ -33,6 +33,7 @@ STAGES: dict[str, dict[str, str]] = {
     "gamma": {"law": "barrier_qp"},
     "kr": {"law": "set_based_task"},
     "beta": {"pairs": "soft"},
+    "eps": {"pairs": "smooth"},
     "coupled": {"avoid": "both"},
 }
 """Key → what must be chosen for its control to be in view; the others are there by default."""
