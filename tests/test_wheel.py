@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
+from tests.blocking_client import BlockingClient
 from tests.test_imports import ROOT
 
 

@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.lessons.session.lesson_session import LessonSession
@@ -18,6 +17,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
 from scenes import rerun as rerun_module
+from tests.blocking_client import BlockingClient
 
 T = TypeVar("T")
 HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting import admission
 from app.hosting.private_host import PrivateHost
@@ -16,6 +15,7 @@ from app.settings import Settings
 from app.start import App
 from scenes.settings import specs
 from tests.app.conftest import OpenHouse, lecture_of
+from tests.blocking_client import BlockingClient
 
 FRAME = 1.0 / 32.0
 PAUSE = threading.Event()

@@ -11,7 +11,6 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.hosting.private_host import PrivateHost
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_session import LessonSession
@@ -21,6 +20,7 @@ from app.start import App
 from scenes.settings import changed
 from tests.app.conftest import HAND, Join, OpenHouse, ask, lecture_of, live_sessions
 from tests.app.page.helpers import buttons, click, page_label
+from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, until, wait_ready
 
 WORD = "0123456789abcdef0123456789abcdef"

@@ -9,7 +9,6 @@ from urllib.parse import quote
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.page_mirror import Mirror
 from app.classroom.teacher_panel import COMMANDS
 from app.lessons.loading import load_lessons, load_notes
@@ -21,6 +20,7 @@ from app.web.index_page import ROOM_IS_FULL
 from scenes.settings import values
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, buttons, click, shown
+from tests.blocking_client import BlockingClient
 
 BOOK, NOTES = load_lessons(), load_notes()
 KEY = "chalk ü"

@@ -2,7 +2,6 @@
 
 import itertools
 
-from app.bench.blocking_client import BlockingClient
 from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import GoOn
@@ -13,6 +12,7 @@ from app.theme import PALETTES
 from app.web.audiences import MOST
 from tests.app.conftest import HAND, Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import Client, bodies, buttons, click, shown
+from tests.blocking_client import BlockingClient
 
 BOOK = load_lessons()
 WAIT = 25.0

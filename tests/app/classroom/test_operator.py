@@ -1,6 +1,5 @@
 """A lecture: all see the same, and one tab has the controls."""
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA
 from app.classroom.leader import Leader
 from app.hosting.teacher_key import MOST_ADDRESSES, Guesses
@@ -9,6 +8,7 @@ from app.settings import Settings
 from app.web.index_page import KEY_LATER
 from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, hotkey_uuid
+from tests.blocking_client import BlockingClient
 
 LEADER = f"resume={'1' * 32}"
 

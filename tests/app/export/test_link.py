@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import HeadlessClient
 from app.hosting.resume import open_link
 from app.lessons.loading import load_lessons
@@ -19,6 +18,7 @@ from app.settings import WHOLE, Settings, from_query, to_query
 from app.web.index_page import page_query
 from scenes.settings import Spec, changed, specs, values
 from tests.app.conftest import OpenHouse
+from tests.blocking_client import BlockingClient
 
 
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:

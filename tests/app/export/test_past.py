@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import HeadlessClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_actions import Choose, GoOn, GoTo, StartOrPause
 from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask, live_sessions
+from tests.blocking_client import BlockingClient
 
 
 def texts(visitor: HeadlessClient) -> str:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.i18n.catalogue import words_of
 from app.i18n.pseudo import pseudo
 from app.i18n.speaking import set_language
@@ -22,6 +21,7 @@ from scenes.settings import changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
 from tests.app.i18n.conftest import untranslated
 from tests.app.page.helpers import bodies, notes
+from tests.blocking_client import BlockingClient
 
 TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
 

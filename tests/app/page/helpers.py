@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import HeadlessClient
 from app.page.panels.choice_buttons import MARK
 from app.page.panels.controls import PICKER, TABS
@@ -19,6 +18,7 @@ from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed, specs, values
 from tests.app.conftest import Guest, ask
+from tests.blocking_client import BlockingClient
 
 Client = BlockingClient | HeadlessClient
 SPECS = specs(Settings)

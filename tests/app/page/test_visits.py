@@ -6,11 +6,11 @@ import threading
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.page.panels import readout
 from app.session.session import Session
 from tests.app.conftest import HAND, Arrive, OpenHouse, live_sessions
 from tests.app.page.helpers import assert_sound
+from tests.blocking_client import BlockingClient
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")

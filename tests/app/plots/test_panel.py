@@ -9,7 +9,6 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.page.panels.plots_panel import CURTAIN
 from app.plots.plot_choice import CHARTS, cells
 from app.plots.time_series import POINTS, WINDOW
@@ -21,6 +20,7 @@ from scenes.settings import SceneName
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import bodies, page_label, press
 from tests.app.plots.helpers import DETAILS, SCENES, ShownPanel, go_on
+from tests.blocking_client import BlockingClient
 
 
 @pytest.mark.parametrize("scene", SCENES)

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import ResetStep
@@ -17,6 +16,7 @@ from app.runtime.throttled_log import EVER_RARER, ThrottledLog
 from app.session.session import Session
 from app.settings import Settings
 from tests.app.conftest import OpenHouse, ask
+from tests.blocking_client import BlockingClient
 
 LOG = logging.getLogger("duet.tests.throttled")
 FRAMES = 32

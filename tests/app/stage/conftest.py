@@ -9,11 +9,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.settings import SceneName
 from tests.app.conftest import Arrive, Guest, OpenHouse
+from tests.blocking_client import BlockingClient
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
 BALL, GRIP = "/gizmo/ball", "/gizmo/grip"

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from app.bench.blocking_client import BlockingClient
 from app.settings import Settings
 from app.stage.person_figure import on_stage
 from app.stage.stage_camera import place_camera, view_of
@@ -20,6 +19,7 @@ from scenes.settings import RobotName, RunSettings, SceneName, specs, values
 from scenes.simulation import Simulation
 from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse, live_sessions
 from tests.app.stage.conftest import BALL, GRIP, SCENES, change, drawn, settle, visible
+from tests.blocking_client import BlockingClient
 
 EXPECTED: dict[str, set[str]] = {
     "solo": {HAND, ELBOW, "/trace", "/place/ring"},

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.web.server import DuetServer
+from tests.blocking_client import BlockingClient
 
 Start = Callable[..., DuetServer]
 Join = Callable[..., BlockingClient]

@@ -13,10 +13,10 @@ from contextlib import contextmanager, suppress
 import pytest
 from playwright.sync_api import expect
 
-from app.bench.blocking_client import BlockingClient
 from app.classroom.address import find_address
 from scenes.settings import values
 from tests.app.conftest import HAND, OpenHouse, live_sessions
+from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot, until, wait_ready
 
 

@@ -18,13 +18,13 @@ import websockets
 from viser import _messages as viser_messages
 from viser.infra._messages import wire_field_names
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA
 from app.web.message_gate import Gate, Traffic
 from app.web.refusal import Malformed, Refused
 from app.web.schemas import SHAPES
 from app.web.traffic_limits import TrafficLimits
 from tests.app.web.conftest import Join, Room, ended, roundtrip, write
+from tests.blocking_client import BlockingClient
 
 NAN, INF = math.nan, math.inf
 

@@ -9,9 +9,9 @@ import socket
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.web.index_page import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
 from tests.app.web.conftest import Join, Room, Start, ended, get
+from tests.blocking_client import BlockingClient
 
 
 def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, join: Join) -> None:

@@ -16,7 +16,6 @@ import pytest
 import viser
 from websockets.frames import OP_BINARY, Frame
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA, HeadlessClient
 from app.web.allowance import Allowance
 from app.web.index_page import OPEN_TOO_OFTEN
@@ -24,6 +23,7 @@ from app.web.message_gate import Traffic
 from app.web.traffic_limits import TrafficLimits
 from tests.app.page.helpers import notes
 from tests.app.web.conftest import Join, Room, Start, ended, roundtrip, visiting, write
+from tests.blocking_client import BlockingClient
 
 
 def test_a_flood_is_slowed_down() -> None:

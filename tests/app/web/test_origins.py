@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 import websockets
 
-from app.bench.blocking_client import BlockingClient
 from app.web.origin_policy import OriginPolicy, check_origin
 from controllers.errors import BadSetting
 from tests.app.web.conftest import Room
+from tests.blocking_client import BlockingClient
 
 ORIGINS = [
     # bound to, Host, Origin, admitted; {} stands for the port

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from viser import infra
 
-from app.bench.blocking_client import BlockingClient
 from app.web.listening import PortInUse, port_answers
 from app.web.server import DuetServer
 from controllers.errors import BadSetting, DuetError
 from tests.app.web.conftest import Start
+from tests.blocking_client import BlockingClient
 
 
 @pytest.mark.parametrize("other_host", ["127.0.0.1", "0.0.0.0"])

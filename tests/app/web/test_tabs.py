@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import viser
 
-from app.bench.blocking_client import BlockingClient
 from app.hosting.session_store import tab_id
 from app.page import STATIC
 from app.web.connection import FilteredConnection
@@ -17,6 +16,7 @@ from app.web.page_assets import PageAssets
 from app.web.request import request_query
 from app.web.traffic_limits import TrafficLimits
 from tests.app.web.conftest import Start
+from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, drag_arrow, installed_browser, screenshot, wait_ready, world_position
 
 

@@ -19,12 +19,12 @@ from viser import _messages as viser_messages
 from viser._assignable_props_api import AssignablePropsBase
 
 import app.web.sending
-from app.bench.blocking_client import BlockingClient
 from app.bench.page_mirror import decode_frame
 from app.web.sending import STAMP, Packed
 from app.web.server import DuetServer
 from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, serving_with, shared_messages
 from tests.app.web.conftest import Join, Room
+from tests.blocking_client import BlockingClient
 
 
 @pytest.fixture
