@@ -70,8 +70,7 @@ async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
     spec = specs(Settings)["lang"]
     languages = itertools.cycle(("de", "sl", "en"))
 
-    async def send(number: int) -> None:
-        del number
+    async def send(_: int) -> None:
         label = spec.choice_labels[spec.choices.index(next(languages))]
         control = next((e for e in visitor.mirror.gui.values() if label in (e.get("options") or ())), None)
         if control is not None:
@@ -122,8 +121,7 @@ async def _send_heavy(visitor: HeadlessClient, seconds: float, content: bytes) -
     assert head.endswith(b"\xc0")
     message = head[:-1] + content
 
-    async def send_one(number: int) -> None:
-        del number
+    async def send_one(_: int) -> None:
         other = await HeadlessClient(visitor.url, decode=False).connect(TIMEOUT)
         with contextlib.suppress(Exception):
             # The server closes the connection in the middle of the message.

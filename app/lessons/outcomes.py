@@ -8,7 +8,7 @@ from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
-from app.lessons.measures import Value, measure
+from app.lessons.measures.quantity import Value, measure
 from app.lessons.reference_runs import comparisons, measured, wanted
 from app.lessons.runs import Pairs, Setup, page_value, settings_text
 from app.lessons.texts import Measured

@@ -5,7 +5,7 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
-from app.lessons.measures import Value
+from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import Attempt, Judgement, StepOutcome
 from app.lessons.runs import Pairs
 from app.settings import Settings

@@ -8,7 +8,7 @@ from typing import Any, Final, Literal
 import numpy as np
 import pinocchio as pin
 
-from app.lessons.measures import read_parameters
+from app.lessons.measures.quantity import read_parameters
 from app.lessons.room_places import RoomPlace, ball_centre
 from controllers.errors import BadSetting
 from controllers.kinematics import Array

@@ -8,7 +8,7 @@ from typing import Final
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.lessons.lesson import Measurement, Step
-from app.lessons.measures import Value
+from app.lessons.measures.quantity import Value
 from app.lessons.runs import Setup, page_value
 from app.settings import Language, Settings
 from scenes.settings import specs, values

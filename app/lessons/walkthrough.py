@@ -12,7 +12,7 @@ from app.lessons.attempts import RunWatch, attempted
 from app.lessons.bookmark import Bookmark
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
-from app.lessons.measures import measure
+from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement, StepOutcome, observed, reference
 from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
 from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json

@@ -54,7 +54,6 @@ class ConnectionOwner(Protocol):
 
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
         """Notify a browser of a refusal if its visitor can do something about it."""
-        ...
 
 
 class FilteredConnection(ServerConnection):

@@ -9,7 +9,7 @@ import pytest
 
 from app.lessons.check import Walk, check_lesson, table_text
 from app.lessons.lesson import Lesson, Step
-from app.lessons.measures import Value
+from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import StepOutcome, reference
 from app.lessons.reference_runs import measured
 from app.lessons.runs import Setup

@@ -17,7 +17,7 @@ from app.custom_law.trials import TRIALS, WHY
 from app.export.export_queue import TITLES, WORDS
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
-from app.lessons.measures import QUANTITIES
+from app.lessons.measures.quantity import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.controls import TABS
 from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS

@@ -12,7 +12,7 @@ import tyro
 from app.cli.lessons import Lessons, lessons
 from app.lessons import FOLDER
 from app.lessons.check import check_lesson
-from app.lessons.measures import QUANTITIES
+from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.scripts import SCRIPTS
 from controllers.errors import BadSetting
 from tests.lessons.helpers import SMALL, book_of, our_book

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Start
-from app.lessons.measures import measure
 from app.lessons.measures.contact_line import balance
+from app.lessons.measures.quantity import measure
 from app.lessons.measures.velocity_jumps import largest_zigzag
 from app.lessons.reference_runs import simulated
 from app.lessons.room_places import RoomPlace

@@ -14,7 +14,7 @@ from scipy.spatial.distance import pdist
 
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Start
-from app.lessons.measures import QUANTITIES, checked_parameters, measure, shown_value
+from app.lessons.measures.quantity import QUANTITIES, checked_parameters, measure, shown_value
 from app.lessons.reference_runs import simulated
 from app.lessons.room_places import RoomPlace
 from controllers.kinematics import Array

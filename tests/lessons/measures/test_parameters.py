@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures import checked_parameters, measure, shown_value
+from app.lessons.measures.quantity import checked_parameters, measure, shown_value
 from controllers.errors import BadSetting
 from scenes.simulation import Simulation
 from tests.lessons.measures.runs import setup
