@@ -80,7 +80,6 @@ async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
 
 
 async def _press_key(visitor: HeadlessClient, seconds: float, shown: str) -> None:
-    """Press a hotkey."""
     title = next(hotkey.title for hotkey in HOTKEYS if hotkey.shown == shown)
     uuid = next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == title)
     await _paced(FLOOD_RATE, seconds, lambda _: visitor.send({"type": "CommandTriggerMessage", "uuid": uuid}))
@@ -94,7 +93,6 @@ async def _press_button(visitor: HeadlessClient, seconds: float, label: str) -> 
 
 
 async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> None:
-    """Press all buttons of a row in turn."""
     row = next(e for e in visitor.mirror.gui.values() if option in (e.get("options") or ()))
 
     async def press(number: int) -> None:
@@ -106,7 +104,6 @@ async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> No
 
 
 async def _drag(visitor: HeadlessClient, seconds: float) -> None:
-    """Drag the hand to and fro."""
     name = "/gizmo/hand"
     x, y, z = visitor.mirror.nodes[name]["position"]
     await visitor.move_gizmo(name, phase="start")

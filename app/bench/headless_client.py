@@ -133,7 +133,6 @@ class HeadlessClient:
             self._news.set()
 
     def reset_counters(self) -> None:
-        """Set the counters to zero."""
         self.received = Received()
 
     async def send(self, message: dict[str, Any]) -> None:
@@ -141,7 +140,6 @@ class HeadlessClient:
         await self.send_raw(msgspec.msgpack.encode(message))
 
     async def send_raw(self, data: bytes | str) -> None:
-        """Send raw data."""
         assert self._socket is not None
         await self._socket.send(data)
 

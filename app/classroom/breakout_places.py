@@ -16,7 +16,6 @@ class BreakoutPlaces:
 
     @property
     def taken(self) -> int:
-        """How many places are taken."""
         return len(self._holders)
 
     def holds(self, student: str) -> bool:
@@ -43,5 +42,4 @@ class BreakoutPlaces:
             self._holders.setdefault(student, now)
 
     def take_all(self) -> None:
-        """Take every place."""
         self._holders.clear()

@@ -75,7 +75,6 @@ class LectureHost:
         return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
     def close(self) -> None:
-        """Close every session."""
         self.admission.close()
         for session in (self.session, *self.sessions.values()):
             session.close()

@@ -147,7 +147,6 @@ def _line_in(trace: bytes) -> int | None:
 
 
 def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
-    """End a process and its descendants, and close its streams."""
     line.close()
     _kill(process)
     with contextlib.suppress(subprocess.TimeoutExpired):

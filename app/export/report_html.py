@@ -6,14 +6,15 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from app.i18n.speaking import spoken, tr
+from app.lessons.runs import page_value
 from app.recording.provenance import made_here
 from app.session.relevant_settings import matters
 from app.settings import Settings
 from app.theme import PALETTES
-from scenes.settings import RunSettings, Spec, specs, values
+from scenes.settings import RunSettings, specs, values
 
 LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 """The page may load nothing and run nothing."""
@@ -157,7 +158,7 @@ def _table(settings: Settings) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in (tr("setting"), tr("value"), tr("meaning")))
     present = values(settings.run)
     rows = "".join(
-        f"<tr><td>{lowered(html.escape(tr(spec.label)))}</td><td>{html.escape(_shown(spec, present[key]))}</td>"
+        f"<tr><td>{lowered(html.escape(tr(spec.label)))}</td><td>{html.escape(page_value(key, present[key]))}</td>"
         f"<td>{html.escape(tr(spec.help))}</td></tr>"
         for key, spec in specs(RunSettings).items()
         if matters(key, settings)
@@ -168,12 +169,3 @@ def _table(settings: Settings) -> str:
 def lowered(escaped: str) -> str:
     """Return text with its subscripts: d_m → d<sub>m</sub>."""
     return re.sub(r"(?<!\w)([^\W\d_])_([A-Za-z0-9]{1,5})(?!\w)", r"\1<sub>\2</sub>", escaped)
-
-
-def _shown(spec: Spec, value: Any) -> str:
-    if spec.choices:
-        return tr(spec.choice_labels[spec.choices.index(value)]) if spec.choice_labels else str(value)
-    if isinstance(value, bool):
-        return tr("on") if value else tr("off")
-    number = f"{value * spec.page_scale:.6g}" if isinstance(value, float) else str(value)
-    return f"{number} {spec.page_unit}".strip()

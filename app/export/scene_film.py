@@ -221,7 +221,6 @@ def _hide_before(track: Track, frame: int) -> None:
 
 
 def _before(message: dict[str, Any], what: str, arrays: list[bytes]) -> Any:
-    """Return the value of a node's property before its first change."""
     if what == SEEN:
         return bool(message.get("visible", True))
     if what == TURN:

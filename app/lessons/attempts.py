@@ -26,7 +26,6 @@ class RunWatch:
         self._seen: tuple[int, RunSettings] | None = None
 
     def begin(self) -> None:
-        """Forget the run before."""
         self._seen, self.mixed = None, False
 
     def see(self, simulation: Simulation) -> None:

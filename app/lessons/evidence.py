@@ -40,7 +40,6 @@ class Evidence:
 
     @property
     def rows(self) -> int:
-        """How many steps there are."""
         return len(self.table)
 
     @property
@@ -74,7 +73,6 @@ class Evidence:
 
     @property
     def room(self) -> Room:
-        """Where."""
         return self._simulation.room
 
     @property
@@ -92,7 +90,6 @@ class Evidence:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """Of its own."""
         return Kinematics(self.room.model, self.room.arms)
 
     @cached_property

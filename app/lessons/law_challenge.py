@@ -37,7 +37,6 @@ class StandIn:
         self._law = law
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]."""
         return self._law(situation)
 
     def activation(self, distance: float) -> float:

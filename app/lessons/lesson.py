@@ -37,7 +37,6 @@ class Compared:
     start: Start | None = None
 
     def setup(self, base: Setup) -> Setup:
-        """Return that run."""
         setup = base.with_changes(self.changes)
         return setup if self.start is None else replace(setup, start=self.start)
 
@@ -227,7 +226,6 @@ class Step:
 
     @property
     def yours(self) -> bool:
-        """Return whether the student moves."""
         return self.setup.input.kind == "yours"
 
 

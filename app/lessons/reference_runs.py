@@ -82,6 +82,5 @@ def comparisons(setup: Setup, measurement: Measurement, compared: tuple[Compared
 
 
 def forget() -> None:
-    """Forget every run."""
     simulated.cache_clear()
     measured.cache_clear()

@@ -67,11 +67,9 @@ class Setup:
 
     @property
     def run(self) -> RunSettings:
-        """Return the settings of the run."""
         return self.settings(Settings()).run
 
     def with_changes(self, changes: Pairs) -> "Setup":
-        """Return the same run with further settings."""
         return replace(self, changes=merged(self.changes, changes))
 
 

@@ -29,7 +29,6 @@ class ScriptedSource:
     motion: Motion
 
     def target(self, time: float) -> Target | None:
-        """Return the target at a time [s]."""
         return self.motion(time)
 
 
@@ -166,7 +165,6 @@ class ScriptEntry:
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
-        """Return its parameters by name."""
         return dict(list(inspect.signature(self.make).parameters.items())[1:])
 
 

@@ -130,7 +130,6 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
 
 
 def knows_outcome(phase: Phase) -> bool:
-    """Return whether the outcome may be seen in a phase."""
     return phase not in (Phase.PREDICT, Phase.DO)
 
 

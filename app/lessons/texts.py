@@ -27,7 +27,6 @@ def _parts(name: str) -> tuple[str, str, bool]:
 
 
 def asks_for_numbers(text: str) -> bool:
-    """Return whether a text has a measured number in it."""
     return any(kind == "measured" for kind, _ in _HOLE.findall(text))
 
 

@@ -67,31 +67,25 @@ class Walkthrough:
 
     @property
     def lesson(self) -> Lesson:
-        """Return the present lesson."""
         return self._at.lesson
 
     @property
     def step(self) -> Step:
-        """Return the present step."""
         return self._at.step
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """Return which phases the present step has."""
         return phases_of(self.step)
 
     @property
     def done(self) -> StepProgress:
-        """Return the progress in the present step."""
         return self._progress.at(self.lesson.id, self.step.id)
 
     def done_in(self, lesson: str, step: str) -> StepProgress:
-        """Return the progress in any step."""
         return self._progress.steps.get((lesson, step), StepProgress())
 
     @property
     def begun(self) -> bool:
-        """Return whether anything was done in any lesson."""
         return any(not done.untouched for done in self._progress.steps.values())
 
     @property
@@ -196,7 +190,6 @@ class Walkthrough:
 
     @property
     def setup(self) -> Setup:
-        """Return the present run."""
         question, choice = self.step.question, self.done.choice
         if self.showing and question is not None and choice is not None:
             return question.choices[choice].why or self.step.setup

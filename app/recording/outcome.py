@@ -113,7 +113,6 @@ def columns_of(simulation: Simulation) -> tuple[str, ...]:
 
 
 def unit_of(column: str, error_unit: str) -> str:
-    """Return the SI unit of a column."""
     known = {"t": "s", "d": "m", "law_d": "m", "e2": error_unit, "e2_b": error_unit}
     known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), "m/s")
     if column in known or column in SCALARS:

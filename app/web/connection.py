@@ -164,7 +164,6 @@ class Forwarder(logging.Handler):
         self._log = log
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Log a record."""
         error = record.exc_info[1] if record.exc_info else None
         self._log.warning(
             record.getMessage()[:120], f"{type(error).__name__}: {error!s:.200}" if error else record.levelname.lower()

@@ -250,11 +250,9 @@ class DuetServer(viser.ViserServer):
         return reason
 
     def client_id(self, connection: ServerConnection) -> int:
-        """Return the client id of a connection, −1 for none."""
         return client_id_of(self, connection)
 
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
-        """Notify a browser of a refusal if its visitor can do something about it."""
         client, request = client_of(self, client_id), connection.request
         if refused.kind == UPLOAD_TOO_LARGE and client is not None and request is not None:
             words, size = words_of(_language_of(request)), f"{self.limits.upload_bytes / 1e6:g}"

@@ -143,7 +143,6 @@ class Casting:
         return surfaces.skin(self.form, spine, np.zeros(len(height)), SECTIONS, 0.15, dome=20)
 
     def cover(self, coarse: bool) -> trimesh.Trimesh:
-        """The round lid on the bulge."""
         return moved(_lid(self.ball - SKIN, coarse), Y_UP, (0, 0, self.length))
 
     def seam(self, coarse: bool) -> trimesh.Trimesh:
@@ -305,7 +304,6 @@ def palette_named(name: str) -> glb.Palette:
 
 
 def packed(parts: Parts, palette: str, coarse: bool) -> bytes:
-    """One link as a GLB file."""
     materials = PALETTES[palette]
     if palette not in SEEN_THROUGH:
         return (glb.merged_glb if coarse else glb.glb)(parts, materials)

@@ -64,7 +64,6 @@ class LessonSession:
 
     @property
     def begun(self) -> bool:
-        """Return whether anything was done in any lesson."""
         return self._walk is not None and self._walk.begun
 
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
@@ -132,7 +131,6 @@ class LessonSession:
 
     @property
     def locked(self) -> bool:
-        """Return whether Run is locked."""
         return self.open and self.walk.locked
 
     @property
@@ -320,7 +318,6 @@ class LessonSession:
         self.version += 1
 
     def _leave_replay(self) -> None:
-        """Show the run that has just begun."""
         if self._session.player is not None:
             self._session.player.leave()
 
