@@ -120,7 +120,6 @@ class PeerArm(ABC):
     """The avoiding arm moved by a peer.
 
     Args:
-        configuration: the peer's.
         motion: of the guided arm.
         unsolvable: raised where there is no solution.
     """

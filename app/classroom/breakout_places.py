@@ -26,7 +26,6 @@ class BreakoutPlaces:
         """Give the free places to the present students in this order, after taking those of students who are gone for `HOLD`.
 
         Args:
-            here: the present students.
             now: the clock [s].
         """
         here = list(dict.fromkeys(here))

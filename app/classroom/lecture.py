@@ -35,7 +35,6 @@ class LectureHost:
 
     Attributes:
         control: carries out the teacher's actions.
-        participants: all browsers, by client id.
     """
 
     def __init__(self, context: AppContext) -> None:

@@ -36,11 +36,7 @@ class Child:
     """A process that runs `app.custom_law.worker`. It ends at the latest when this object is collected, or when this process ends.
 
     Args:
-        path: of the law's file.
         memory: that the law may take [bytes].
-
-    Attributes:
-        line: the connection to it.
     """
 
     def __init__(self, path: Path, memory: int) -> None:

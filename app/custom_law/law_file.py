@@ -34,7 +34,6 @@ class Wrong(Exception):
     Args:
         text: what, and what was expected; or with parts its template, see `LazyText`.
         line: where; None if unknown.
-        parts: what is filled in.
     """
 
     def __init__(self, text: str, /, line: int | None = None, **parts: object) -> None:

@@ -23,11 +23,7 @@ _R = TypeVar("_R", bound=Reply)
 
 
 class LawFailed(Exception):
-    """The law failed; its process is gone.
-
-    Args:
-        problem: why.
-    """
+    """The law failed; its process is gone."""
 
     def __init__(self, problem: LawProblem) -> None:
         super().__init__(problem.text)
@@ -36,11 +32,6 @@ class LawFailed(Exception):
 
 class LawProcess:
     """A process with one version of a file.
-
-    Args:
-        path: of the file.
-        text: of it, as it is.
-        limits: of time and memory.
 
     Attributes:
         wants_all_pairs, has_activation: what the file says, once it is ready.

@@ -58,14 +58,7 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped:
 
 
 def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark: bool) -> str:
-    """Return the page.
-
-    Args:
-        filmed: the scene.
-        panels: the plots.
-        run: what it says above them.
-        dark: colours.
-    """
+    """Return the page."""
     client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
     film = base64.b64encode(packed_film(filmed, panels)).decode()

@@ -60,7 +60,6 @@ def picture_bytes(
     Args:
         recorded: the piece; its last `seconds` are shown, inf for all.
         details: what is shown beside the first two plots.
-        kind: of file.
         table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
         only: names of plots that stand for the first two, as in a step of a lesson.

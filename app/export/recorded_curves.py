@@ -66,7 +66,6 @@ class Panel:
     """One plot over time.
 
     Attributes:
-        title: plain text.
         unit: of the axis, "" for none.
         times: (k,) [s].
         strokes: in the order drawn.

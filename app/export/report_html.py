@@ -25,8 +25,6 @@ class ReportEntry:
     """One step of a lesson. What is empty is left out.
 
     Attributes:
-        title: of the step.
-        question: what was asked.
         prediction: the answer that was chosen, before anything was seen.
         right: whether it was the right one; None if nothing is known yet, or nothing was asked.
         verdict: what was said to it.
@@ -66,7 +64,6 @@ def report_html(
     """Return the page. Nothing in it loads anything or runs, and everything that a person wrote is escaped.
 
     Args:
-        title: of the report.
         entries: the steps, in order.
         settings: of the last run; None to leave them out.
         about: one line under the title, such as a name and a date.

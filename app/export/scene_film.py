@@ -87,7 +87,6 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
     """Return the stage of the last `seconds` of a recorded piece, inf for all of it.
 
     Args:
-        recorded: the piece.
         seconds: inf for all.
         page: theme, profile and kind of picture.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.

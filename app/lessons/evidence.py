@@ -21,7 +21,6 @@ class Evidence:
     """What a run has left behind.
 
     Args:
-        simulation: the run.
         until: rows from this time on do not count [s].
         newest: only so many rows, the newest; None for all.
 

@@ -21,11 +21,7 @@ TESTS: Final = tuple(TRIALS)
 
 
 class StandIn:
-    """A law that never fails, as the tests want one.
-
-    Args:
-        law: what it does.
-    """
+    """A law that never fails, as the tests want one."""
 
     wants_all_pairs: ClassVar[bool] = True
     wants_task: ClassVar[bool] = True

@@ -71,7 +71,6 @@ class Choice:
     """A possible answer.
 
     Attributes:
-        text: as it is read.
         reply: what is said to it when the outcome is known.
         why: a run that shows why it is wrong; None for the right one, and where the step's own run shows it.
         otherwise: whether that run shows the case in which the answer would be right, rather than that it is wrong here.
@@ -92,7 +91,6 @@ class Question:
     """What is to be predicted.
 
     Attributes:
-        text: the question.
         choices: two to six.
         right: index of the right one.
         expects: one for each choice, or none: then the outcome does not decide between them by itself.
@@ -153,7 +151,6 @@ class Challenge:
     """What the software checks.
 
     Attributes:
-        text: what is asked for.
         setup: with what it begins; the student may change the settings.
         criteria: all must hold.
         forecasts: all must be near enough.
@@ -174,8 +171,6 @@ class Trial:
     """A way to try a challenge, declared with the lesson so that `check` can walk it.
 
     Attributes:
-        name: of the way.
-        setup: how the run goes.
         forecasts: what is said beforehand, in the order of the challenge's; a text names a measurement that gives the number.
         law: name of the law that stands in for the student's own.
         fails: identities of the inequalities that are missed, all of them; empty if it passes.
@@ -195,7 +190,6 @@ class Step:
     Attributes:
         id: unique in its lesson.
         title, goal, do, observe, explain: texts in Markdown with LaTeX; observe and explain may be "".
-        setup: the run.
         question: None if there is nothing to predict.
         measurements: what is measured in the run; the first one answers the question.
         challenge: None if there is none.
@@ -238,7 +232,6 @@ class Lesson:
         number: where it stands.
         file: name of its file.
         language: of its texts.
-        title, goal: texts.
         equations: of the paper, as a person reads them, such as "1–6".
         minutes: how long it takes.
         steps: at least one.

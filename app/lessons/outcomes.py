@@ -63,7 +63,6 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
 
     Args:
         setup: of the run: the step's own, or one that shows why an answer is wrong.
-        evidence: of the run so far.
         time: simulated so far [s].
     """
     own = setup == step.setup
@@ -95,7 +94,6 @@ class AnswerVerdict:
     """What is said to a prediction.
 
     Attributes:
-        right: whether it is the right one.
         headline: in a word.
         reply: why, in Markdown, with the numbers of this run.
         lines: the outcome, measured.
@@ -112,8 +110,6 @@ class Judgement:
     """One inequality of a challenge.
 
     Attributes:
-        id: which.
-        passed: whether it holds.
         text: what was measured, what was asked, and by how much it is missed.
         value: measured, SI.
     """

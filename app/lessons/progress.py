@@ -22,13 +22,10 @@ class StepProgress:
 
     Attributes:
         choice: index of the answer; None before the first.
-        outcome: of the step's run.
         why: of the run that shows why the answer is wrong.
         hints: how many are open.
         attempts: how often the challenge was tried.
-        passed: whether it was ever passed.
         last: the newest attempt.
-        words: what the student wrote.
     """
 
     choice: int | None = None

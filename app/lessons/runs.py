@@ -46,7 +46,6 @@ class Setup:
 
     Attributes:
         changes: settings by key that are not as they are at first, of the run and of the page.
-        input: who moves.
         start: where everything begins; None for the room's start.
         seconds: after which the outcome is measured [s].
         folder: where its files are.

@@ -40,7 +40,6 @@ class Walkthrough:
 
     Attributes:
         run_id: goes up whenever a fresh run has to begin.
-        phase: where in the step.
         showing: whether the run that shows why the answer is wrong is on.
 
     Raises:

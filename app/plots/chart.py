@@ -36,11 +36,7 @@ class ChartAxes:
 
 @dataclass
 class Chart:
-    """A chart to which lines and marks are added.
-
-    Args:
-        frame: its axes.
-    """
+    """A chart to which lines and marks are added."""
 
     frame: ChartAxes
     _lines: list[str] = field(default_factory=list)

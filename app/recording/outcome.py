@@ -59,7 +59,6 @@ class Difference:
     Attributes:
         step: from 0.
         time: simulated [s].
-        column: name.
         then, now: the number; nan for one that is not there.
         by: how much [unit of the column], inf if one of the two is not there.
     """
@@ -128,7 +127,6 @@ def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
 
     Args:
         table: (steps ≥ 1, columns), a history table.
-        columns: their names.
     """
     table = _plain(table)
     stride = -(-len(table) // MOST_ROWS)

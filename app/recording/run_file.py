@@ -38,8 +38,6 @@ class SavedRun:
     """The content of a run file.
 
     Attributes:
-        recorded: inputs and settings.
-        outcome: what came out.
         made: with what, see `app.recording.provenance`.
     """
 
@@ -102,10 +100,6 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
 
 def saved_from(data: bytes, name: str) -> SavedRun:
     """Return the content of a run file.
-
-    Args:
-        data: its content.
-        name: for messages.
 
     Raises:
         BadInputFile: it is not a file of a run, is damaged, or is of something impossible.

@@ -30,10 +30,6 @@ log = logging.getLogger("duet.lessons")
 class LessonSession:
     """The lessons of one session.
 
-    Args:
-        session: in which they run.
-        book: all lessons.
-
     Attributes:
         open: whether a lesson is open; otherwise the page is the visitor's own.
         version: goes up with every change that the page has to show.
