@@ -21,7 +21,6 @@ TEXTS = [
 ]
 
 SAME_ON_PURPOSE = {
-    "Situation": "a student's law sees the controller's situation without the libraries that come with it",
     "settings.py": "the run's settings, and the page's around them",
     "sweep.py": "the sweep, and the command that starts it",
 }

@@ -1,6 +1,6 @@
 """Which browsers of a lecture are sent what: those that watch share what is drawn for their look, all others have a page of their own.
 
-Nothing is drawn on the server object, whose elements viser sends to all: a browser is given the buffer of its audience in its place.
+Nothing is drawn on the server object: viser sends its elements to all. A browser is given the buffer of its audience in its place.
 """
 
 import asyncio
