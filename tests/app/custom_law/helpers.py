@@ -1,7 +1,5 @@
 """Files with laws in them, a situation to try them in, and ways to wait for a process."""
 
-from __future__ import annotations
-
 import os
 import textwrap
 import threading
@@ -42,7 +40,6 @@ PAPER = """
 
 
 def write(path: Path, text: str) -> Path:
-    """Write a file, indented as here or not; return where it is."""
     path.write_text(textwrap.dedent(text).lstrip("\n"), encoding="utf-8")
     return path
 
@@ -59,7 +56,6 @@ def situation(n: int = 7, pairs: int = 5) -> Situation:
 
 
 def received(sent: Situation) -> Situation:
-    """What arrives in the law's process."""
     question = decode_question(encode(VelocityQuestion.of(sent)))
     assert isinstance(question, VelocityQuestion)
     return question.situation()
@@ -72,7 +68,6 @@ def session_of(path: Path, background: JobPool | None = None, **settings: object
 
 
 def until(true: Callable[[], object], seconds: float = 60.0) -> None:
-    """Return as soon as something is true."""
     end, pause = time.monotonic() + seconds, threading.Event()
     while not true():
         assert time.monotonic() < end, "not in time"

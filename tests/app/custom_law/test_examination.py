@@ -1,7 +1,5 @@
 """A student's law on the page, without a browser: tested beside it, as the law, as the ghost, and resting until its turn in the lessons."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -30,13 +28,11 @@ STANDS_STILL = "def law(s):\n    return 0.0 * s.nominal"
 
 
 def names_it(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
-    """A test that takes no time: it is passed if the text says so."""
     assert path.name == "my_law.py" and not stopped()
     return TrialResult(name, name.encode() in text, f"{name} is named", {})
 
 
 def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever is saved meanwhile; asked again, it is the new text."""
     monkeypatch.setattr(examination_module, "examine_one", names_it)
     path, background = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[:-1])), Inline()
     examination = Examination(path, background, lambda: None)
@@ -56,7 +52,6 @@ def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, monkey
 
 
 def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
-    """Tests that are given up can be made again; no place in the queue; a file that is gone."""
     path, background = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal"), Inline()
     examination = Examination(path, background, lambda: None)
     examination.begin()
@@ -73,7 +68,6 @@ def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
 
 
 def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
-    """Never both at once; the run starts again when it changes sides, and a broken file freezes only the one that runs it."""
     path = write(tmp_path / "my_law.py", STANDS_STILL)
     with session_of(path, scene="ball") as session:
 
@@ -122,7 +116,6 @@ def test_without_a_file() -> None:
 
 
 def to_challenge(session: Session, run: LessonSession) -> None:
-    """Open the last step, and go on to its challenge."""
     run.enter("limits", 3)
     while run.walk.phase is not Phase.CHALLENGE:
         run.act(GoOn())
@@ -131,7 +124,6 @@ def to_challenge(session: Session, run: LessonSession) -> None:
 
 
 def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
-    """What a lesson measures is about the settings' law; only the step that asks for one's own runs it; outside it runs again."""
     with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
         run = LessonSession(session, load_lessons())
         assert session.student_law.file == "my_law.py" and run.own_tests is None
@@ -150,7 +142,6 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
 
 
 def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not by the run, not by five; Check while they are made starts them again."""
     monkeypatch.setattr(examination_module, "examine_one", names_it)
     background = Inline()
     path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[1:]))
@@ -180,7 +171,6 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytes
 
 
 def test_every_test_says_how_it_went_in_words() -> None:
-    """Before, in the middle and in the end; what a file's author wrote is no HTML."""
     verdicts = tuple(TrialResult(name, name != NAMES[1], f"d < {i} mm & so on", {}) for i, name in enumerate(NAMES))
     before = law_html(ExaminationProgress("a<b>.py"), "", False, False)
     assert "a&lt;b&gt;.py runs." in before and all(WHY[name] in before for name in NAMES)

@@ -1,7 +1,5 @@
 """A law that is slow, or hangs, holds up nothing but the run that it moves, and the page says so; a busy machine is no endless loop."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable
@@ -39,17 +37,14 @@ def gated(gate: Path) -> str:
 
 
 def advanced(session: Session, true: Callable[[], object]) -> None:
-    """Advance until something is true."""
     until(lambda: session.advance(FRAME) < 0 or true())
 
 
 def hangs(session: Session) -> bool:
-    """Whether the session's run has begun, and waits."""
     return session.simulation.steps > 0 and session.student_law.waits
 
 
 def patient(session: Session, limit: float = 60.0) -> None:
-    """Let one call of a session's law take longer than usual."""
     law = session.law._law
     assert law is not None
     object.__setattr__(law.limits, "call", limit)
@@ -57,7 +52,6 @@ def patient(session: Session, limit: float = 60.0) -> None:
 
 @pytest.mark.parametrize("scene", ["hold", "ball", "imitation"])
 def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Path, scene: str) -> None:
-    """While a call hangs no step is made, and nothing is asked twice; the run has the bits of one that waited for every call."""
     gate = tmp_path / "go on"
     write(file, gated(gate))
     with session_of(file, scene=scene, avoid="both" if scene == "imitation" else "free") as session:
@@ -99,7 +93,6 @@ def test_a_step_that_is_asked_for_while_paused_is_made_when_the_law_answers(file
 
 
 def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path: Path) -> None:
-    """Both stand still; what is recorded makes the run again to the last bit."""
     gate = tmp_path / "go on"
     write(file, gated(gate))
     with session_of(file, ghost="own") as session:
@@ -117,7 +110,6 @@ def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path
 
 
 def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once, when a call is not answered; in the frames after that it is not waited for at all, and nor is a chart."""
     in_vain: list[float] = []
     answer = LawProcess.answer
 
@@ -154,7 +146,6 @@ def test_a_share_is_divided_among_those_who_call(monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
-    """With the time that a call takes, and the time that it may take."""
     write(file, "import time\n" + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="))
     with session_of(file, scene="ball", dt=0.005) as session:
         advanced(session, lambda: session.student_law.slow is not None)
@@ -175,7 +166,6 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
 
 
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
-    """Without waiting: blank until the answer is there, and blank where the function fails."""
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
     with session_of(file) as session:
         law = session.law._law

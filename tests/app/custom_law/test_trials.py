@@ -1,7 +1,5 @@
 """The six tests of a student's law: what a sensible law passes, what each of the others fails, and what is said of it."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Callable
@@ -49,7 +47,6 @@ def built_in(name: LawName = "smooth_priority", **settings: Any) -> Candidate:
 
 
 def from_text(text: str) -> Candidate:
-    """A student's file as a candidate in this process."""
     file = LawFile("my_law.py", textwrap.dedent(text).encode(), 2**28)
     return Candidate(make_law(LawSettings()), lambda situation: file.velocities(received(situation))[0])
 
@@ -61,7 +58,6 @@ def verdicts_of(name: LawName) -> dict[str, TrialResult]:
 
 
 def failed(verdicts: list[TrialResult]) -> set[str]:
-    """Names of the tests that were failed."""
     assert [verdict.name for verdict in verdicts] == list(TRIALS)
     return {verdict.name for verdict in verdicts if not verdict.passed}
 
@@ -84,7 +80,6 @@ TASK_ONLY = "def law(s):\n    return s.nominal"
     ids=["switched", "task only"],
 )
 def test_laws_of_students(text: str, failures: set[str], says: dict[str, str]) -> None:
-    """Each fails what it should, and is told by how much."""
     verdicts = examine_law(from_text(text))
     assert failed(verdicts) == failures, verdicts
     for verdict in verdicts:
@@ -152,7 +147,6 @@ FAILED: dict[LawName, set[str]] = {
 
 @pytest.mark.parametrize(("name", "failures"), FAILED.items())
 def test_what_the_built_in_laws_fail(name: LawName, failures: set[str]) -> None:
-    """Each of the six is failed by some law and passed by others."""
     assert failed(list(verdicts_of(name).values())) == failures
 
 

@@ -1,7 +1,5 @@
 """A student's law in its own process is a law like any other, a failure freezes the arm and nothing else, and a saved file is reloaded."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from functools import partial
@@ -31,7 +29,6 @@ def paper(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CustomLaw]:
 
 
 def test_it_is_a_law_like_any_other(paper: CustomLaw) -> None:
-    """q̇, λ and the line's speed are the file's; the same situation gives the same bits; the situation itself is not touched."""
     law: Law = paper
     assert isinstance(law, CustomLaw)
     before = [np.copy(value) for value in SITUATION if isinstance(value, np.ndarray)]
@@ -75,7 +72,6 @@ def test_a_file_with_its_neighbours(file: Path) -> None:
 
 
 def test_what_it_prints_and_asks_for_goes_nowhere(file: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Megabytes of it, from Python and from below, block nothing; `input` is not answered."""
     text = """
         import os, sys
         print("x" * 1_000_000)
@@ -97,7 +93,6 @@ def test_what_it_prints_and_asks_for_goes_nowhere(file: Path, capfd: pytest.Capt
 
 
 def test_it_moves_an_arm(paper: CustomLaw) -> None:
-    """The paper's law from a file makes the run that the paper's law makes, as the law and as a second simulation's beside it."""
     settings = RunSettings(scene="ball", law=LawSettings(law="smooth_priority"))
     reference, own, other = Simulation(settings), Simulation(settings), Simulation(settings)
     own.law = other.law = paper
@@ -111,7 +106,6 @@ def test_it_moves_an_arm(paper: CustomLaw) -> None:
 
 
 def test_a_failure_freezes_the_arm_and_nothing_else(file: Path) -> None:
-    """In the middle of a run: the arm stands still from the next step on, the other one goes on."""
     text = """
         calls = 0
 
@@ -136,7 +130,6 @@ def test_a_failure_freezes_the_arm_and_nothing_else(file: Path) -> None:
 
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The file is looked at whenever `refresh` is called."""
     monkeypatch.setattr(custom_law_module, "LOOK", 0.0)
 
 
@@ -145,7 +138,6 @@ ENDLESS = "def law(s):\n    while True: pass"
 
 @pytest.mark.usefixtures("eager")
 def test_it_is_reloaded_on_save(file: Path) -> None:
-    """The arm does what the file says, and the problem goes when it works again."""
     with CustomLaw(write(file, GOOD), SHORT) as law:
         pids: set[int | None] = set()
 
@@ -199,7 +191,6 @@ def test_files_that_are_no_news(file: Path) -> None:
 
 
 def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At most every 0.5 s, however often it is asked."""
     looks: list[float] = []
     now = 100.0
     monkeypatch.setattr(custom_law_module, "monotonic", lambda: now)
@@ -212,14 +203,12 @@ def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.
 
 
 def test_a_large_file_is_loaded(file: Path) -> None:
-    """Larger than the buffer of a socket."""
     with CustomLaw(write(file, "#" * 900_000 + "\n" + GOOD)) as law:
         until(lambda: np.array_equal(soon(law), SITUATION.nominal * 2))
 
 
 @pytest.mark.usefixtures("eager")
 def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
-    """Paused, when no step calls the law, the message comes, changes and goes all the same."""
     with CustomLaw(write(file, GOOD), SHORT) as law:
         until(lambda: np.any(soon(law)))
 

@@ -1,7 +1,5 @@
 """What a visitor keeps: files, a loaded file, and the past beside the live run; a job ends as soon as its result is not wanted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -50,19 +48,16 @@ class Desk:
             self.frame(0.05)
 
     def frame(self, elapsed: float = 0.03) -> bool:
-        """One frame."""
         self.session.advance(elapsed, float("inf"))
         return self.queue.player.advance(elapsed)
 
     def watch(self, seconds: float) -> Replay:
-        """Look back at the last seconds."""
         self.queue.player.watch(seconds)
         self.work()
         assert self.queue.player.replay is not None
         return self.queue.player.replay
 
     def work(self) -> list[str]:
-        """Compute, and take in what came out."""
         kinds = self.background.work()
         self.frame(0.0)
         return kinds
@@ -116,7 +111,6 @@ def test_a_saved_run_is_the_run_and_one_that_would_come_out_differently_is_not_s
 
 
 def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Live and replayed; inputs that are too many for the text come as a file with them, of that piece as well."""
     desk.queue.ask("python", 0.5)
     desk.work()
     snippet = desk.queue.take_snippet()

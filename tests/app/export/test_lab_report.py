@@ -1,7 +1,5 @@
 """The lab report: everything that was done is in it, with the student's own run; nothing in it runs, and it fits on paper."""
 
-from __future__ import annotations
-
 import pickle
 import re
 from dataclasses import replace
@@ -37,8 +35,6 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0h1
 
 
 class Reader(HTMLParser):
-    """Collects tags, attributes and text."""
-
     def __init__(self, page: str) -> None:
         super().__init__()
         self.tags: list[str] = []
@@ -55,7 +51,6 @@ class Reader(HTMLParser):
 
 
 def full(text: str) -> str:
-    """A report in which a text stands everywhere."""
     entry = ReportEntry(text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text, text, text, SVG)
     return report_html(text, [entry, ReportEntry(text)], Settings(), about=text)
 
@@ -160,12 +155,10 @@ def run() -> LessonSession:
 
 
 def steps_of(run: LessonSession, only: str | None = None) -> tuple[Done, ...]:
-    """What was done in the lessons."""
     return done_in(run.book.lessons, run.walk.done_in, run.seen, only)
 
 
 def made(done: tuple[Done, ...]) -> str:
-    """The report."""
     return lab_bytes(done, "en").decode()
 
 

@@ -1,7 +1,5 @@
 """A link: it gives the settings again, leads to the lesson, and says the address that the browser knows."""
 
-from __future__ import annotations
-
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 import pytest
@@ -22,7 +20,6 @@ from tests.app.conftest import OpenHouse
 
 
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
-    """Any value that a field may have."""
     if spec.choices:
         return st.sampled_from(spec.choices)
     if isinstance(present, bool):
@@ -34,7 +31,6 @@ def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
 
 @st.composite
 def any_settings(draw: st.DrawFn) -> Settings:
-    """Settings of which any number is not as at first."""
     settings, present, known = Settings(), values(Settings()), specs(Settings)
     for key in draw(st.sets(st.sampled_from(list(known)))):
         settings = changed(settings, key, draw(a_value(known[key], present[key])))
@@ -93,6 +89,5 @@ def test_the_address_is_the_one_that_the_browser_knows(house: OpenHouse) -> None
 
 
 def boxes(visitor: HeadlessClient) -> list[str]:
-    """The lines with the link on a visitor's page."""
     found = [str(element.get("content")) for element in list(visitor.mirror.gui.values())]
     return [text for text in found if 'class="duet duet-link"' in text]

@@ -1,7 +1,5 @@
 """The past on the pages of others: a lecture sees it together, there is nothing to take hold of, and it ends with its presenter."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from app.bench.blocking_client import BlockingClient
@@ -14,12 +12,10 @@ from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask, live_sessions
 
 
 def texts(visitor: HeadlessClient) -> str:
-    """Everything that is written on a visitor's page."""
     return " ".join(str(element.get("content", "")) for element in list(visitor.mirror.gui.values()))
 
 
 def says_so(visitor: HeadlessClient) -> bool:
-    """Whether the page says that this is the past: over the stage, and among the states."""
     return "This is the past" in texts(visitor) and "the past: " in texts(visitor)
 
 
@@ -97,6 +93,5 @@ def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None
 
 
 def boxes(visitor: HeadlessClient) -> list[dict[str, Any]]:
-    """What a visitor can write into in a lesson."""
     every = list(visitor.mirror.gui.values())
     return [box for box in every if box.get("label") == "in my own words" and box.get("visible")]

@@ -1,7 +1,5 @@
 """Tables, curves and pictures: the numbers of the run, the same bytes every time."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import io
@@ -29,7 +27,6 @@ from tests.scenes.helpers import given_settings
 
 
 def read(data: bytes) -> tuple[dict[str, str], list[str], list[list[str]]]:
-    """Settings, header and rows of a CSV file."""
     lines = data.decode().splitlines()
     settings = dict(line[2:].split(" = ", 1) for line in lines if line.startswith("#"))
     rows = list(csv.reader(line for line in lines if not line.startswith("#")))

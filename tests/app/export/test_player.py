@@ -1,7 +1,5 @@
 """The page that plays without a server: the scene as it was, the numbers as they were, nothing from elsewhere."""
 
-from __future__ import annotations
-
 import base64
 from functools import cache
 from pathlib import Path
@@ -27,7 +25,6 @@ WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 
 @cache
 def filmed(scene: str) -> Filmed:
-    """The scene of a short run."""
     return film_scene(piece(scene, 2.0)[0], 1.0, FAST)
 
 

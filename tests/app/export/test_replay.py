@@ -1,7 +1,5 @@
 """A replay stands where the run was, to the last bit, however it got there."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np
@@ -37,7 +35,6 @@ def test_any_moment_is_as_it_was(scene: str) -> None:
 
 @cache
 def lively() -> Replay:
-    """A replay whose time step changes on the way."""
     return Replay(piece("hold", 3.0, 99.0, lively=True)[0])
 
 
@@ -116,7 +113,6 @@ def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
 def test_a_film_has_few_states_and_the_nearest_row_of_each_period(
     monkeypatch: pytest.MonkeyPatch, seconds: float, states: int
 ) -> None:
-    """In a very long run the states lie farther from each other; the replay is the same."""
     monkeypatch.setattr(replay_module, "MOST_STATES", states)
     recorded, table = piece("hold", seconds)
     kept = film(recorded)

@@ -1,7 +1,5 @@
 """A run as a file: it comes back to the last bit, says what differs, and no file does harm."""
 
-from __future__ import annotations
-
 import io
 import math
 import zipfile
@@ -29,7 +27,6 @@ from tests.app.export.runs import SCENES, piece
 
 @cache
 def saved() -> SavedRun:
-    """A file of the hold experiment as it is read."""
     return saved_from(saved_bytes(piece("hold")[0]), "a.npz")
 
 
@@ -67,7 +64,6 @@ def test_what_was_seen_must_be_what_is_saved() -> None:
 
 
 def with_setting(file: SavedRun, key: str, value: float) -> SavedRun:
-    """The same file with another setting all the time."""
     stretches = tuple(s._replace(settings=changed(s.settings, key, value)) for s in file.recorded.stretches)
     return replace(file, recorded=replace(file.recorded, stretches=stretches))
 
@@ -162,7 +158,6 @@ def test_units() -> None:
 
 
 def rewritten(data: bytes, **parts: np.ndarray | None) -> bytes:
-    """A file with other parts in the place of some, or without them."""
     with np.load(io.BytesIO(data)) as arrays:
         found = {name: arrays[name] for name in arrays.files} | parts
     out = io.BytesIO()
@@ -176,7 +171,6 @@ def as_bytes(text: str) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def data() -> bytes:
-    """A good file."""
     return saved_bytes(piece("hold", 1.0)[0])
 
 
@@ -220,7 +214,6 @@ def test_a_run_that_cannot_be_made_here_or_is_too_long_is_refused(data: bytes, m
 
 @cache
 def small() -> bytes:
-    """A good file of a short run."""
     return saved_bytes(piece("hold", 0.3)[0])
 
 

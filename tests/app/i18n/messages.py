@@ -86,11 +86,6 @@ def messages() -> tuple[str, ...]:
 
 
 def missing(language: str) -> tuple[str, ...]:
-    """Return what a language's file does not say.
-
-    Raises:
-        OSError, ValueError: see `read_texts`.
-    """
     known = read_texts(FOLDER / f"{language}.toml")
     return tuple(found for found in messages() if found not in known)
 
@@ -117,7 +112,6 @@ def _of_tables() -> Iterator[str]:
 
 
 def _of_sources(folder: Path = _APP) -> Iterator[str]:
-    """Yield what the sources of a folder say."""
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py"))]
     named = {name: value for tree in trees for name, value in _constants(tree)}
     for tree in trees:
@@ -158,7 +152,6 @@ def _of_errors() -> Iterator[str]:
 
 
 def _imported(tree: ast.Module) -> set[str]:
-    """Return what a module imports of `app.i18n.speaking`."""
     found = (node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module == "app.i18n.speaking")
     return {alias.name for node in found for alias in node.names}
 

@@ -1,7 +1,5 @@
 """Exports are in the visitor's language: pictures, the report, the player."""
 
-from __future__ import annotations
-
 import html
 import re
 

@@ -1,7 +1,5 @@
 """Pages in other languages, without a browser: what the server sends."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest
@@ -27,14 +25,12 @@ TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", 
 
 
 def texts(visitor: BlockingClient) -> Iterator[str]:
-    """Everything that the page says now: labels, hints, choices, HTML, commands and messages."""
     for element in [*list(visitor.mirror.gui.values()), *list(visitor.mirror.commands.values())]:
         for found in map(element.get, TEXTS):
             yield from (text for text in ([found] if isinstance(found, str) else found or ()) if isinstance(text, str))
 
 
 def comes(visitor: BlockingClient, word: str) -> None:
-    """Wait until a word is somewhere on the page."""
     visitor.wait_for(lambda _: any(word in text for text in texts(visitor)))
 
 
@@ -43,13 +39,11 @@ def labels(visitor: BlockingClient) -> list[str]:
 
 
 def assert_all_said(visitor: BlockingClient) -> None:
-    """Nothing on the page is English."""
     left = {text[:120]: words for text in texts(visitor) if (words := untranslated(text))}
     assert left == {}
 
 
 def choose(guest: Guest, **values: object) -> None:
-    """Change settings, and run on until the page has followed."""
     ask(guest.session, lambda s: [s.change(key, value) for key, value in values.items()])
     guest.run_on(0.5)
 
@@ -152,7 +146,6 @@ def test_a_bad_link_is_named_in_the_page_s_language(house: OpenHouse, arrive: Ar
 
 
 def test_nothing_of_a_class_is_left_untranslated(house: OpenHouse, join: Join) -> None:
-    """The page of the teacher, of a student, and of a visitor with a wrong key."""
     opened = house(changed(Settings(), "lang", "pseudo"), lecture=True, key="k")
     teacher = join(opened, "key=k")
     comes(teacher, pseudo("Join"))

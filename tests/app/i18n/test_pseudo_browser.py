@@ -1,7 +1,5 @@
 """In a real browser the longest language is cut off nowhere, and a browser's own language is understood."""
 
-from __future__ import annotations
-
 import pytest
 from playwright.sync_api import Page
 
@@ -45,7 +43,6 @@ OBJECTS = {"WorldAxes", "light", "floor", "room", "arms", "closest", "place", "t
 
 
 def assert_nothing_is_english(page: Page, where: str) -> None:
-    """Nothing on the page is English, as soon as the page's script has translated it."""
     left: list[str] = []
 
     def gone() -> bool:
@@ -59,7 +56,6 @@ def assert_nothing_is_english(page: Page, where: str) -> None:
 
 
 def open_page(page: Page, url: str) -> None:
-    """Open a page, and wait until its controls are there."""
     page.set_default_timeout(60_000)
     page.goto(url)
     page.get_by_role("tab").nth(len(TABS)).wait_for(state="attached")

@@ -1,7 +1,5 @@
 """The catalogues, the current language, and the language of a browser."""
 
-from __future__ import annotations
-
 import re
 import threading
 from collections import Counter
@@ -31,7 +29,6 @@ LABEL = 14
 
 
 def parts(text: str) -> Counter[str]:
-    """The {names}, tags and entities of a text."""
     return Counter(re.findall(r"\{[^{}]*\}|<[^>]*>|&\w+;", text))
 
 

@@ -1,7 +1,5 @@
 """The charts beside the time plots: lines, the curve of Fig. 2, all laws, and the closest pairs."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -40,8 +38,6 @@ def test_a_line_with_fewer_points_is_the_same_line(values: list[float], span: fl
 
 @dataclass
 class _Shown:
-    """What the charts read of a simulation."""
-
     settings: RunSettings
     law: Any
 

@@ -1,7 +1,5 @@
 """The panel of plots: what is shown, what if, what is sent and how often."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from typing import Any, cast
@@ -118,7 +116,6 @@ def test_another_experiment_changes_lines_and_names() -> None:
 
 
 def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> None:
-    """Its error is a line that begins in the middle; and after a reset that waits, the axes are there all the same."""
     shown = ShownPanel("imitation")
     error = shown.show(0.6, avoid="free")[1]
     assert [len(line) for line in error.data[2:]] == [0, 0, 0]
@@ -147,12 +144,10 @@ def test_another_theme_dresses_all_plots_again() -> None:
 
 
 def plots(visitor: BlockingClient) -> list[tuple[np.ndarray, ...]]:
-    """The data of every plot, in order."""
     return [tuple(np.array(row) for row in element["data"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
 def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
-    """Colour and width of the first line of every plot, in order."""
     return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
@@ -160,7 +155,6 @@ def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
 def test_plots_of_another_look_or_made_while_paused_are_not_empty(
     house: OpenHouse, arrive: Arrive, change: tuple[str, str]
 ) -> None:
-    """They hold the whole run; and each single step is on the plot."""
     one = arrive(house(), "dt=0.02")
     one.run_on(2.0)
     press(one, "pause")

@@ -1,7 +1,5 @@
 """Waiting for processes, and looking whether they are alive."""
 
-from __future__ import annotations
-
 import select
 import subprocess
 import time
@@ -13,7 +11,6 @@ PATIENCE = 120.0
 
 
 def until(true: Callable[[], object], process: subprocess.Popen[bytes] | None = None) -> None:
-    """Return as soon as something is true, while a process lives."""
     deadline = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < deadline and (process is None or process.poll() is None), "not in time"
@@ -21,7 +18,6 @@ def until(true: Callable[[], object], process: subprocess.Popen[bytes] | None = 
 
 
 def alive(number: int) -> bool:
-    """Return whether a process exists and is not a zombie."""
     try:
         return Path(f"/proc/{number}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0] not in "ZX"
     except OSError:

@@ -1,7 +1,5 @@
 """What is computed beside the frames: a queue that keeps its promises, and workers that start, end and die unnoticed."""
 
-from __future__ import annotations
-
 import logging
 import multiprocessing
 import os
@@ -22,12 +20,10 @@ from tests.app.runtime.processes import alive, until
 
 
 def finish(*jobs: Job) -> None:
-    """Return when nothing more will happen to these jobs."""
     until(lambda: all(job.state in ("done", "failed", "dropped") for job in jobs))
 
 
 def begun(folder: Path) -> None:
-    """Return when `wait_for` has begun to wait for a file of a folder."""
     until(lambda: (folder / "begun").exists())
 
 

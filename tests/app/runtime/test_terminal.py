@@ -1,7 +1,5 @@
 """Every command in a process of its own: Ctrl+C, an output that is closed or full, and a locale without UTF-8."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal
@@ -64,7 +62,6 @@ def started(command: Sequence[str], folder: Path) -> Iterator[tuple[Process, Pat
 
 
 def group(number: int) -> list[int]:
-    """The processes of a group that are alive."""
     found: list[int] = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with suppress(OSError):
@@ -75,23 +72,19 @@ def group(number: int) -> list[int]:
 
 
 def importing(module: str) -> Moment:
-    """The moment at which a module has just been imported."""
     seen = re.compile(rf"\| +{re.escape(module)}\n")
     return lambda process, folder: until(lambda: seen.search((folder / "stderr").read_text(encoding="utf-8")), process)
 
 
 def there(name: str) -> Moment:
-    """The moment at which a file is there."""
     return lambda process, folder: until((folder / name).exists, process)
 
 
 def members(count: int) -> Moment:
-    """The moment at which a process has so many in its group."""
     return lambda process, folder: until(lambda: len(group(process.pid)) >= count, process)
 
 
 def answering(process: Process, folder: Path) -> None:
-    """The moment at which the server has said where it is."""
     out: IO[bytes] | None = process.stdout
     assert out is not None and b"Duet is at" in out.readline()
 
@@ -139,7 +132,6 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
 
 
 def ended(command: Sequence[str | bytes], **options: object) -> subprocess.CompletedProcess[bytes]:
-    """A command that has come to its end."""
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
     return subprocess.run(command, cwd=ROOT, timeout=PATIENCE, check=False, **options)  # type: ignore[call-overload]
 
@@ -174,7 +166,6 @@ def test_a_full_output_is_named_in_one_line(arguments: list[str]) -> None:
 
 
 def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> None:
-    """Nor does a file that is opened depend on the locale."""
     python = [sys.executable, "-X", "warn_default_encoding", "-m", "app"]
     law, out, again = tmp_path / "größe.py", tmp_path / "über.csv", tmp_path / "nochmal.json"
     commands = [

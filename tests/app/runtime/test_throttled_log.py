@@ -1,7 +1,5 @@
 """What happens many times a second is in the log once, and then as a count at intervals."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from typing import Any
@@ -24,8 +22,6 @@ FRAMES = 32
 
 
 class Clock:
-    """A clock that is set by hand."""
-
     now = 0.0
 
     def __call__(self) -> float:
@@ -51,7 +47,6 @@ def throttled(clock: Clock) -> ThrottledLog:
 
 
 def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
-    """What was logged since the last call."""
     logged = [record.getMessage() for record in caplog.records]
     caplog.clear()
     return logged

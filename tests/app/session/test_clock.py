@@ -1,7 +1,5 @@
 """One visitor's clock: it runs with the wall, but never loses, repeats or reorders a step, and knows how fast time goes."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """What is posted to a session is done in order at the beginning of the next frame: one value a control, within a budget."""
 
-from __future__ import annotations
-
 import logging
 import math
 from itertools import cycle, islice
@@ -34,8 +32,6 @@ def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(session: Sessi
 
 
 class ManualClock:
-    """A clock that is set by hand."""
-
     now = 100.0
 
     def __call__(self) -> float:
@@ -47,7 +43,6 @@ class ManualClock:
 
 @pytest.fixture
 def clock(session: Session) -> ManualClock:
-    """The clock of the session's posts."""
     clock = ManualClock()
     session.posts = ActionQueue(clock)
     return clock
@@ -81,7 +76,6 @@ def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: 
 def test_actions_go_on_in_the_next_frame_once_the_budget_is_spent(
     session: Session, clock: ManualClock, cost: float, first: list[int]
 ) -> None:
-    """Three of them spend it, or the only one of its frame; in every frame they come before its step."""
     done: list[int] = []
 
     def slow(number: int) -> None:

@@ -1,7 +1,5 @@
 """A change of settings moves nothing by itself and acts in the next step; an impossible one leaves everything."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

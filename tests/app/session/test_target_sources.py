@@ -1,7 +1,5 @@
 """What moves the arm: the autopilot, a hand that takes hold, keys that nudge, a guest, or a recorded run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -101,8 +99,6 @@ def test_another_person_or_place_starts_from_the_beginning(session: Session, key
 
 
 class Pointer:
-    """A person who points at one place after the other, and notes when they were asked."""
-
     def __init__(self) -> None:
         self.asked: list[float] = []
 

@@ -1,7 +1,5 @@
 """The stage of the arms: hand and elbow can be taken hold of, the circle is drawn; master, slave and ghost."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -55,7 +53,6 @@ ELBOWS = [("lwr", "position", 0.1), ("lwr", "pose", 0.1), ("panda", "pose", 0.1)
 
 @pytest.mark.parametrize(("robot", "task", "left"), ELBOWS)
 def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest, robot: str, task: str, left: float) -> None:
-    """Six joints let the elbow go only a part of the way."""
     change(one, scene="solo", robot=robot, task=task)
 
     def state(s: Session) -> tuple[Array, Array, Array, Array]:

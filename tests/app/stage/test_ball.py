@@ -1,7 +1,5 @@
 """The stage of the ball: pushed by its arrows, pulled across the view, nudged by keys."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

@@ -1,7 +1,5 @@
 """The stage of imitation: a figure moves, is pulled, and the robots follow."""
 
-from __future__ import annotations
-
 from typing import get_args
 
 import numpy as np
@@ -27,7 +25,6 @@ def test_the_figure_stands_where_its_arms_are() -> None:
 
 
 def drawn_wrist(guest: Guest, side: ArmName) -> Array:
-    """Where the nested nodes of the figure put a wrist, in the world."""
     forearm = drawn_pose(guest, f"/person/body/{side}_upper_arm/{side}_forearm")
     return forearm.act(np.array([0.0, 0.0, -SCALE * Figure().proportions.forearm]))
 

@@ -1,7 +1,5 @@
 """Every experiment shows its own things and nothing of the one before, to every visitor, in every look, and all of them at first sight."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, get_args
 
@@ -32,7 +30,6 @@ TELLING = set().union(*EXPECTED.values()) | {"/gizmo/left_wrist", "/gizmo/right_
 
 
 def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHouse, one: Guest) -> None:
-    """After any way through the scenes the page has the nodes that a fresh page of that scene has."""
     opened = house()
     way: list[tuple[SceneName, RobotName, str]] = [
         *((scene, "lwr", "torso") for scene in SCENES),
@@ -125,15 +122,12 @@ def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Any) -> None
 
 
 class Lens:
-    """A client's camera that only remembers."""
-
     def __init__(self, aspect: float) -> None:
         self.camera = self
         self.aspect, self.fov = aspect, 1.0
         self.up_direction, self.position, self.look_at = (0.0, 0.0, 1.0), np.zeros(3), np.zeros(3)
 
     def sees(self, point: Array, covered: float) -> bool:
-        """Whether a point is in the free part of the picture."""
         ahead = np.asarray(self.look_at) - np.asarray(self.position)
         ahead /= np.linalg.norm(ahead)
         right = np.cross(ahead, self.up_direction)

@@ -1,7 +1,5 @@
 """Duet behind a proxy that has it in a folder, or gives it another name: it works, or the page and the log say what is missing."""
 
-from __future__ import annotations
-
 import logging
 import shutil
 import socket

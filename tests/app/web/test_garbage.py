@@ -1,7 +1,5 @@
 """Broken messages of every kind end the connection they came by, and nothing else."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import math
@@ -30,7 +28,6 @@ NAN, INF = math.nan, math.inf
 
 
 def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
-    """One message of every kind, as the browser sends them."""
     point, pixel = [0.0, 0.0, 1.0], [0.5, 0.5]
     uuid, owned = room.slider._impl.uuid, {"name": "/hand", "owner": ""}
     ray = {"ray_origin": point, "ray_direction": point, "modifier": None}
@@ -84,7 +81,6 @@ def test_the_browser_sends_no_kind_that_we_do_not_know() -> None:
 
 
 def mutations(rng: random.Random, messages: list[dict[str, Any]]) -> bytes | str:
-    """Something broken: raw bytes, cut or flipped messages, wrong types, missing and surplus fields."""
     message = dict(rng.choice(messages))
     odd: list[Any] = [None, True, -1, 2**63, NAN, INF, "x", "", [], [1], {}, {"a": 1}, b"\xff", [[1, 2], [3]]]
     odd += ["y" * 3000, [NAN] * 3, {"value": NAN}]
@@ -188,7 +184,6 @@ def test_many_small_elements_are_refused_before_they_cost_memory(
 
 
 def costs_little(gate: Gate, raw: bytes, *errors: type[Exception]) -> None:
-    """Check that a message is not let through, and that this takes little memory."""
     traffic = Traffic(TrafficLimits())
     tracemalloc.start()
     try:

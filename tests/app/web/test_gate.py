@@ -1,7 +1,5 @@
 """Messages that a page would not send are dropped; each refusal is paired with a message that gets through."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -39,7 +37,6 @@ def test_real_use_gets_through(room: Room, join: Join) -> None:
 
 
 def test_what_a_page_would_not_send_is_dropped(room: Room, join: Join) -> None:
-    """Values out of their range, anything but the value of an element, and a gizmo or a camera that becomes NaN."""
     visitor = join()
     slider = {"type": "GuiUpdateMessage", "uuid": visitor.mirror.labelled("d_m")["uuid"]}
     for value in (NAN, INF, 1e9, 0.04):

@@ -1,7 +1,5 @@
 """The answers to requests: the index with its headers and its query, the state of health, the page of a full server, and all methods."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re
@@ -101,7 +99,6 @@ def test_documents_are_served_in_the_language_that_is_asked_for(start: Start) ->
 
 
 def ask(room: Room, *pieces: bytes) -> tuple[int, dict[str, str], bytes]:
-    """Send pieces of a request, one by one, and return status, headers and body of what comes until the server closes."""
     with socket.create_connection(("127.0.0.1", room.server.get_port()), timeout=60) as line:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for piece in pieces:

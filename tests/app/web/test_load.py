@@ -1,7 +1,5 @@
 """Connections that send too much, read too little, say nothing, are too many, or come and go; and files that they send."""
 
-from __future__ import annotations
-
 import gc
 import itertools
 import os
@@ -116,7 +114,6 @@ def test_a_tab_has_so_many_connections_and_an_address_for_programs(room: Room, j
 
 
 def announcement(visitor: BlockingClient, size: int, *, parts: int, transfer: str = "t") -> dict[str, Any]:
-    """The message before a file of `size` bytes in `parts` parts."""
     file = {"source_component_uuid": visitor.mirror.labelled("file")["uuid"], "transfer_uuid": transfer}
     announced = {"filename": "a.bvh", "mime_type": "", "part_count": parts, "size_bytes": size}
     return {"type": "FileTransferStartUpload", **file, **announced}

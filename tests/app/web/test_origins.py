@@ -1,7 +1,5 @@
 """Who may connect: which pages' and which programs' connections the locked-down server takes."""
 
-from __future__ import annotations
-
 import pytest
 import websockets
 

@@ -1,7 +1,5 @@
 """A server that starts says what it can't, and one that stops leaves neither port nor thread nor visitor behind."""
 
-from __future__ import annotations
-
 import socket
 import threading
 from typing import Any

@@ -1,7 +1,5 @@
 """The server in a real browser: tabs that come, lose their connection, find the room full, and drag."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What Duet replaces of viser: it sends what viser would send, under a stamp that stands still, packed once for all browsers."""
 
-from __future__ import annotations
-
 import asyncio
 import importlib.util
 import sys
@@ -41,8 +39,6 @@ def visers_own(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Message]], client_id: int = 1) -> list[bytes]:
-    """The frames that `produce` sends of these batches, one after another."""
-
     async def run() -> list[bytes]:
         sent: list[bytes] = []
 
