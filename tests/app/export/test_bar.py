@@ -178,3 +178,5 @@ def report(page: Page, opened: App) -> None:
     until(page, lambda: stand_of(opened).lessons.walk.done.words == written, "it has arrived")
     made = text_of(take(page, "Lab report on all lessons"))
     assert "I counted them. &lt;b&gt;" in made and "In 4." in made and made.count("<figure>") == 1
+    page.reload()
+    page.wait_for_function("words => [...document.querySelectorAll('textarea')].some(box => box.value === words)", arg=written)

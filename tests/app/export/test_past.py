@@ -1,14 +1,10 @@
 """The past on the pages of others: a lecture sees it together, there is nothing to take hold of, and it ends with its presenter."""
 
-from typing import Any
-
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import HeadlessClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
-from app.lessons.phases import Phase
-from app.lessons.session.lesson_actions import Choose, GoOn, GoTo, StartOrPause
-from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask, live_sessions
+from app.lessons.session.lesson_actions import Choose, GoTo, StartOrPause
+from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask
 
 
 def texts(visitor: HeadlessClient) -> str:
@@ -72,26 +68,3 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
         0,
         True,
     )
-
-
-def test_own_words_are_in_the_box_again_after_a_reload(house: OpenHouse) -> None:
-    opened, written = house(), "The elbow swings,\nthe hand does not."
-    assert isinstance(opened.host, PrivateHost)
-    query = "lesson=1&resume=0123456789abcdef"
-    with BlockingClient(opened.url, query=query) as before:
-        before.wait_for(lambda v: v.mirror.replayed and len(live_sessions(opened)) == 1)
-        (stand,) = opened.host.visitors.values()
-        ask(stand.session, lambda _: stand.lessons.act(Choose(2)))
-        for phase in (Phase.OBSERVE, Phase.EXPLAIN):
-            ask(stand.session, lambda _: stand.lessons.act(GoOn()))
-            before.wait_for(lambda _, phase=phase: stand.lessons.walk.phase is phase)
-        before.wait_for(lambda v: [box["value"] for box in boxes(v)] == [""])
-        before.set_value("in my own words", written)
-        before.wait_for(lambda _: stand.lessons.walk.done.words == written)
-    with BlockingClient(opened.url, query=query) as back:
-        back.wait_for(lambda v: [box["value"] for box in boxes(v)] == [written])
-
-
-def boxes(visitor: HeadlessClient) -> list[dict[str, Any]]:
-    every = list(visitor.mirror.gui.values())
-    return [box for box in every if box.get("label") == "in my own words" and box.get("visible")]

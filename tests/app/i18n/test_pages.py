@@ -17,7 +17,7 @@ from app.session.session import Session
 from app.settings import Language, Settings
 from app.text.lesson_text import plain
 from scenes.settings import changed
-from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
+from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
 from tests.app.i18n.conftest import untranslated
 from tests.app.page.helpers import bodies, notes
 
@@ -106,26 +106,6 @@ def test_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> N
     assert not {"language", "scene", "law", "clock", "Leave the lessons"} & set(labels(visitor))
     visitor.set_value("jezik", "English")
     comes(visitor, "Leave the lessons")
-
-
-def test_in_a_lecture_every_tab_has_its_language(house: OpenHouse, join: Join) -> None:
-    opened = house(lecture=True)
-    teacher = join(opened, language="de")
-    comes(teacher, "Szene")
-    student = join(opened, language="sl")
-    comes(teacher, "Echtzeit")
-    comes(student, "resnični čas")
-    # What the teacher chooses is the teacher's, and is there once.
-    (stage,) = live_sessions(opened).values()
-    ask(stage, lambda s: s.change("lang", "en"))
-    comes(teacher, "real time")
-    teacher.wait_for(lambda _: "scene" in labels(teacher))
-    assert "Szene" not in labels(teacher)
-    ask(stage, lambda s: s.toggle_pause())
-    comes(student, "ustavljeno")
-    assert not any("real time" in text for text in texts(student))
-    # Or the server's start chooses it.
-    comes(join(house(changed(Settings(), "lang", "sl"), lecture=True), language="de"), "prizor")
 
 
 @pytest.mark.parametrize(("language", "number", "remark"), [("de", 2, False), ("de", 4, True), ("sl", 5, True), ("en", 4, False)])

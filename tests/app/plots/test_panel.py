@@ -17,7 +17,7 @@ from scenes.history import COLUMN
 from scenes.rerun import WhatIf
 from scenes.settings import SceneName
 from tests.app.conftest import Arrive, OpenHouse
-from tests.app.page.helpers import bodies, page_label, press
+from tests.app.page.helpers import bodies, press
 from tests.app.plots.helpers import DETAILS, SCENES, ShownPanel, go_on
 
 
@@ -168,22 +168,6 @@ def test_plots_of_another_look_or_made_while_paused_are_not_empty(
     press(one, "step")
     newest = one.ask(lambda s: s.simulation.sample().time)
     one.visitor.wait_for(lambda _: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
-
-
-def test_what_the_ghost_does_and_what_would_have_been_are_on_the_plots(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house(), "whatif=1")
-    one.run_on(1.0)
-    own = len([row for row in plots(one.visitor)[0][1:] if len(row)])
-    press(one, "ghost")
-    one.run_on(0.5)
-    # The ghost has a line beside that of the run, the same one as long as nothing was changed.
-    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 1)
-    times, distance, *_, ghost, _ = plots(one.visitor)[0]
-    assert len(ghost) == len(times) > 9 and np.isfinite(ghost[:-1]).all() and np.allclose(ghost[:-1], distance[:-1])
-    # A line whose first value is missing would leave the page without a range for its axis.
-    assert all(np.isfinite(row[0]) for plot in plots(one.visitor) for row in plot if len(row))
-    one.visitor.set_value(page_label("dm"), 250.0)
-    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 2)
 
 
 def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:

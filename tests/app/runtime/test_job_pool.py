@@ -124,16 +124,6 @@ def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: JobPool, t
     assert (first.result, second.result) == ("done", 2.0) and (tmp_path / "begun").read_text().split() == ["gate"]
 
 
-def test_fifty_visitors_share_one_worker(shared: JobPool) -> None:
-    owners = [object() for _ in range(50)]
-    jobs = [shared.submit(owner, "what if", double, i, urgent=True) for i, owner in enumerate(owners) for _ in range(3)]
-    assert len(multiprocessing.active_children()) == 1 and sum(shared.load) <= 51
-    finish(*jobs)
-    # What was asked for last is done of everybody; an earlier one may have been quicker than the next question.
-    assert [(job.state, job.result) for job in jobs[2::3]] == [("done", 2.0 * i) for i in range(50)]
-    assert len(multiprocessing.active_children()) == 1
-
-
 @pytest.mark.usefixtures("busy")
 def test_the_queue_is_bounded(shared: JobPool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(job_pool, "MOST_WAITING", 3)

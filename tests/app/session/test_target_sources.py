@@ -5,11 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.session import session as session_module
 from app.session.session import Session
+from controllers.errors import BadSetting
 from scenes.headless import run
-from scenes.inputs import RecordedPerson
 from scenes.rerun import rerun
-from scenes.room import BALL_ROOM
+from scenes.room import BALL_ROOM, Room
+from scenes.settings import RunSettings
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
 from tests.app.session.conftest import DT, bits
 
@@ -137,20 +139,6 @@ def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> No
     assert len(guest.asked) == 23
 
 
-def test_a_recorded_run_can_be_played_again(session: Session) -> None:
-    for _ in range(12):
-        session.advance(0.1)
-    recorded = session.recorded()
-    assert recorded is not None and recorded.steps == 240
-    before = bits(session)
-    session.reset()
-    session.change("seed", 9)
-    session.set_source(RecordedPerson(recorded))
-    for _ in range(12):
-        session.advance(0.1)
-    assert bits(session) == before
-
-
 def test_what_is_recorded_can_be_made_again_to_the_last_bit(session: Session) -> None:
     for i in range(40):
         session.advance(0.08)
@@ -227,3 +215,18 @@ def test_a_persons_own_arms_are_not_nudged(session: Session) -> None:
     session.change("scene", "imitation")
     session.nudge(np.array([0.0, 0.02, 0.0]))
     assert session.held is None and session.settings.page.autopilot
+
+
+def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(settings: RunSettings) -> Room:
+        raise BadSetting(f"{settings.robot} needs a package that is not installed.")
+
+    session.advance(0.1)
+    session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
+    before, room = session.settings, session.simulation.room
+    monkeypatch.setattr(session_module, "room_of", missing)
+    with pytest.raises(BadSetting, match="panda needs"):
+        session.change("robot", "panda")
+    assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room
+    assert session.held is not None
+    assert session.advance(0.1) == 20

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from app.page.handles.gizmos import NUDGE
 from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.targets import BallTarget
-from tests.app.conftest import HAND, Guest
+from tests.app.conftest import Guest
 from tests.app.page.helpers import press
-from tests.app.stage.conftest import BALL, GRIP, ball, change, comes, drag, drawn, drawn_pose, home, place, pull, settle
+from tests.app.stage.conftest import GRIP, ball, change, comes, drawn, drawn_pose, home, place, pull, settle
 
 
 def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
@@ -54,23 +53,6 @@ def test_the_control_point_hangs_on_the_arm(one: Guest, point: str) -> None:
     assert_allclose(closest, middle + POINT_RADIUS * toward, atol=2e-3)
 
 
-def test_the_ball_is_pushed_by_its_arrows_and_leaves_the_autopilot(one: Guest) -> None:
-    change(one, scene="ball", ball="cross", autopilot=True)
-    one.run_on(0.5)
-    assert one.session.settings.page.autopilot
-    visitor = one.visitor
-    goal = one.ask(ball) + np.array([0.1, -0.05, 0.0])
-    drag(one, BALL, goal)
-    one.wait(lambda s: isinstance(s.held, BallTarget) and not s.settings.page.autopilot)
-    comes(one, lambda s: float(np.linalg.norm(ball(s) - goal)), 2e-3)
-    visitor.wait_for(lambda _: np.linalg.norm(place(one, "/ball") - goal) < 3e-3)
-    visitor.move_gizmo(BALL, phase="end")
-    one.wait(lambda s: s.held is None)
-    one.run_on(0.3)
-    rest = one.ask(ball)
-    visitor.wait_for(lambda _: all(np.allclose(place(one, node), rest, atol=1e-4) for node in ("/ball", BALL, GRIP)))
-
-
 def test_the_ball_itself_is_pulled_across_the_view(one: Guest) -> None:
     change(one, scene="ball")
     middle = one.ask(ball)
@@ -88,25 +70,3 @@ def test_the_ball_itself_is_pulled_across_the_view(one: Guest) -> None:
     assert np.abs(one.session.held.position).max() <= 2.6  # type: ignore[union-attr]
     pull(one, GRIP, "end", taken, taken + way)
     one.wait(lambda s: s.held is None)
-
-
-def test_keys_nudge_the_ball(one: Guest) -> None:
-    change(one, scene="ball")
-    start = one.ask(ball)
-    press(one, "up")
-    press(one, "up")
-    held = one.session.held
-    assert isinstance(held, BallTarget)
-    assert_allclose(held.position - start, (0.0, 0.0, 2.0 * NUDGE), atol=2e-3)
-    comes(one, lambda s: float(np.linalg.norm(ball(s) - held.position)), 2e-3)
-
-
-def test_another_scene_in_mid_drag_lets_go(one: Guest) -> None:
-    change(one, scene="ball")
-    drag(one, BALL, np.array([0.3, 0.0, 1.0]))
-    one.wait(lambda s: s.held is not None)
-    change(one, scene="hold")
-    assert one.session.held is None
-    one.visitor.wait_for(lambda v: BALL not in v.mirror.nodes and HAND in v.mirror.nodes)
-    one.run_on(0.1)
-    assert one.session.held is None

@@ -11,10 +11,10 @@ from controllers.kinematics import Array
 from scenes.person.angles import arm_points
 from scenes.person.figure import Figure
 from scenes.settings import ArmName
-from scenes.targets import AnglesTarget, HandTarget
+from scenes.targets import AnglesTarget
 from tests.app.conftest import Guest
 from tests.app.page.helpers import press
-from tests.app.stage.conftest import change, drawn, drawn_pose, place, pull, settle, visible
+from tests.app.stage.conftest import change, drawn_pose, place, pull, settle, visible
 
 
 def test_the_figure_stands_where_its_arms_are() -> None:
@@ -71,12 +71,3 @@ def test_the_figure_is_pulled_and_the_robots_follow(one: Guest) -> None:
     one.run_on(1.0)
     wish = one.ask(lambda s: s.target())
     assert wish is None or isinstance(wish, AnglesTarget)
-
-
-def test_the_figure_stays_in_its_own_scene(one: Guest) -> None:
-    change(one, scene="imitation", source="figure")
-    one.visitor.wait_for(lambda v: "/gizmo/left_wrist" in v.mirror.nodes)
-    change(one, scene="hold")
-    one.run_on(0.3)
-    assert isinstance(one.ask(lambda s: s.target()), HandTarget)
-    assert not any("wrist" in name or name.startswith("/person") for name in drawn(one.visitor))

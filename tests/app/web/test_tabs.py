@@ -1,9 +1,5 @@
 """The server in a real browser: tabs that come, lose their connection, find the room full, and drag."""
 
-import os
-
-import numpy as np
-import pytest
 import viser
 
 from app.bench.blocking_client import BlockingClient
@@ -15,7 +11,7 @@ from app.web.page_assets import PageAssets
 from app.web.request import request_query
 from app.web.traffic_limits import TrafficLimits
 from tests.app.web.conftest import Start
-from tests.browser import PageAt, drag_arrow, installed_browser, screenshot, wait_ready, world_position
+from tests.browser import PageAt, screenshot
 
 
 def test_two_tabs_bring_their_own_query(start: Start, page_at: PageAt) -> None:
@@ -128,39 +124,3 @@ def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Start, p
     )
     print(screenshot(double, "tab-doubled"))
     assert server.count_clients() == 1
-
-
-def test_a_gizmo_follows_a_real_mouse(start: Start, page_at: PageAt) -> None:
-    server = start()
-    server.scene.configure_default_lights(False)
-    server.initial_camera.position, server.initial_camera.look_at = (2.0, 1.0, 1.2), (0.0, 0.0, 0.4)
-    gizmo = server.scene.add_transform_controls(
-        "/hand", scale=0.4, position=(0.0, 0.0, 0.4), depth_test=False, disable_rotations=True
-    )
-    phases: list[str] = []
-
-    @gizmo.on_update
-    async def _(event: viser.TransformControlsEvent) -> None:
-        phases.append(event.phase)
-
-    page = page_at(800, 500)
-    page.goto(server.url)
-    wait_ready(page, "/hand")
-    drag_arrow(page, (0.0, 0.0, 0.4), axis=2, scale=0.4, distance=0.2, steps=12)
-    with BlockingClient(server.url) as other:
-        other.wait_for(lambda v: phases and phases[-1] == "end")
-        other.wait_for(lambda v: abs(v.mirror.nodes.get("/hand", {"position": (0, 9, 0)})["position"][2] - 0.6) < 0.03)
-    assert phases[0] == "start" and phases.count("update") >= 2
-    assert np.allclose(gizmo.position, (0.0, 0.0, 0.6), atol=0.03)
-    # A node that the server moves is drawn where it says.
-    server.scene.add_frame("/follower", position=tuple(gizmo.position))
-    wait_ready(page, "/follower")
-    assert np.allclose(world_position(page, "/follower"), gizmo.position, atol=1e-6)
-
-
-def test_a_named_browser_that_is_missing_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DUET_BROWSER", "/no/such/browser")
-    with pytest.raises(FileNotFoundError, match="unset it"):
-        installed_browser()
-    monkeypatch.delenv("DUET_BROWSER")
-    assert installed_browser() is None or os.path.isfile(str(installed_browser()))
