@@ -1,8 +1,8 @@
 """The panel of plots: what is shown, what if, what is sent and how often."""
 
 import time
-from dataclasses import dataclass
-from typing import Any, cast
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +14,6 @@ from app.plots.time_series import POINTS, WINDOW
 from app.session.session import Session
 from app.settings import PageSettings
 from scenes.history import COLUMN
-from scenes.rerun import WhatIf
 from scenes.settings import SceneName
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import bodies, press
@@ -80,18 +79,11 @@ def test_a_ghost_costs_nothing_while_there_is_none() -> None:
     assert len(distance.data[4]) == 0 and not shown.says("ghost")
 
 
-@dataclass
-class _Answer:
-    times: np.ndarray
-    distance: np.ndarray
-    squared_error: np.ndarray
-
-
 def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = ShownPanel("hold")
     shown.show(2.0)
     times = shown.session.simulation.history.table()[:200, COLUMN["t"]]
-    answer: WhatIf | None = cast(WhatIf, _Answer(times, np.full(200, 0.2), np.full(200, 0.01)))
+    answer: Any = SimpleNamespace(times=times, distance=np.full(200, 0.2), squared_error=np.full(200, 0.01))
     monkeypatch.setattr(Session, "what_if", property(lambda _: answer))
     for plot, value in zip(shown.show(), (0.2, 0.01), strict=True):
         line = plot.data[-1]
@@ -99,7 +91,7 @@ def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
         assert (line[inside] == value).all() and np.isnan(line[-1])
     assert shown.says("what if") == 2
     # The exact answer after the draft: other times, so that nothing can be compared element by element.
-    answer = cast(WhatIf, _Answer(times[::2], np.full(100, 0.3), np.full(100, 0.02)))
+    answer = SimpleNamespace(times=times[::2], distance=np.full(100, 0.3), squared_error=np.full(100, 0.02))
     assert np.nanmax(shown.show()[0].data[-1]) == 0.3
     answer = None
     assert len(shown.show()[0].data[-1]) == 0 and not shown.says("what if")

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -21,13 +22,6 @@ FRAMES = 32
 """A second."""
 
 
-class Clock:
-    now = 0.0
-
-    def __call__(self) -> float:
-        return self.now
-
-
 def raised(kind: type[Exception] = ValueError, text: str = "") -> Exception:
     """An exception as it is caught: always from the same place."""
     try:
@@ -37,13 +31,13 @@ def raised(kind: type[Exception] = ValueError, text: str = "") -> Exception:
 
 
 @pytest.fixture
-def clock() -> Clock:
-    return Clock()
+def clock() -> SimpleNamespace:
+    return SimpleNamespace(now=0.0)
 
 
 @pytest.fixture
-def throttled(clock: Clock) -> ThrottledLog:
-    return ThrottledLog(LOG, clock=clock)
+def throttled(clock: SimpleNamespace) -> ThrottledLog:
+    return ThrottledLog(LOG, clock=lambda: clock.now)
 
 
 def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
@@ -52,7 +46,9 @@ def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
     return logged
 
 
-def over_time(clock: Clock, seconds: int, caplog: pytest.LogCaptureFixture, event: Callable[[], None]) -> list[tuple[float, str]]:
+def over_time(
+    clock: SimpleNamespace, seconds: int, caplog: pytest.LogCaptureFixture, event: Callable[[], None]
+) -> list[tuple[float, str]]:
     """When which lines were logged by an event in every frame."""
     logged: list[tuple[float, str]] = []
     for frame in range(1, seconds * FRAMES + 1):
@@ -63,7 +59,7 @@ def over_time(clock: Clock, seconds: int, caplog: pytest.LogCaptureFixture, even
 
 
 def test_an_exception_of_every_frame_is_logged_once_and_then_counted(
-    throttled: ThrottledLog, clock: Clock, caplog: pytest.LogCaptureFixture
+    throttled: ThrottledLog, clock: SimpleNamespace, caplog: pytest.LogCaptureFixture
 ) -> None:
     throttled.exception("a frame failed", raised(text="at 1 s"), 7)
     assert caplog.records[0].exc_info is not None and "at 1 s" in caplog.text
@@ -75,8 +71,8 @@ def test_an_exception_of_every_frame_is_logged_once_and_then_counted(
     assert logged[1][1] == "a frame failed: 1920 times more in 60 s (ValueError)"
 
 
-def test_a_warning_has_one_line_a_kind_and_interval(clock: Clock, caplog: pytest.LogCaptureFixture) -> None:
-    throttled = ThrottledLog(LOG, (10.0,), clock)
+def test_a_warning_has_one_line_a_kind_and_interval(clock: SimpleNamespace, caplog: pytest.LogCaptureFixture) -> None:
+    throttled = ThrottledLog(LOG, (10.0,), lambda: clock.now)
     throttled.warning("slowed down", "client 1")
     throttled.warning("refused origin", "evil.example")
     assert lines(caplog) == ["slowed down: client 1", "refused origin: evil.example"]
