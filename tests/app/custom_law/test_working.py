@@ -11,11 +11,7 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law import custom_law as custom_law_module
 from app.custom_law.custom_law import CustomLaw
-from controllers.kinematics import Array
 from controllers.laws.situation import Law
-from scenes.history import COLUMN
-from scenes.settings import LawSettings, RunSettings
-from scenes.simulation import Simulation
 from tests.app.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, gone, situation, soon, until, write
 
 
@@ -90,42 +86,6 @@ def test_what_it_prints_and_asks_for_goes_nowhere(file: Path, capfd: pytest.Capt
         for _ in range(3):
             assert_array_equal(law(SITUATION), SITUATION.nominal)
     assert capfd.readouterr() == ("", "")
-
-
-def test_it_moves_an_arm(paper: CustomLaw) -> None:
-    settings = RunSettings(scene="ball", law=LawSettings(law="smooth_priority"))
-    reference, own, other = Simulation(settings), Simulation(settings), Simulation(settings)
-    own.law = other.law = paper
-    for _ in range(300):
-        for simulation in (reference, own, other):
-            simulation.step(None)
-    assert paper.problem is None
-    columns = [COLUMN[name] for name in ("d", "lambda", "e2")]
-    for simulation in (own, other):
-        np.testing.assert_allclose(simulation.history.table()[:, columns], reference.history.table()[:, columns], atol=1e-12)
-
-
-def test_a_failure_freezes_the_arm_and_nothing_else(file: Path) -> None:
-    text = """
-        calls = 0
-
-        def law(s):
-            global calls
-            calls += 1
-            return s.nominal if calls < 50 else s.nominal[calls]
-    """
-    simulation = Simulation(RunSettings())
-    person = simulation.source()
-    with CustomLaw(write(file, text), waits=True) as law:
-        simulation.law = law
-        moved: list[tuple[Array, Array]] = []
-        for _ in range(200):
-            simulation.step(person.target(simulation.time))
-            velocities = simulation.velocities
-            moved.append((velocities[simulation.avoiding.joints].copy(), velocities[simulation.guided.joints].copy()))
-        assert law.problem is not None and law.problem.line == 6 and "IndexError" in law.problem.text
-    assert all(not np.any(avoiding) for avoiding, _ in moved[49:])
-    assert all(np.any(guided) for _, guided in moved[100:])
 
 
 @pytest.fixture

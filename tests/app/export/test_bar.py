@@ -101,20 +101,18 @@ def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
     # While it plays the page writes into the box too, but not while a visitor is about to type there.
     moment(page).click()
     until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest for typing")
-    until(
-        page,
-        lambda: queue.player.replay is not None and abs(float(moment(page).input_value()) - queue.player.replay.time) < 0.01,
-        "where",
-    )
+    replay = queue.player.replay
+    assert replay is not None
+    until(page, lambda: abs(float(moment(page).input_value()) - replay.time) < 0.01, "where")
     moment(page).fill("9")
     wait_frames(page, 6)
     # A run of a few seconds has no such moment, and the typing has not come to its end.
     assert moment(page).input_value() == "9"
     moment(page).fill("0.5")
     moment(page).press("Enter")
-    until(page, lambda: queue.player.replay is not None and abs(queue.player.replay.time - 0.5) < 1e-6, "half a second")
+    until(page, lambda: abs(replay.time - 0.5) < 1e-6, "half a second")
     press_key(page, ".")
-    until(page, lambda: queue.player.replay is not None and abs(queue.player.replay.time - 0.505) < 1e-6, "one step more")
+    until(page, lambda: abs(replay.time - 0.505) < 1e-6, "one step more")
     page.get_by_text("the past: 0.5 s").wait_for()
     screenshot(page, "the-past")
 

@@ -198,9 +198,7 @@ def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Des
 
 
 @pytest.mark.parametrize("change", [(), ("dm", 0.2), ("scene", "ball"), ("theme", "dark")], ids=str)
-def test_going_on_or_another_experiment_ends_the_replay_at_once_and_other_colours_do_not(
-    desk: Desk, change: tuple[str, Any]
-) -> None:
+def test_going_on_or_another_experiment_ends_the_replay_and_other_colours_do_not(desk: Desk, change: tuple[str, Any]) -> None:
     desk.watch(1.0)
     if change:
         desk.session.change(*change)
@@ -227,11 +225,8 @@ def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: p
     assert job.arguments[0].steps == 400
     desk.work()
     # It grows at its beginning; the moment stays.
-    assert (
-        desk.queue.player.replay.steps == 400
-        and desk.queue.player.replay.time == pytest.approx(1.75)
-        and not desk.queue.player.replay.playing
-    )
+    replay = desk.queue.player.replay
+    assert replay.steps == 400 and replay.time == pytest.approx(1.75) and not replay.playing
     assert DRAFT > 0.5
 
 

@@ -62,9 +62,4 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     guest.ask(lambda _: stand.lessons.act(GoTo(0, 1)))
     guest.visitor.wait_for(lambda v: not says_so(v))
     # The next step waits for an answer.
-    assert guest.ask(lambda s: ("replay" in s.halt, s.paused, s.simulation.steps, stand.lessons.locked)) == (
-        False,
-        True,
-        0,
-        True,
-    )
+    assert guest.ask(lambda s: ("replay" in s.halt, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)

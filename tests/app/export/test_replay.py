@@ -9,9 +9,7 @@ from hypothesis import strategies as st
 
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.recording import replay as replay_module
-from app.recording.past import Past
 from app.recording.replay import PERIOD, Replay, film
-from app.settings import Settings
 from scenes.history import COLUMN
 from scenes.inputs import encoded
 from tests.app.export.runs import SCENES, piece
@@ -110,9 +108,7 @@ def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
 
 
 @pytest.mark.parametrize(("seconds", "states"), [(6.0, 4000), (1.0, 7)])
-def test_a_film_has_few_states_and_the_nearest_row_of_each_period(
-    monkeypatch: pytest.MonkeyPatch, seconds: float, states: int
-) -> None:
+def test_a_film_has_few_states_and_the_nearest_rows(monkeypatch: pytest.MonkeyPatch, seconds: float, states: int) -> None:
     monkeypatch.setattr(replay_module, "MOST_STATES", states)
     recorded, table = piece("hold", seconds)
     kept = film(recorded)
@@ -125,15 +121,3 @@ def test_a_film_has_few_states_and_the_nearest_row_of_each_period(
     for step in (150, 20, 199):
         replay.seek_step(step)
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
-
-
-def test_the_past_stands_in_for_a_session() -> None:
-    recorded, _ = piece("imitation", 3.0, 1.6, lively=True)
-    replay = Replay(recorded)
-    past = Past(replay, Settings())
-    replay.seek(replay.end)
-    assert past.simulation is replay.simulation and past.settings.run == recorded.stretches[-1].settings
-    assert past.settings.page == Settings().page and encoded(past.target()) == encoded(replay.target)
-    assert past.pace.paused and past.ghost is None and past.held is None and past.what_if is None
-    replay.toggle()
-    assert not past.pace.paused

@@ -1,8 +1,9 @@
 """The charts beside the time plots: lines, the curve of Fig. 2, all laws, and the closest pairs."""
 
 import re
-from dataclasses import dataclass, replace
-from typing import Any, cast
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,17 +37,11 @@ def test_a_line_with_fewer_points_is_the_same_line(values: list[float], span: fl
     assert np.abs(drawn - meant).max() <= 1.5 + 1.5 * slope
 
 
-@dataclass
-class _Shown:
-    settings: RunSettings
-    law: Any
-
-
 @given(st.floats(0.03, 0.3), st.floats(1.0, 20.0), st.sampled_from(LAWS), st.floats(0.04, 0.59))
 def test_the_dot_is_on_the_curve_of_fig_2(d_m: float, order: float, name: LawName, distance: float) -> None:
     simulation = played()
     law = LawSettings(law=name, critical_distance=d_m, order=order)
-    shown = cast(Simulation, _Shown(replace(simulation.settings, law=law), all_laws(law)[name]))
+    shown: Any = SimpleNamespace(settings=replace(simulation.settings, law=law), law=all_laws(law)[name])
     sample = replace(simulation.sample(), law_distance=distance, activation=shown.law.activation(distance))
     html = curve_html(shown, None, sample, 150)
     ((x, y),) = marks(html, "dot lam")
@@ -92,9 +87,8 @@ def test_all_laws_are_compared_at_the_present_pull(name: LawName) -> None:
     assert y == pytest.approx(min(max((span - now.rate) / (2.0 * span), 0.0), 1.0), abs=1e-3)
     # Numbers on the lines, and the same in the legend.
     assert [len(marks(html, f"digit law{i + 1}")) for i in range(8)] == [1] * 8
-    assert re.findall(r"<li[^>]*><i[^>]*>(\d)</i>(?:<b>)?([^<]*)", html) == [
-        (str(i + 1), v) for i, v in enumerate(LAW_NAMES.values())
-    ]
+    names = [(str(i + 1), v) for i, v in enumerate(LAW_NAMES.values())]
+    assert re.findall(r"<li[^>]*><i[^>]*>(\d)</i>(?:<b>)?([^<]*)", html) == names
     assert f"<b>{LAW_NAMES[name]}</b>" in html
 
 

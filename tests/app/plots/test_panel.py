@@ -1,6 +1,5 @@
 """The panel of plots: what is shown, what if, what is sent and how often."""
 
-import time
 from types import SimpleNamespace
 from typing import Any
 
@@ -144,9 +143,7 @@ def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
 
 
 @pytest.mark.parametrize("change", [("colours", "Dark"), ("text", "Projector"), ("more plots", "q")])
-def test_plots_of_another_look_or_made_while_paused_are_not_empty(
-    house: OpenHouse, arrive: Arrive, change: tuple[str, str]
-) -> None:
+def test_plots_of_another_look_or_made_while_paused_are_full(house: OpenHouse, arrive: Arrive, change: tuple[str, str]) -> None:
     one = arrive(house(), "dt=0.02")
     one.run_on(2.0)
     press(one, "pause")
@@ -162,27 +159,13 @@ def test_plots_of_another_look_or_made_while_paused_are_not_empty(
     one.visitor.wait_for(lambda _: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
 
 
-def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house())
     one.run_on(1.0)
-    refreshes, payloads = [0], list[int]()
-    take = one.visitor.mirror.take
-
-    def count(message: dict[str, Any]) -> None:
-        if message["type"] == "GuiUpdateMessage" and "data" in message["updates"]:
-            refreshes[0] += 1
-            payloads.append(len(message["updates"]["data"][0]))
-        take(message)
-
-    monkeypatch.setattr(one.visitor.mirror, "take", count)
     received = one.visitor.received
-    frames, size, begin, clock = received.frames, received.bytes, one.session.simulation.time, time.perf_counter()
+    frames, size, begin = received.frames, received.bytes, one.session.simulation.time
     one.run_on(3.0)
-    simulated, wall = one.session.simulation.time - begin, time.perf_counter() - clock
-    frames, size = received.frames - frames, received.bytes - size
-    print(f"{frames / simulated:.0f} frames and {size / simulated / 1000:.0f} kB per simulated second, {simulated / wall:.2f}×")
-    assert size / simulated <= 150_000
+    simulated = one.session.simulation.time - begin
+    assert (received.bytes - size) / simulated <= 150_000
     # A frame simulates a tenth of a second at most; on a machine at leisure there are about 30 a second.
-    assert frames / simulated >= 10
-    assert 2 * 2 < refreshes[0] <= 2 * (10.0 * wall + 2.0)
-    assert max(payloads) <= 200
+    assert (received.frames - frames) / simulated >= 10

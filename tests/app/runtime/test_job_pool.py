@@ -64,9 +64,7 @@ def test_a_job_is_done_and_wakes_its_owner(shared: JobPool) -> None:
     assert [child.pid for child in multiprocessing.active_children()] == [number]
 
 
-def test_the_newest_request_replaces_the_older_ones_and_has_their_place(
-    shared: JobPool, tmp_path: Path, busy: Callable[[], None]
-) -> None:
+def test_the_newest_request_has_the_place_of_the_older_ones(shared: JobPool, tmp_path: Path, busy: Callable[[], None]) -> None:
     words = tmp_path / "words"
     jobs = [shared.submit("me", "a", note, words, "0")]
     jobs += [shared.submit("you", "a", note, words, "other owner"), shared.submit("me", "b", note, words, "other kind")]

@@ -18,8 +18,8 @@ from app.settings import Settings
 from tests.app.conftest import OpenHouse, ask
 
 LOG = logging.getLogger("duet.tests.throttled")
-FRAMES = 32
-"""A second."""
+FRAMES = 32  # a second
+Caplog = pytest.LogCaptureFixture
 
 
 def raised(kind: type[Exception] = ValueError, text: str = "") -> Exception:
@@ -46,9 +46,7 @@ def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
     return logged
 
 
-def over_time(
-    clock: SimpleNamespace, seconds: int, caplog: pytest.LogCaptureFixture, event: Callable[[], None]
-) -> list[tuple[float, str]]:
+def over_time(clock: SimpleNamespace, seconds: int, caplog: Caplog, event: Callable[[], None]) -> list[tuple[float, str]]:
     """When which lines were logged by an event in every frame."""
     logged: list[tuple[float, str]] = []
     for frame in range(1, seconds * FRAMES + 1):
@@ -58,8 +56,8 @@ def over_time(
     return logged
 
 
-def test_an_exception_of_every_frame_is_logged_once_and_then_counted(
-    throttled: ThrottledLog, clock: SimpleNamespace, caplog: pytest.LogCaptureFixture
+def test_an_exception_of_every_frame_is_logged_once_and_counted(
+    throttled: ThrottledLog, clock: SimpleNamespace, caplog: Caplog
 ) -> None:
     throttled.exception("a frame failed", raised(text="at 1 s"), 7)
     assert caplog.records[0].exc_info is not None and "at 1 s" in caplog.text
@@ -93,9 +91,7 @@ def test_a_warning_has_one_line_a_kind_and_interval(clock: SimpleNamespace, capl
     ],
     ids=["another source", "another class", "another place", "another line"],
 )
-def test_another_exception_is_new(
-    throttled: ThrottledLog, caplog: pytest.LogCaptureFixture, other: Callable[[ThrottledLog], None]
-) -> None:
+def test_another_exception_is_new(throttled: ThrottledLog, caplog: Caplog, other: Callable[[ThrottledLog], None]) -> None:
     counts: list[int] = []
     for _ in range(2):
         throttled.exception("a frame failed", raised(), 7)
@@ -130,9 +126,7 @@ def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse
         assert logged[0] == "a frame of a visitor's page failed" and len(logged) < 3
 
 
-def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(monkeypatch: pytest.MonkeyPatch, caplog: Caplog) -> None:
     session = Session(Settings())
     run = LessonSession(session, load_lessons())
     run.enter(0)

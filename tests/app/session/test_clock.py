@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import MonkeyPatch
 
 from app.session import session as session_module
 from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of, next_speed
@@ -94,7 +95,7 @@ def test_slower_and_faster_stop_at_the_ends(session: Session, speed: float, by: 
     assert session.settings.page.speed == then
 
 
-def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: MonkeyPatch) -> None:
     clock, cost = [0.0], [BUDGET / 2]
     monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
     real: Callable[[Target | None], None] = session.simulation.step
@@ -119,7 +120,7 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, 
     assert not session.pace.slowed and session.pace.rate == pytest.approx(1.0, abs=0.1)
 
 
-def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: MonkeyPatch) -> None:
     assert budget_of(0) == budget_of(1) == BUDGET
     assert all(sessions * budget_of(sessions) <= TOGETHER * BUDGET + 1e-12 for sessions in range(1, 41))
     # Eight steps take a fifth of the budget here.
@@ -154,9 +155,7 @@ def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session:
 
 
 @pytest.mark.parametrize("end", ["pause", "halt", "reset"])
-def test_a_run_that_stands_still_or_starts_again_hurries_no_longer(
-    session: Session, end: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(session: Session, end: str, monkeypatch: MonkeyPatch) -> None:
     # Every look at the clock uses up a frame's share.
     looks = itertools.count()
     monkeypatch.setattr(session_module, "perf_counter", lambda: 2.0 * BUDGET * next(looks))

@@ -26,12 +26,13 @@ def test_the_run_goes_on_when_no_reason_is_left() -> None:
     assert "teacher" in halt and "visitor" not in halt
 
 
+Ask = Callable[[Session], None]
+
+
 @pytest.mark.parametrize("ask", [Session.single_step, Session.toggle_pause], ids=["a single step", "go on"])
 @pytest.mark.parametrize("posted", [True, False], ids=["by the page", "before the frame"])
 @pytest.mark.parametrize("paused", [True, False], ids=["paused before", "running before"])
-def test_no_step_is_made_while_the_teacher_stops_the_session(
-    session: Session, ask: Callable[[Session], None], posted: bool, paused: bool
-) -> None:
+def test_no_step_is_made_while_the_teacher_stops_it(session: Session, ask: Ask, posted: bool, paused: bool) -> None:
     session.advance(0.05)
     before = session.simulation.steps
     session.halt.set("visitor", paused)

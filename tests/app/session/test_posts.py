@@ -64,9 +64,7 @@ def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: 
 
 
 @pytest.mark.parametrize(("cost", "first"), [(0.4, [0, 10, 20, 31, 41, 51, 62]), (5.0, [0, 11, 22, 33, 44, 55, 66])])
-def test_actions_go_on_in_the_next_frame_once_the_budget_is_spent(
-    session: Session, clock: SimpleNamespace, cost: float, first: list[int]
-) -> None:
+def test_actions_go_on_in_the_next_frame(session: Session, clock: SimpleNamespace, cost: float, first: list[int]) -> None:
     done: list[int] = []
 
     def slow(number: int) -> None:
@@ -79,9 +77,7 @@ def test_actions_go_on_in_the_next_frame_once_the_budget_is_spent(
 
 
 @pytest.mark.parametrize("rate", [30, 600])
-def test_no_more_than_four_rebuilds_a_second_and_the_last_one_asked_for_is_built(
-    session: Session, clock: SimpleNamespace, rate: int
-) -> None:
+def test_four_rebuilds_a_second_and_the_last_one_asked_for(session: Session, clock: SimpleNamespace, rate: int) -> None:
     """Another scene at every wish, for three seconds, at 32 frames a second."""
     wishes = islice(cycle(("ball", "solo", "hold", "master_slave")), 3 * rate - 2)
     built: list[float] = []

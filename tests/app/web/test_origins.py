@@ -9,10 +9,11 @@ from controllers.errors import BadSetting
 from tests.app.web.conftest import Room
 
 LISTED = "https://lab.example.org"
-ORIGINS: list[tuple[str, str, list[str | None], list[str]]] = [
+ORIGINS: list[tuple[str, str, list[str | None], list[str | None]]] = [
     # bound to, Host, origins that are admitted, and those that are not
     (
-        *("127.0.0.1", "127.0.0.1:8080"),
+        "127.0.0.1",
+        "127.0.0.1:8080",
         [None, "http://127.0.0.1:8080", "https://localhost:8080", LISTED, "https://LAB.example.org:443"],
         [
             *("http://lab.example.org", f"{LISTED}:8443", f"{LISTED}/duet", "https://evil.example", "http://localhost:3000", ""),
@@ -36,7 +37,7 @@ ORIGINS: list[tuple[str, str, list[str | None], list[str]]] = [
 
 
 @pytest.mark.parametrize(("bound", "host", "admitted", "refused"), ORIGINS)
-def test_origin_rules(bound: str, host: str, admitted: list[str | None], refused: list[str]) -> None:
+def test_origin_rules(bound: str, host: str, admitted: list[str | None], refused: list[str | None]) -> None:
     policy = OriginPolicy(bound, 8080, (LISTED,))
     taken = [o for o in (*admitted, *refused) if policy.admits([] if o is None else [o], [host], "127.0.0.1")]
     assert taken == admitted
@@ -76,17 +77,12 @@ def test_a_program_without_origin_is_let_in_from_this_computer_only() -> None:
     assert not policy.admits(["http://localhost:8080"], [], "127.0.0.1")
 
 
-@pytest.mark.parametrize(
-    ("origin", "admitted"), [(None, True), ("http://localhost:{}", True), ("https://evil.example", False), ("null", False)]
-)
-def test_origin_is_asked_at_the_door(room: Room, origin: str | None, admitted: bool) -> None:
-    asked = None if origin is None else origin.replace("{}", str(room.server.get_port()))
-    if admitted:
-        with BlockingClient(room.server.url, asked) as visitor:
+def test_origin_is_asked_at_the_door(room: Room) -> None:
+    for origin in (None, f"http://localhost:{room.server.get_port()}"):
+        with BlockingClient(room.server.url, origin) as visitor:
             visitor.wait_for(lambda v: v.mirror.replayed)
-            return
-    with pytest.raises(websockets.InvalidStatus) as refusal:
-        BlockingClient(room.server.url, asked)
-    assert refusal.value.response.status_code == 403
-    assert b"--allow-origin" in refusal.value.response.body
-    assert room.server.count_clients() == 0
+            visitor.wait_for(lambda v: room.server.count_clients() == 1)
+    for origin in ("https://evil.example", "null"):
+        with pytest.raises(websockets.InvalidStatus) as refusal:
+            BlockingClient(room.server.url, origin)
+        assert refusal.value.response.status_code == 403 and b"--allow-origin" in refusal.value.response.body
