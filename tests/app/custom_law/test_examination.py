@@ -20,8 +20,9 @@ from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadInputFile
 from scenes.settings import changed
-from tests.app.custom_law.helpers import PAPER, session_of, until, write
+from tests.app.custom_law.helpers import PAPER, session_of, write
 from tests.app.inline import Inline
+from tests.app.runtime.processes import until
 
 NAMES = tuple(TRIALS)
 STANDS_STILL = "def law(s):\n    return 0.0 * s.nominal"
@@ -151,14 +152,14 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytes
         assert run.own_tests == ExaminationProgress("my_law.py")
 
         def check() -> None:
-            until(lambda: run._runs.ready, 60.0)
+            until(lambda: run._runs.ready)
             run.act(Check())
             for name in NAMES:
                 background.work(name)
                 run.decide()
             assert run.own_tests is not None and run.own_tests.finished
 
-        until(lambda: run._runs.ready, 60.0)
+        until(lambda: run._runs.ready)
         run.act(Check())
         check()
         assert run.walk.done.attempts == 1 and not run.walk.done.passed

@@ -17,7 +17,8 @@ from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
 from controllers.errors import BadInputFile
 from controllers.laws.situation import Unanswered
-from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, gone, soon, until, write
+from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, soon, write
+from tests.app.runtime.processes import gone, until
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,8 @@ from app.page.panels.readout import custom_law_html, status_html
 from app.session.session import Session
 from scenes.headless import run
 from scenes.rerun import rerun
-from tests.app.custom_law.helpers import PAPER, session_of, until, write
+from tests.app.custom_law.helpers import PAPER, session_of, write
+from tests.app.runtime.processes import until
 
 FRAME = 0.03
 

@@ -12,7 +12,8 @@ from numpy.testing import assert_array_equal
 from app.custom_law import custom_law as custom_law_module
 from app.custom_law.custom_law import CustomLaw
 from controllers.laws.situation import Law
-from tests.app.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, gone, situation, soon, until, write
+from tests.app.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, situation, soon, write
+from tests.app.runtime.processes import gone, until
 
 
 @pytest.fixture(scope="module")

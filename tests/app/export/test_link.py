@@ -6,8 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.bench.blocking_client import BlockingClient
-from app.bench.headless_client import HeadlessClient
 from app.hosting.resume import open_link
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
@@ -16,7 +14,6 @@ from app.session.session import Session
 from app.settings import WHOLE, Settings, from_query, to_query
 from app.web.index_page import page_query
 from scenes.settings import Spec, changed, specs, values
-from tests.app.conftest import OpenHouse
 
 
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
@@ -77,17 +74,3 @@ def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(step: i
     assert (problems, open_link(again, query, None)) == ((), ())
     assert (again.walk.lesson, again.walk.step) == (run.walk.lesson, run.walk.step)
     assert there.settings == session.settings
-
-
-def test_the_address_is_the_one_that_the_browser_knows(house: OpenHouse) -> None:
-    origin = "https://duet.example.org"
-    plain, behind = house(), house(allowed_origins=(origin,))
-    for where, header, known in ((plain, plain.url, plain.url), (plain, None, plain.url), (behind, origin, origin)):
-        with BlockingClient(where.url, origin=header) as visitor:
-            visitor.wait_for(lambda v: len(boxes(v)) == 1, 30.0)
-            assert f' value="{known}/?{WHOLE}=1"' in boxes(visitor.visitor)[0]
-
-
-def boxes(visitor: HeadlessClient) -> list[str]:
-    found = [str(element.get("content")) for element in list(visitor.mirror.gui.values())]
-    return [text for text in found if 'class="duet duet-link"' in text]

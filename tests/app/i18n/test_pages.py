@@ -12,7 +12,6 @@ from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.lessons.lesson_html import blocks_html
-from app.page.panels.hotkeys import HOTKEYS
 from app.session.session import Session
 from app.settings import Language, Settings
 from app.text.lesson_text import plain
@@ -67,20 +66,6 @@ def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive
     ask(guest.session, lambda s: s.measure_smoothness())
     choose(guest, scene="imitation", source="camera")
     assert_all_said(guest.visitor)
-
-
-@pytest.mark.parametrize(
-    ("query", "language", "words"),
-    [
-        *(("lang=de", "", "Szene Uhr mehr"), ("", "de-AT,de;q=0.9,en;q=0.8", "Szene Uhr mehr")),
-        *(("lang=sl", "de", "prizor ura jezik"), ("", "sl-SI", "prizor ura jezik"), ("lang=en", "sl-SI", "scene clock language")),
-        *(("lang=auto", "fr", "scene clock language"), ("lang=klingon", "fr", "scene clock language")),
-    ],
-)
-def test_link_and_browser_choose(house: OpenHouse, join: Join, query: str, language: str, words: str) -> None:
-    visitor = join(house(), query, language=language)
-    visitor.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS))
-    assert set(words.split()) <= set(labels(visitor))
 
 
 def test_controls_work_in_another_language(house: OpenHouse, arrive: Arrive) -> None:

@@ -1,5 +1,6 @@
 """Waiting for processes, and looking whether they are alive."""
 
+import os
 import select
 import subprocess
 import time
@@ -17,8 +18,14 @@ def until(true: Callable[[], object], process: subprocess.Popen[bytes] | None = 
         select.select([], [], [], 0.004)
 
 
-def alive(number: int) -> bool:
+def gone(pid: int) -> bool:
+    """Whether a process has ended, and been waited for if it is this one's child; an orphan is waited for by another."""
     try:
-        return Path(f"/proc/{number}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0] not in "ZX"
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    try:
+        state, parent = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[:2]
     except OSError:
         return False
+    return state == "Z" and int(parent) != os.getpid()

@@ -16,7 +16,7 @@ from app.runtime import job_pool
 from app.runtime.job_pool import BUSY, ENDED, Job, JobPool
 from tests.app.conftest import Join, OpenHouse, ask, live_sessions
 from tests.app.runtime.jobs import die, double, note, refuse, stumble, wait_for, who
-from tests.app.runtime.processes import alive, until
+from tests.app.runtime.processes import gone, until
 
 
 def finish(*jobs: Job) -> None:
@@ -215,9 +215,9 @@ def test_a_worker_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
     ) as parent:
         assert parent.stdout is not None
         worker = int(parent.stdout.readline())
-        assert alive(worker)
+        assert not gone(worker)
         parent.kill()
-    until(lambda: not alive(worker))
+    until(lambda: gone(worker))
 
 
 @pytest.mark.parametrize("lecture", [False, True])

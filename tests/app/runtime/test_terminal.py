@@ -15,7 +15,7 @@ import pytest
 
 from app.cli.laws import NewLaw, new_law
 from app.runtime.terminal import INTERRUPTED
-from tests.app.runtime.processes import PATIENCE, alive, until
+from tests.app.runtime.processes import PATIENCE, gone, until
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and descriptors as POSIX has them")
 
@@ -125,7 +125,7 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
     assert process.returncode == INTERRUPTED, words
     assert out == b"" and len(words) == (1 if case == "sweep" else 0), (out, words)
     if (tmp_path / "calls").exists():
-        until(lambda: not alive(int((tmp_path / "calls").read_text(encoding="utf-8"))))
+        until(lambda: gone(int((tmp_path / "calls").read_text(encoding="utf-8"))))
     # No draft, and nothing that is only begun.
     left = {path.name for path in tmp_path.iterdir() if path.suffix in ("", ".py") or path.name == "out.csv"}
     assert left <= {"law.py", "calls", "begun", "stderr", "table", "__pycache__"}

@@ -81,33 +81,18 @@ def test_the_browser_sends_no_kind_that_we_do_not_know() -> None:
 
 
 def mutations(rng: random.Random, messages: list[dict[str, Any]]) -> bytes | str:
-    message = dict(rng.choice(messages))
+    message, pack = dict(rng.choice(messages)), msgspec.msgpack.encode
     odd: list[Any] = [None, True, -1, 2**63, NAN, INF, "x", "", [], [1], {}, {"a": 1}, b"\xff", [[1, 2], [3]]]
     odd += ["y" * 3000, [NAN] * 3, {"value": NAN}]
-    which = rng.randrange(9)
-    if which == 0:
-        return rng.randbytes(rng.randrange(200))
-    if which == 1:
-        return "text"
-    if which == 2:
-        raw = bytearray(msgspec.msgpack.encode(message))
-        for _ in range(rng.randrange(1, 4)):
-            raw[rng.randrange(len(raw))] = rng.randrange(256)
-        return bytes(raw)
-    if which == 3:
-        raw = msgspec.msgpack.encode(message)
-        return raw[: rng.randrange(len(raw))]
-    if which == 4:
-        return msgspec.msgpack.encode(rng.choice(odd))
-    if which == 5:
-        message[rng.choice(["surplus", "owner", "excluded_self_client", "type"])] = rng.choice(odd)
-    elif which == 6:
-        del message[rng.choice(list(message))]
-    elif which == 7:
-        return b"\x81" * rng.randrange(1, 3000) + b"\xc0"
-    else:
-        message[rng.choice(list(message))] = rng.choice(odd)
-    return msgspec.msgpack.encode(message)
+    whole, key = pack(message), rng.choice(list(message))
+    flipped = bytearray(whole)
+    for _ in range(rng.randrange(1, 4)):
+        flipped[rng.randrange(len(flipped))] = rng.randrange(256)
+    surplus = rng.choice(["surplus", "owner", "excluded_self_client", "type"])
+    broken: list[bytes | str] = [rng.randbytes(rng.randrange(200)), "text", bytes(flipped), whole[: rng.randrange(len(whole))]]
+    broken += [pack(rng.choice(odd)), pack({name: value for name, value in message.items() if name != key})]
+    broken += [pack({**message, name: rng.choice(odd)}) for name in (surplus, key)]
+    return rng.choice([*broken, b"\x81" * rng.randrange(1, 3000) + b"\xc0"])
 
 
 def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:

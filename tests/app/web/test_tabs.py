@@ -1,40 +1,14 @@
 """The server in a real browser: tabs that come, lose their connection, find the room full, and drag."""
 
-import viser
-
 from app.bench.blocking_client import BlockingClient
 from app.hosting.session_store import tab_id
 from app.page import STATIC
 from app.web.connection import FilteredConnection
 from app.web.index_page import page_query
 from app.web.page_assets import PageAssets
-from app.web.request import request_query
 from app.web.traffic_limits import TrafficLimits
 from tests.app.web.conftest import Start
 from tests.browser import PageAt, screenshot
-
-
-def test_two_tabs_bring_their_own_query(start: Start, page_at: PageAt) -> None:
-    server = start()
-    arrived: list[dict[str, str]] = []
-
-    @server.on_client_connect
-    async def _(client: viser.ClientHandle) -> None:
-        query = request_query(client)
-        arrived.append(query)
-        client.gui.add_markdown(f"ready {query.get('dm')}")
-
-    one = page_at(700, 500)
-    two = one.context.new_page()
-    for page, dm in ((one, "0.1"), (two, "0.2")):
-        # Not waiting for the load: both are under way at once.
-        page.goto(f"{server.url}/?dm={dm}&n=10", wait_until="commit")
-    for page, dm in ((one, "0.1"), (two, "0.2")):
-        page.get_by_text(f"ready {dm}").wait_for()
-        assert page.evaluate("location.search") == f"?dm={dm}&n=10"
-    assert all(query.pop("window") == "700x500" for query in arrived)
-    assert sorted(arrived, key=lambda q: q["dm"]) == [{"dm": "0.1", "n": "10"}, {"dm": "0.2", "n": "10"}]
-    assert one.title() == "Duet"
 
 
 def test_a_lost_connection_is_said_and_taken_back(start: Start, page_at: PageAt) -> None:
