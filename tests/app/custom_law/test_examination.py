@@ -97,13 +97,11 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
 
 
 def test_without_a_file() -> None:
-    # Without a file the ghost of ones own is a twin.
     session = Session(changed(Settings(), "ghost", "own"))
     assert session.student_law.ghost_file is None and session.ghost is not None and session.law.examination is None
     for _ in range(20):
         session.advance(0.02)
     assert np.array_equal(session.ghost.positions, session.simulation.positions)
-    # Without a file there is nothing to check.
     session = Session(Settings())
     run = LessonSession(session, load_lessons())
     to_challenge(session, run)
@@ -111,7 +109,6 @@ def test_without_a_file() -> None:
     run.act(Check())
     run.decide()
     assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
-    # Without a file the step says what to type.
     html = law_html(NO_FILE, "", False, False)
     assert all(f"<pre>{command}</pre>" in html for command in COMMANDS)
 
@@ -132,7 +129,6 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
         assert session.student_law.file is None and run.own_tests is None
         to_challenge(session, run)
         assert session.student_law.file == "my_law.py"
-        # To look back leaves the run alone.
         while run.walk.phase is not Phase.DO:
             assert session.student_law.file == "my_law.py"
             run.act(GoBack())

@@ -89,7 +89,6 @@ def test_what_is_wrong_and_where(text: str, line: int | None, says: str) -> None
 
 
 def test_messages_and_encodings() -> None:
-    # A message is never endless.
     assert len(wrong("def law(s):\n    raise ValueError('x' * 10_000)").text) == 300
     # Whatever Python reads: a declared encoding, a byte order mark, and the lines of Windows.
     for text in (
@@ -127,7 +126,6 @@ def test_a_file_and_its_curves() -> None:
         np.testing.assert_allclose(law.rates(d, u, 0.1, square), lam * 0.3 - (1.0 - lam) * u, atol=1e-12)
     seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(d, u, 0.1, 0.25)
     np.testing.assert_allclose(seen, 0.5 * 0.1)
-    # Rates are nan where the law fails.
     found = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None").rates(
         np.array([0.1, 0.3]), 0.1, 0.0, 1.0
     )

@@ -184,7 +184,6 @@ def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Des
     step = replay.step
     desk.frame(0.1)
     assert replay.step == step + 10
-    # Of two moves of the slider the last one counts.
     desk.queue.player.seek(0.7)
     desk.queue.player.seek(1.3)
     assert desk.frame() and not desk.frame()
@@ -224,7 +223,6 @@ def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: p
     (job,) = desk.background.waiting()
     assert job.arguments[0].steps == 400
     desk.work()
-    # It grows at its beginning; the moment stays.
     replay = desk.queue.player.replay
     assert replay.steps == 400 and replay.time == pytest.approx(1.75) and not replay.playing
     assert DRAFT > 0.5

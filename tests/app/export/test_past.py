@@ -29,7 +29,6 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
         visitor.wait_for(says_so)
     assert session.paused
     first.wait_for(lambda v: HAND not in v.mirror.nodes)
-    # Both see the same moment, and it is one of the past.
     operation = opened.host.controls.operation
     assert operation is not None and operation._keep is not None
     bar = operation._keep

@@ -98,7 +98,6 @@ def test_d_m_follows_its_changes() -> None:
     np.testing.assert_array_equal(critical, np.where(curves.times < 1.355 - 1e-9, 0.15, 0.11))
     assert len(newest(recorded, table, math.inf)) == len(newest(recorded, table, 99.0)) == len(table)
     assert len(newest(recorded, table, 0.0)) == 1
-    # The same for the newest part alone.
     part = Curves(recorded, newest(recorded, table, 1.0))
     np.testing.assert_array_equal(part.column("v"), curves.column("v")[-len(part.times) :])
     with pytest.raises(KeyError):

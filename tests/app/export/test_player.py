@@ -166,7 +166,6 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
         shown = float(page.locator("#duet-plots figcaption output").first.inner_text())
         row = int(np.searchsorted(table[:, 0], time))
         assert shown == pytest.approx(float(table[row, 1]), abs=2e-3)
-    # The scrubber, a click on a plot, the play button and the keys.
     page.get_by_role("slider", name="Time").fill("30")
     assert page.evaluate("duet.time") == pytest.approx(1.0 + 30 / RATE, abs=0.051)
     box = page.locator("#duet-plots figure div").first.bounding_box()
@@ -184,7 +183,6 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     assert page.evaluate("duet.time") > stopped
     page.keyboard.press("Space")
     page.wait_for_function("duet.playing")
-    # It comes to rest at the end.
     page.get_by_label("Speed", exact=True).select_option("4")
     page.wait_for_function("!duet.playing")
     assert page.evaluate("duet.time") == pytest.approx(6.0, abs=1e-6)

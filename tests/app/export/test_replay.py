@@ -21,7 +21,6 @@ def test_any_moment_is_as_it_was(scene: str) -> None:
     replay = Replay(recorded)
     targets = [encoded(target) for target in recorded.targets()]
     generator = np.random.default_rng(3)
-    # There and back, near and far, and across the changes of the settings.
     for step in (1, 2, recorded.steps, recorded.steps - 1, 7, *generator.integers(1, recorded.steps + 1, 12).tolist()):
         replay.seek_step(step)
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
@@ -51,7 +50,6 @@ def test_every_step_has_its_time_and_every_time_its_step() -> None:
     times = [replay.moment(step) for step in range(1, replay.steps + 1)]
     assert (np.diff(times) > 0.0).all() and (replay.begin, replay.end) == (times[0], times[-1])
     assert [replay.nearest(time) for time in times] == list(range(1, replay.steps + 1))
-    # Seeking stops at either end.
     for time, step in ((-5.0, 1), (99.0, replay.steps), (float("nan"), 1), (float("inf"), replay.steps)):
         replay.seek(time)
         assert replay.step == step
@@ -77,7 +75,6 @@ def test_playing_goes_through_every_step_and_rests_at_the_end(monkeypatch: pytes
     while replay.playing:
         replay.advance(0.02)
     assert replay.step == replay.steps and replay.advance(1.0) == 0
-    # Played in one go, its history holds every step.
     assert replay.simulation.history.table().tobytes() == table.tobytes()
     replay.toggle()
     assert replay.playing and replay.step == 1

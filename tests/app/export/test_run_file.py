@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from app.recording import outcome as outcome_module
 from app.recording import run_file as run_file_module
-from app.recording.outcome import CLOSE, columns_of, compare, outcome_arrays, outcome_from, outcome_of, unit_of
+from app.recording.outcome import CLOSE, columns_of, compare, outcome_of, unit_of
 from app.recording.provenance import NAMES, made_from, made_here, unlike
 from app.recording.run_file import SavedRun, load_run, saved_bytes, saved_from, verify
 from controllers.errors import BadInputFile, BadSetting
@@ -36,7 +36,6 @@ def test_a_file_is_made_again_to_the_last_bit(scene: str) -> None:
     assert recorded.begin >= 1.0 and len(recorded.stretches) >= 2
     data = saved_bytes(recorded, table[-1].tobytes())
     assert data == saved_bytes(recorded) and len(data) < 0.7 * table.nbytes
-    # It is a file of inputs, too.
     again = recorded_from(data, "a.npz")
     assert again.steps == recorded.steps and again.settings == recorded.settings
     loaded = load_run(data, "a.npz")
@@ -96,17 +95,12 @@ def test_last_bits_of_another_machine_count_as_the_same_run() -> None:
     assert f"numpy 1.0 then, {np.__version__} now" in found.words and len(found.unlike) == 1
 
 
-def test_a_run_of_another_length_is_told() -> None:
+def test_runs_of_another_length_and_columns_of_another_version_are_compared() -> None:
     recorded, table = piece("hold")
     columns = columns_of(Simulation(recorded.settings, 1))
     found = compare(outcome_of(table, columns), table[:-7], columns)
     assert (found.exact, found.close, found.first_step) == (False, False, len(table) - 7)
     assert (found.steps_then, found.steps_now, found.largest) == (len(table), len(table) - 7, None)
-
-
-def test_columns_of_another_version_are_compared_by_name() -> None:
-    recorded, table = piece("hold")
-    columns = columns_of(Simulation(recorded.settings, 1))
     older = outcome_of(table[:, 1:], columns[1:])
     assert compare(older, table, columns).largest is None
     other = table.copy()
@@ -140,15 +134,6 @@ def test_numbers_that_are_not_there_are_not_the_same_as_numbers() -> None:
     found = compare(kept, other, kept.columns)
     assert found.largest is not None and math.isinf(found.largest.by) and not found.close
     assert "e2_b (nan then, 0 now), at step 2" in found.largest.words("m²")
-
-
-@settings(max_examples=30)
-@given(st.lists(st.tuples(*[st.floats(allow_nan=False, width=64)] * 3), min_size=1, max_size=20))
-def test_rows_go_through_a_file_to_the_last_bit(rows: list[tuple[float, float, float]]) -> None:
-    kept = outcome_of(np.array(rows), ("t", "d", "u"))
-    back = outcome_from(outcome_arrays(kept), len(rows))
-    assert back.rows.tobytes() == kept.rows.tobytes() and (back.columns, back.digest) == (kept.columns, kept.digest)
-    assert np.array_equal(back.hashes, kept.hashes) and np.array_equal(back.places, kept.places)
 
 
 def test_units() -> None:

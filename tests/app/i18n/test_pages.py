@@ -86,7 +86,6 @@ def test_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> N
     title = plain(load_lessons(language="sl").lessons[0].steps[0].title)
     for word in ("Zapusti lekcije", title, "Lekcija: zapusti lekcije"):
         comes(visitor, word)
-    # Everything is there once.
     assert [labels(visitor).count(label) for label in ("jezik", "prizor", "zakon", "ura")] == [1, 1, 1, 1]
     assert not {"language", "scene", "law", "clock", "Leave the lessons"} & set(labels(visitor))
     visitor.set_value("jezik", "English")

@@ -63,7 +63,6 @@ def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, heigh
         assert page.evaluate(CUT) == [], name
         # The page's script translates what viser says a little later.
         until(page, lambda: english(page) == [], f"the last English word of {name}")
-    # A lesson's panel, too.
     page.get_by_role("button", name=pseudo("Lessons")).evaluate("e => e.click()")
     page.locator(".duet-l-head").wait_for()
     until(page, lambda: page.get_by_role("button", name=pseudo("Reset step")).count() > 0, "the lesson's buttons")
@@ -78,6 +77,5 @@ def test_a_browser_says_what_its_person_reads(house: OpenHouse, page_at: PageAt)
     until(page, lambda: page.evaluate("document.documentElement.lang") == "sl", "the page's own language")
     page.keyboard.press("Control+k")
     page.get_by_placeholder("Poiščite ukaz …").wait_for()
-    # Shown without a server.
     opened.close()
     page.locator("#duet-connection").get_by_text("Povezava prekinjena – poskušam znova …").wait_for()

@@ -69,10 +69,8 @@ def test_all_laws_are_compared_at_the_present_pull(name: LawName) -> None:
     html = laws_html(simulation, None, now, 150)
     lines: dict[LawName, list[np.ndarray]] = {law: paths(html, f"law{i + 1}") for i, law in enumerate(LAW_NAMES)}
     assert all(len(found) == 1 for found in lines.values())
-    # Thick is the present one, and it is drawn last.
     widths = re.findall(r'<path class="law(\d)" d="[^"]*" stroke-width="([\d.]+)"', html)
     assert widths[-1] == (str(list(LAW_NAMES).index(name) + 1), "3.2") and {w for _, w in widths[:-1]} == {"1.5"}
-    # A line goes through what its law says.
     labels = [float(v.replace("−", "-")) for v in re.findall(r'class="ys">.*?<i style="top:0.0%">([^<]*)<', html)]
     labels = labels or [float(v.replace("−", "-")) for v in re.findall(r'<i style="top:0.0%">([^<]*)</i>', html)]
     span = labels[0]
@@ -85,7 +83,6 @@ def test_all_laws_are_compared_at_the_present_pull(name: LawName) -> None:
     ((x, y),) = marks(html, f"dot {kind}")
     assert x == pytest.approx(min(now.distance / FAR, 1.0), abs=1e-3)
     assert y == pytest.approx(min(max((span - now.rate) / (2.0 * span), 0.0), 1.0), abs=1e-3)
-    # Numbers on the lines, and the same in the legend.
     assert [len(marks(html, f"digit law{i + 1}")) for i in range(8)] == [1] * 8
     names = [(str(i + 1), v) for i, v in enumerate(LAW_NAMES.values())]
     assert re.findall(r"<li[^>]*><i[^>]*>(\d)</i>(?:<b>)?([^<]*)", html) == names

@@ -57,7 +57,6 @@ def test_ten_refreshes_a_second_at_most() -> None:
         shown.show(0.03, wait=1.0 / 30.0)
     refreshes = [sum(name == "data" for name, _ in plot.sent) for plot in shown.gui.plots]
     assert all(count <= 3.0 * 10.0 + 2 for count in refreshes) and min(refreshes) >= 10
-    # Nothing new, nothing sent.
     before = [len(plot.sent) for plot in shown.show()]
     assert [len(plot.sent) for plot in shown.show()] == before
 

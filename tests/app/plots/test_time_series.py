@@ -148,7 +148,6 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
         assert np.array_equal(line[there], beside[there])
         before = times < late * 0.005 - 1e-6
         assert np.array_equal(line[before], beside[before])
-    # One that has not made a step yet.
     assert np.array_equal(RollingSeries().beside(own, columns), lines)
     # Of a ghost whose newest bin is far away nothing is shown.
     for _ in range(4400):
@@ -201,7 +200,6 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
     assert (np.diff(times) > 0.0).all() and times[-1] == table[-1, 0]
     assert times[-1] - times[0] <= WINDOW
     assert distance.min() == shown[:, COLUMN["d"]].min() and squared.max() == shown[:, COLUMN["e2"]].max()
-    # Bin by bin, too.
     numbers = (shown[:, 0] * (POINTS / WINDOW)).astype(int)
     for i, number in enumerate(np.unique(numbers)):
         rows = shown[numbers == number]

@@ -55,7 +55,6 @@ def test_a_job_is_done_and_wakes_its_owner(shared: JobPool) -> None:
     finish(job)
     assert (job.state, job.result, job.message, job.owner) == ("done", 42.0, "", owner)
     assert shared.load == (0, 0)
-    # Its worker is a modest one.
     job = shared.submit("me", "who", who)
     finish(job)
     number, patience, ignores, threads = job.result
@@ -112,7 +111,6 @@ def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: JobPool, t
     finish(patient, usual)
     assert patient.result == "at last" and len((tmp_path / "begun").read_text().split()) == 2
     assert words.read_text().split() == ["urgent", "usual"]
-    # It does not drive out its like.
     (tmp_path / "begun").unlink()
     first = shared.submit("me", "urgent", wait_for, tmp_path / "gate", urgent=True)
     begun(tmp_path)

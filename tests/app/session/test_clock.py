@@ -110,7 +110,6 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, 
     made = [session.advance(0.08) for _ in range(20)]
     assert all(0 < count < 16 for count in made)
     assert session.pace.slowed and session.pace.rate < 0.9
-    # Slow, but every step is there, at its time and with its size.
     table = session.simulation.history.table()
     assert len(table) == sum(made) == session.simulation.steps
     assert np.allclose(np.diff(table[:, 0]), DT)
@@ -125,7 +124,6 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, 
 def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: MonkeyPatch) -> None:
     assert budget_of(0) == budget_of(1) == BUDGET
     assert all(sessions * budget_of(sessions) <= TOGETHER * BUDGET + 1e-12 for sessions in range(1, 41))
-    # Eight steps take a fifth of the budget here.
     clock = itertools.count(0.0, BUDGET / 5.0)
     monkeypatch.setattr(session_module, "perf_counter", lambda: next(clock))
     assert session.advance(LONGEST_GAP) == 20
@@ -206,7 +204,6 @@ def test_no_step_is_made_while_the_teacher_stops_it(session: Session, ask: Ask, 
     assert session.paused and session.simulation.steps == before
     session.halt.set("teacher", False)
     assert session.paused == paused and session.advance(0.0) == 0
-    # Afterwards everything is as it was.
     session.single_step()
     assert session.advance(0.0) == 1
     session.toggle_pause()

@@ -44,7 +44,6 @@ def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) 
     for _ in range(10):
         session.advance(0.1)
     assert np.abs(session.simulation.positions - q).max() > 0.002
-    # The same person as that of a run without a page, from the first step on.
     session.reset()
     for _ in range(5):
         session.advance(0.1)

@@ -125,7 +125,6 @@ def test_a_ghost_is_seen_where_it_differs_and_costs_nothing_when_off(one: Guest)
     press(one, "ghost")
     assert one.session.settings.page.ghost == "frozen" and one.session.ghost is not None
     one.run_on(0.2)
-    # The same settings, the same posture: nothing to be seen.
     assert not any(name.startswith("/ghost") for name in drawn(one.visitor))
     change(one, law="unprotected", speed=2.0, autopilot=True)
     one.visitor.wait_for(lambda _: visible(one, "/ghost/left/base"))

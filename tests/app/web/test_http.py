@@ -75,7 +75,6 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> Non
         assert "8 places" in full_page(8) and "one place" in full_page(1)
         assert not re.search(r"(href|src)=.https?:|@import|url\(", full_page(8)), "it needs nothing from elsewhere"
         assert json.loads(get(server.url + "/healthz")[2])["room"] is False
-        # A page that was loaded while there was room.
         with BlockingClient(server.url) as late:
             assert ended(late) == (1013, ROOM_IS_FULL)
         eight.pop().close()
@@ -133,7 +132,6 @@ def test_other_methods_are_answered_with_what_is_possible(room: Room) -> None:
             status, answered, body = ask(room, request(method, "/", *headers) + sent[:3], sent[3:])
             assert (status, answered["allow"], body) == (405, "GET, HEAD", b"Only GET and HEAD are possible.\n"), method
             assert answered["x-content-type-options"] == "nosniff"
-    # Only GET becomes a websocket.
     upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: " + "A" * 22 + "==")
     for method in ("HEAD", "POST"):
         assert ask(room, request(method, "/", *upgrade))[0] == 405

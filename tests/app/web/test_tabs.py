@@ -88,7 +88,6 @@ def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Start, p
     page.goto(server.url)
     page.get_by_text("welcome").wait_for()
     word = page.evaluate("sessionStorage.getItem('duetResume')")
-    # As the browser doubles a tab, with what it keeps.
     double = page_at(900, 600, locale="de-DE")
     double.add_init_script(f"sessionStorage.setItem('duetResume', '{word}')")
     double.goto(server.url)
