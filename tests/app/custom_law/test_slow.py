@@ -68,7 +68,14 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
             assert [array.tobytes() for array in one] == [array.tobytes() for array in other]
         assert "waiting for my_law.py" in custom_law_html(session.student_law) and not session.pace.slowed
         advanced(session, lambda: session.pace.rate < 0.01)
+        # A step that is asked for while it waits is made when the law answers.
+        session.single_step()
+        for _ in range(5):
+            assert session.advance(FRAME) == 0
         gate.touch()
+        advanced(session, lambda: session.simulation.steps > steps)
+        assert session.simulation.steps == steps + 1 and session.advance(FRAME) == 0
+        session.toggle_pause()
         advanced(session, lambda: session.simulation.steps >= 60)
         assert "runs my_law.py" in custom_law_html(session.student_law)
         recorded, made = session.recorded(), session.simulation.steps
@@ -76,21 +83,6 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         with CustomLaw(file, waits=True) as law:
             reference = run(session.settings.run, made * session.settings.run.dt, law=law)
         assert session.simulation.history.table().tobytes() == reference.table.tobytes()
-
-
-def test_a_step_that_is_asked_for_while_paused_is_made_when_the_law_answers(file: Path, tmp_path: Path) -> None:
-    gate = tmp_path / "go on"
-    write(file, gated(gate))
-    with session_of(file) as session:
-        patient(session)
-        advanced(session, lambda: hangs(session))
-        steps = session.simulation.steps
-        session.single_step()
-        for _ in range(5):
-            assert session.advance(FRAME) == 0
-        gate.touch()
-        advanced(session, lambda: session.simulation.steps > steps)
-        assert session.simulation.steps == steps + 1 and session.advance(FRAME) == 0
 
 
 def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path: Path) -> None:
@@ -178,17 +170,11 @@ def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
         assert law.problem is None
 
 
-@pytest.fixture
-def machine(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
-    """What `Patience` sees instead of the real one: clocks that stand still until they are moved."""
+def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = SimpleNamespace(now=0.0, used=0.0, wants=True)
     monkeypatch.setattr(patience_module.time, "monotonic", lambda: machine.now)
     monkeypatch.setattr(patience_module, "_used", lambda process: machine.used)
     monkeypatch.setattr(patience_module, "_wants_a_core", lambda process: machine.wants)
-    return machine
-
-
-def test_time_limits_on_a_busy_machine(machine: SimpleNamespace) -> None:
     # A process that computes or sleeps is too long.
     for used, wants in ((1.1, True), (0.0, False), (None, True)):
         machine.now, machine.used = 0.0, None if used is None else 0.0

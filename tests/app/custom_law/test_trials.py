@@ -102,7 +102,6 @@ def test_through_another_process(tmp_path: Path) -> None:
 def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The file that is written works; one number in it decides on the sixth test."""
     path = tmp_path / "her_law.py"
     assert new_law(NewLaw(path)) == 0
     assert "lwr-duet law-test" in capsys.readouterr().out
@@ -115,11 +114,6 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert len(lines) == 4 and lines[-1] == "her_law.py: 2 of 3 tests passed."
     assert [line[:4] for line in lines[:-1]] == ["pass", "FAIL", "pass"]
     assert BOUNDED in lines[1] and "fails by" in lines[1]
-    assert "MU = 0.01 " in text
-    path.write_text(text.replace("MU = 0.01 ", "MU = 0.06 "), encoding="utf-8")
-    monkeypatch.setattr("app.custom_law.trials.TRIALS", {BOUNDED: TRIALS[BOUNDED], QUICK: TRIALS[QUICK]})
-    assert law_test(LawTest(path)) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "her_law.py: 2 of 2 tests passed."
 
 
 FAILED: dict[LawName, set[str]] = {

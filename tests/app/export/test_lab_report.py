@@ -77,16 +77,11 @@ def test_formulas_of_the_lesson_may_be_drawn_but_never_those_of_a_student() -> N
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg"'
 
 
-@pytest.mark.parametrize(
-    "svg",
-    [
-        *("no picture", "<p>x</p>", f"{HEAD}><script>1</script></svg>", f'{HEAD} onload="1"/>'),
-        *(f"{HEAD}><foreignObject/></svg>", f"{SVG}<b>x</b>"),
-    ],
-)
-def test_only_plain_pictures_are_put_in(svg: str) -> None:
-    with pytest.raises(ValueError, match="a plot is no"):
-        report_html("r", [ReportEntry("1", plot=svg)], None)
+def test_only_plain_pictures_are_put_in() -> None:
+    active = (f"{HEAD}><script>1</script></svg>", f'{HEAD} onload="1"/>', f"{HEAD}><foreignObject/></svg>")
+    for svg in ("no picture", "<p>x</p>", *active, f"{SVG}<b>x</b>"):
+        with pytest.raises(ValueError, match="a plot is no"):
+            report_html("r", [ReportEntry("1", plot=svg)], None)
 
 
 def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:

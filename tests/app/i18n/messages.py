@@ -124,18 +124,12 @@ def _of_sources(folder: Path = _APP) -> Iterator[str]:
 
 
 def on_the_page() -> Iterator[Path]:
-    """Yield the files of `ON_THE_PAGE`."""
     for pattern in ON_THE_PAGE:
         yield from sorted(_APP.parent.glob(pattern))
 
 
 def errors_of(path: Path, plain: bool = True) -> Iterator[ast.expr]:
-    """Yield the text of every call of a file that makes an error or a `Message`.
-
-    Args:
-        path: of the file.
-        plain: whether the text of an error without parts is meant, too.
-    """
+    """Yield the text of every call that makes an error or a `LazyText`; `plain`: also of an error without parts."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Call) and (name := _name(node.func)) in _TELLING:
             # The first argument of `_check` is what it checks.

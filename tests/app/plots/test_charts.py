@@ -71,9 +71,7 @@ def test_all_laws_are_compared_at_the_present_pull(name: LawName) -> None:
     assert all(len(found) == 1 for found in lines.values())
     widths = re.findall(r'<path class="law(\d)" d="[^"]*" stroke-width="([\d.]+)"', html)
     assert widths[-1] == (str(list(LAW_NAMES).index(name) + 1), "3.2") and {w for _, w in widths[:-1]} == {"1.5"}
-    labels = [float(v.replace("−", "-")) for v in re.findall(r'class="ys">.*?<i style="top:0.0%">([^<]*)<', html)]
-    labels = labels or [float(v.replace("−", "-")) for v in re.findall(r'<i style="top:0.0%">([^<]*)</i>', html)]
-    span = labels[0]
+    span = float(re.findall(r'<i style="top:0.0%">([^<]*)</i>', html)[0].replace("−", "-"))
     for law, (points,) in lines.items():
         for d in (0.05, 0.22, 0.5):
             rate = all_laws(simulation.settings.law)[law].line_rate(d, now.pull, now.approach, now.square)

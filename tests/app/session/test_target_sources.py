@@ -1,5 +1,6 @@
 """What moves the arm: the autopilot, a hand that takes hold, keys that nudge, a guest, or a recorded run."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -99,43 +100,35 @@ def test_another_person_or_place_starts_from_the_beginning(session: Session, key
         assert all(x is y is None or (x == y).all() for x, y in zip(mine, person, strict=True))
 
 
-class Pointer:
-    def __init__(self) -> None:
-        self.asked: list[float] = []
-
-    def target(self, time: float) -> HandTarget:
-        self.asked.append(time)
-        return HandTarget(np.array([0.4, 0.1, 1.0 + time]))
-
-
 def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> None:
     session.advance(0.1)
     session.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
-    guest = Pointer()
+    asked: list[float] = []
+    guest: Any = SimpleNamespace(target=lambda time: asked.append(time) or HandTarget(np.array([0.4, 0.1, 1.0 + time])))
     session.set_source(guest)
     assert session.held is None and session.settings.page.autopilot
     session.advance(0.1)
-    assert np.allclose(guest.asked, np.arange(20) * DT)
+    assert np.allclose(asked, np.arange(20) * DT)
     # A hand goes first; the guest then begins again from the beginning, like the autopilot.
     session.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
-    assert len(guest.asked) == 20
+    assert len(asked) == 20
     session.hold(None)
     session.change("autopilot", True)
     session.advance(2.0 * DT)
-    assert np.allclose(guest.asked[20:], [0.0, DT])
+    assert np.allclose(asked[20:], [0.0, DT])
     session.reset()
     session.advance(DT)
-    assert guest.asked[-1] == 0.0
+    assert asked[-1] == 0.0
     session.set_source(None)
     assert isinstance(session.simulation.source().target(0.0), HandTarget)
     session.advance(DT)
-    assert len(guest.asked) == 23
+    assert len(asked) == 23
     session.set_source(guest)
     session.change("source", "camera")
     session.advance(DT)
-    assert len(guest.asked) == 23
+    assert len(asked) == 23
 
 
 def test_what_is_recorded_can_be_made_again_to_the_last_bit(session: Session) -> None:
@@ -191,7 +184,7 @@ def test_a_nudge_moves_the_hand(session: Session, scene: str, held: Target | Non
         assert np.linalg.norm(moved - [0.0, 0.02, 0.0]) < 5e-3
 
 
-def test_a_nudge_moves_the_ball(session: Session) -> None:
+def test_a_nudge_moves_the_ball_but_no_person(session: Session) -> None:
     session.change("scene", "ball")
     columns = session.simulation.room.ball
     assert columns is not None
@@ -208,10 +201,9 @@ def test_a_nudge_moves_the_ball(session: Session) -> None:
         session.advance(0.1)
     assert session.held.position[0] == BALL_ROOM
     assert abs(session.simulation.positions[columns][0] - BALL_ROOM) < 0.02
-
-
-def test_a_persons_own_arms_are_not_nudged(session: Session) -> None:
+    # A person's own arms are not nudged.
     session.change("scene", "imitation")
+    session.change("autopilot", True)
     session.nudge(np.array([0.0, 0.02, 0.0]))
     assert session.held is None and session.settings.page.autopilot
 

@@ -22,9 +22,7 @@ def test_a_lost_connection_is_said_and_taken_back(start: Start, page_at: PageAt)
     port = server.get_port()
     server.stop()
     pill.get_by_text("Connection lost").wait_for()
-    screenshot(page, "connection-lost-light")
-    page.evaluate("document.documentElement.setAttribute('data-mantine-color-scheme', 'dark')")
-    screenshot(page, "connection-lost-dark")
+    screenshot(page, "connection-lost")
     again = start(port)
     again.gui.add_markdown("second start")
     page.get_by_text("second start").wait_for()
@@ -40,9 +38,7 @@ def test_the_full_page_lets_in_by_itself(start: Start, page_at: PageAt) -> None:
     with BlockingClient(server.url):
         page.goto(f"{server.url}/?dm=0.1")
         page.get_by_text("Every place is taken").wait_for()
-        screenshot(page, "room-full-light")
-        page.emulate_media(color_scheme="dark")
-        screenshot(page, "room-full-dark")
+        screenshot(page, "room-full")
     page.get_by_text("welcome").wait_for()
     # Now the page is there, but when it connects again the server is full.
     attempts: list[str] = []
