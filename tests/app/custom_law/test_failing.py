@@ -223,9 +223,7 @@ def test_it_goes_with_the_page(file: Path, end: str) -> None:
         print(child.pid, flush=True)
         {end}
     """
-    root = Path(__file__).parents[3]
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(page)], cwd=root, capture_output=True, text=True, timeout=120.0, check=False
-    )
+    command, root = [sys.executable, "-c", textwrap.dedent(page)], Path(__file__).parents[3]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120.0, check=False)
     assert done.stdout.strip().isdigit(), done.stderr
     until(lambda: gone(int(done.stdout)))

@@ -126,9 +126,8 @@ def test_a_file_and_its_curves() -> None:
         np.testing.assert_allclose(law.rates(d, u, 0.1, square), lam * 0.3 - (1.0 - lam) * u, atol=1e-12)
     seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(d, u, 0.1, 0.25)
     np.testing.assert_allclose(seen, 0.5 * 0.1)
-    found = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None").rates(
-        np.array([0.1, 0.3]), 0.1, 0.0, 1.0
-    )
+    near = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None")
+    found = near.rates(np.array([0.1, 0.3]), 0.1, 0.0, 1.0)
     assert np.isnan(found[0]) and found[1] == pytest.approx(-0.1)
 
 

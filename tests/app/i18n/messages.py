@@ -48,18 +48,13 @@ ON_THE_PAGE: Final = (
 """Files of errors that may appear on the page. Of all other files templates with parts count, and each `LazyText`; their plain texts are
 for the command line, and for authors of lessons."""
 
-FORMULAS: Final = frozenset(
-    {*["K", "v", "n", "g", "β", "γ", "η", "q̇", "d_m", "d_0", "dt", "w_max", "λ(d)", "q₁–q₄"], "u v w", "n, v"}
-)
+FORMULAS: Final = {"K", "v", "n", "g", "β", "γ", "η", "q̇", "d_m", "d_0", "dt", "w_max", "λ(d)", "q₁–q₄", "u v w", "n, v"}
 """Labels that are symbols, …"""
 
-NAMES: Final = frozenset(
-    (
-        *("CSV", "HTML", "PNG", "SVG", "Python", "KUKA LWR 4+", "Franka Panda", "UR5"),
-        *("English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
-        *("Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
-    )
-)
+NAMES: Final = {
+    *("CSV", "HTML", "PNG", "SVG", "Python", "KUKA LWR 4+", "Franka Panda", "UR5", "English", "Deutsch", "Slovenščina"),
+    *("Pseudo (a test)", "Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
+}
 """… and names: the same in every language."""
 
 
@@ -70,13 +65,11 @@ JOINTS: Final = (
     *("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll"),
     *("wrist bend", "wrist turn"),
 )
-"""As the arms of `scenes.robots` name them."""
 
 OTHERS: Final = (
     *("the replay", "the run of the file", "the lab report"),
     "There is too little to measure yet; let it run for a few seconds.",
 )
-"""Said by what knows no page."""
 
 
 @cache

@@ -25,7 +25,6 @@ from tests.app.export.runs import piece, read_film
 from tests.app.i18n.conftest import untranslated
 
 SYMBOLS = frozenset({"mathrm", "λρ²"})
-"""What a subscript is made with, and a product."""
 
 
 @pytest.mark.parametrize(

@@ -128,9 +128,8 @@ def test_errors_are_said(name: str) -> None:
 
 def leaves(message: LazyText) -> list[object]:
     """What is filled in, and is no message itself."""
-    return [
-        leaf for part in message.parts.values() for leaf in (leaves(part) if isinstance(part, LazyText) else [part]) if str(leaf)
-    ]
+    parts = (leaves(part) if isinstance(part, LazyText) else [part] for part in message.parts.values())
+    return [leaf for some in parts for leaf in some if str(leaf)]
 
 
 def test_links_are_answered_in_the_page_s_language() -> None:

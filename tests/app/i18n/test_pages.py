@@ -56,10 +56,10 @@ def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive
         *(
             ("hold", "map", "strict_switched"),
             ("master_slave", "follow", "potential_field"),
-            ("imitation", "follow", "unprotected"),
+            ("hold", "speeds", "strict_priority"),
         ),
-        *(("imitation", "pairs", "intermediate_value"), ("hold", "stability", "smooth_priority")),
-        *(("hold", "stability", "barrier_qp"), ("hold", "speeds", "strict_priority")),
+        *(("imitation", "follow", "unprotected"), ("imitation", "pairs", "intermediate_value")),
+        *(("hold", "stability", "smooth_priority"), ("hold", "stability", "barrier_qp")),
     ):
         choose(guest, scene=scene, plot=plot, law=law)
         assert_all_said(guest.visitor)

@@ -39,7 +39,6 @@ ENGLISH = """() => {
 """Whatever is English on the page, seen or only heard."""
 
 OBJECTS = {"WorldAxes", "light", "floor", "room", "arms", "closest", "place", "trace", "gizmo"}
-"""Names of nodes of the scene, which viser's own menu lists."""
 
 
 def english(page: Page) -> list[str]:

@@ -140,18 +140,15 @@ OUTPUTS = [["--help"], ["lessons"], ["run", "--seconds", "0.05"], ["serve", "--n
 
 
 @pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
-def test_a_reader_that_has_gone_is_no_mistake(arguments: list[str]) -> None:
+def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake(arguments: list[str]) -> None:
     reader, writer = os.pipe()
     os.close(reader)
     with open(writer, "wb") as out:
         done = ended([sys.executable, "-m", "app", *arguments], stdout=out)
     assert (done.returncode, done.stderr) == (0, b"")
-
-
-@pytest.mark.parametrize("arguments", OUTPUTS[1:3], ids=" ".join)
-def test_a_closed_output_is_no_mistake(arguments: list[str]) -> None:
-    done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", sys.executable, "-m", "app", *arguments])
-    assert (done.returncode, done.stderr) == (0, b"")
+    if arguments in OUTPUTS[1:3]:
+        done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", sys.executable, "-m", "app", *arguments])
+        assert (done.returncode, done.stderr) == (0, b"")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
