@@ -237,7 +237,12 @@ def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
     assert not desk.background.waiting() and not desk.queue.busy
 
 
-def test_a_file_is_compared_and_replayed(desk: Desk) -> None:
+def test_a_file_is_compared_and_replayed_and_a_bad_one_changes_nothing(desk: Desk) -> None:
+    desk.queue.load(b"PK no file at all", "mine.npz")
+    desk.work()
+    (news,) = desk.queue.take_news()
+    assert news.title == "This file was not loaded" and news.text.startswith("mine.npz: ")
+    assert desk.queue.player.replay is None and not desk.session.paused
     recorded, table = piece("ball", 1.0)
     desk.queue.load(saved_bytes(recorded), "theirs.duet.npz")
     assert desk.queue.busy == "the run of the file" and not desk.session.paused
@@ -256,14 +261,6 @@ def test_a_file_is_compared_and_replayed(desk: Desk) -> None:
     assert desk.queue.player.loaded == "" and desk.session.paused
     desk.queue.player.leave()
     assert not desk.session.paused
-
-
-def test_a_bad_file_changes_nothing(desk: Desk) -> None:
-    desk.queue.load(b"PK no file at all", "mine.npz")
-    desk.work()
-    (news,) = desk.queue.take_news()
-    assert news.title == "This file was not loaded" and news.text.startswith("mine.npz: ")
-    assert desk.queue.player.replay is None and not desk.session.paused
 
 
 Flag = Callable[[], bool]

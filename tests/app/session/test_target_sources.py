@@ -52,10 +52,8 @@ def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) 
     assert bits(session) == again.table.tobytes()
 
 
-TARGETS = (
-    *(HandTarget(np.array([0.4, 0.1, 1.0])), JointTarget(np.zeros(7))),
-    *(BallTarget(np.array([0.4, 0.1, 1.0])), AnglesTarget(np.zeros((2, 4)))),
-)
+PLACE = np.array([0.4, 0.1, 1.0])
+TARGETS = (HandTarget(PLACE), JointTarget(np.zeros(7)), BallTarget(PLACE), AnglesTarget(np.zeros((2, 4))))
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: type(target).__name__)
