@@ -134,7 +134,7 @@ def test_what_the_built_in_laws_fail(name: LawName, failures: set[str]) -> None:
 
 
 def test_numbers_of_the_built_in_laws() -> None:
-    # The barrier keeps d_m as soon as it is told how fast the hand comes; the paper's law with n = 1 harms the task from afar.
+    # The barrier keeps d_m as soon as it knows how fast the hand comes; the paper's law with n = 1 harms the task from afar.
     (kept,) = examine_law(built_in("barrier_qp", feed_forward=True), only=(KEEPS,))
     assert kept.passed and not verdicts_of("barrier_qp")[KEEPS].passed
     early, out, bounded = examine_law(built_in(order=1.0), only=(ALONE, OUT, BOUNDED))
@@ -172,7 +172,7 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
         examine(tmp_path / "other.py")
 
 
-def test_a_slow_law_is_told_so_and_does_not_hold_the_others_up() -> None:
+def test_a_slow_law_is_named_and_does_not_hold_the_others_up() -> None:
     """2 ms a call: too slow. 60 ms a call: the runs are ended after 10 s of calls."""
     law = built_in()
     law.seconds = 0.002

@@ -42,10 +42,10 @@ def test_a_link_gives_the_same_settings_whatever_the_server_was_started_with(set
 
 @given(any_settings(), any_settings())
 def test_what_is_known_need_not_be_said(settings: Settings, known: Settings) -> None:
-    told = to_query(settings, known)
-    del told[WHOLE]
-    assert from_query(told, known) == (settings, ())
-    assert len(told) == sum(values(settings)[key] != value for key, value in values(known).items())
+    said = to_query(settings, known)
+    del said[WHOLE]
+    assert from_query(said, known) == (settings, ())
+    assert len(said) == sum(values(settings)[key] != value for key, value in values(known).items())
 
 
 def test_what_is_as_at_first_is_not_said() -> None:

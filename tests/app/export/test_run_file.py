@@ -79,7 +79,7 @@ def test_another_setting_is_another_run_and_the_first_step_is_named() -> None:
     assert comparison.first_step == first and f"number {first + 1} of {recorded.steps}." in found.words
     assert comparison.first is not None and comparison.largest is not None
     assert comparison.first.step == first and comparison.first.time == table[first, 0]
-    # How much, and where, is told from the numbers themselves.
+    # How much, and where, is in the numbers themselves.
     by = np.abs(np.nan_to_num(table) - np.nan_to_num(again.history.table()))
     assert comparison.largest.by == by.max() > CLOSE
     row, column = np.unravel_index(int(by.argmax()), by.shape)

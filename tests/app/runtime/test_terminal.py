@@ -115,7 +115,7 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
         law.write(MARK)
     with started([part.replace("{}", str(tmp_path)) for part in command], tmp_path) as (process, said):
         moment(process, tmp_path)
-        # As a terminal does it: everybody in the group gets the signal, and an impatient person presses twice.
+        # As a terminal does it: all of the group get the signal, and an impatient person presses twice.
         for _ in range(2):
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGINT)
