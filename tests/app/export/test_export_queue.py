@@ -89,7 +89,7 @@ def test_the_page_that_plays_gets_what_the_page_shows(desk: Desk) -> None:
     desk.queue.ask("html", 1.0)
     (job,) = desk.background.waiting()
     language, recorded, seconds, page = job.arguments
-    assert (recorded.steps, seconds, page.details) == (200, 1.0, "lambda") or recorded.seconds >= 1.0
+    assert recorded.seconds >= 1.0 - 1e-9 and (seconds, page.details) == (1.0, "lambda")
     assert page is desk.session.settings.page and language == "en"
 
 
