@@ -310,22 +310,3 @@ def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], ob
             page.mouse.up()
             if attempt == attempts:
                 raise
-
-
-def drag_arrow(page: Page, origin: Sequence[float], axis: int, scale: float, distance: float, steps: int = 20) -> None:
-    """Take an arrow of a gizmo, `scale` long, at 0.6 of its length with the mouse, and pull it along by a distance [m]."""
-    along = np.eye(3)[axis]
-    grip = np.asarray(origin, float) + 0.6 * scale * along
-    # The gizmo looks for the pointer when it moves, so it must have seen it on the arrow before the button goes down.
-    x, y = world_to_px(page, grip)
-    page.mouse.move(x - 3, y - 3)
-    wait_frames(page)
-    point_at(page, grip)
-    page.mouse.down()
-    wait_frames(page)
-    for step in range(1, steps + 1):
-        page.mouse.move(*world_to_px(page, grip + along * distance * step / steps))
-        wait_frames(page, 1)
-    wait_frames(page, 3)
-    page.mouse.up()
-    wait_frames(page)
