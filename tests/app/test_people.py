@@ -82,20 +82,3 @@ def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips
     guest.visitor.wait_for(lambda _: session.target() is not None)
     shown = angles_of(session.target())
     assert min(np.abs(shown - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
-
-
-def test_a_law_file_is_loaded_again_and_a_mistake_in_it_is_named(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
-    path = tmp_path / "my_law.py"
-    assert main(["new-law", str(path)]) == 0
-    text = path.read_text(encoding="utf-8")
-    with pytest.raises(BadInputFile, match="new-law"):
-        find_input_sources(None, None, None, None, tmp_path / "none.py")
-    guest = arrive(house(Settings(), sources=find_input_sources(None, None, None, None, path)))
-    session = guest.session
-    guest.visitor.wait_for(lambda _: session.student_law.problem == "" and session.simulation.time > 0.5)
-    path.write_text(text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8")
-    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.student_law.problem)
-    path.write_text(text, encoding="utf-8")
-    guest.visitor.wait_for(lambda _: session.student_law.problem == "")
-    guest.ask(lambda s: s.change("law", "unprotected"))
-    assert session.student_law.file == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0

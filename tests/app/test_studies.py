@@ -5,14 +5,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
-from app.runtime.job_pool import JobPool
 from app.session.session import Session
 from app.session.studies import REST, SMOOTHNESS_WINDOW
 from app.settings import PageSettings, Settings
-from controllers.errors import BadSetting
 from scenes import rerun as rerun_module
 from scenes.headless import summarise
 from scenes.history import COLUMN
@@ -21,7 +18,6 @@ from scenes.rerun import WhatIf, rerun
 from scenes.settings import RunSettings
 from scenes.smoothness import SUBSTEPS
 from tests.app.inline import Inline
-from tests.app.runtime.processes import until
 
 pytestmark = pytest.mark.usefixtures("fast_machine")
 
@@ -249,42 +245,3 @@ def test_smoothness_needs_something_to_measure_and_measuring_again_begins_again_
     assert session.studies.message == ""
     session.reset()
     assert session.studies.smoothness is None and not session.studies.busy and not desk.waiting("smoothness")
-
-
-def test_many_visitors_are_all_answered_by_one_process(background: JobPool) -> None:
-    sessions = [Session(Settings(page=PageSettings(what_if=True)), background=background) for _ in range(12)]
-    for i, session in enumerate(sessions):
-        for _ in range(12):
-            session.advance(0.1)
-        rest_at(session, "dm", 0.1 + 0.01 * i)
-    leaving = sessions.pop(5)
-    leaving.close()
-
-    def all_answered() -> bool:
-        for session in sessions:
-            session.advance(0.0)
-        return all(session.what_if is not None and not session.studies.busy for session in sessions)
-
-    until(all_answered)
-    for session in sessions:
-        answer = session.what_if
-        assert answer is not None and answer.stride == 1
-        assert answer.settings.law.critical_distance == session.settings.run.law.critical_distance
-        recorded = session.recorded()
-        assert recorded is not None
-        exact = rerun(recorded, {"dm": answer.settings.law.critical_distance}).table[: len(answer.times), COLUMN["d"]]
-        assert answer.distance.tobytes() == exact.tobytes()
-    assert leaving.what_if is None and background.load == (0, 0)
-
-
-def test_a_wrong_override_fails_in_the_worker_as_it_does_here(background: JobPool) -> None:
-    session = Session(Settings(), background=background)
-    session.advance(0.1)
-    recorded = session.recorded()
-    assert recorded is not None
-    job = background.submit("me", "a", rerun, recorded, {"dm": 9.0}, 1, 1)
-    until(lambda: job.state in ("done", "failed"))
-    with pytest.raises(BadSetting) as caught:
-        rerun(recorded, {"dm": 9.0})
-    assert (job.state, job.message) == ("failed", str(caught.value))
-    assert np.isfinite(session.simulation.positions).all()

@@ -212,26 +212,6 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
     bo.wait_for(lambda v: not [c for c in list(v.mirror.commands.values()) if str(c["label"]).startswith("Answer")], WAIT)
 
 
-def test_a_student_operates_nothing_but_their_own_answer(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    host, teacher, (ann, bo) = room.host, room.teacher, room.come("ann", "bo")
-    sees(bo, "Your prediction? Answer here")
-
-    def state() -> tuple[Any, ...]:
-        return ask(host.session, lambda s: (s.settings, host.room.free, host.room.paused, host.lessons.walk.to_json()))
-
-    before = state()
-    everything_else = [*bodies(ann, "GuiButtonMessage"), *(e for e in teacher.mirror.gui.values() if "Button" in e["type"])]
-    for element in everything_else:
-        for value in (True, "Explore freely", "Reset step"):
-            bo.send({"type": "GuiUpdateMessage", "uuid": element["uuid"], "updates": {"value": value}})
-    for uuid in list(teacher.mirror.commands):
-        bo.send({"type": "CommandTriggerMessage", "uuid": uuid})
-    click(bo, "1 ")
-    sees(teacher, "1 answered · 1 not yet")
-    assert state() == before and host.room.ballots.answers_of(f"{b'ann'.hex():0<32}") == {}
-
-
 def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, come: Come) -> None:
     room = Class(house, come)
     host, teacher = room.host, room.teacher

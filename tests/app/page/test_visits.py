@@ -23,10 +23,13 @@ def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> 
             if number % 3 == 0:
                 visitor.move_gizmo(HAND, phase="start")
 
-    def count() -> tuple[int, int, int]:
+    def count() -> tuple[int, int, int, int]:
         gc.collect()
-        sessions = sum(isinstance(thing, Session) for thing in gc.get_objects())
-        return len(os.listdir("/proc/self/fd")), threading.active_count(), sessions
+        sessions, drags = (
+            sum(isinstance(o, Session) for o in gc.get_objects()),
+            opened.server.scene._active_transform_drag_handles,
+        )
+        return len(os.listdir("/proc/self/fd")), threading.active_count(), len(drags), sessions
 
     def alone(_: Session) -> bool:
         return opened.server.count_clients() == 1 and set(live_sessions(opened)) == {witness.number}
@@ -41,8 +44,9 @@ def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> 
     witness.wait(alone)
     # Local variables of the frame loop may hold the last one until the next frame.
     witness.run_on(0.1)
-    after = count()
-    assert after[:2] == before[:2] and after[2] <= before[2] + 1
+    *after, sessions = count()
+    assert after == [*before[:3]] and sessions <= before[3] + 1
+    assert witness.session.settings.page.autopilot and witness.session.held is None
     assert_sound(witness)
 
 
