@@ -76,15 +76,14 @@ def named(page: Page) -> None:
 
 @dataclass
 class Walked:
-    """A walked step: answers with a verdict, runs that show why, "passed" for a challenge, wall time, headlines of the verdicts."""
+    """A walked step: headlines of the verdicts, runs that show why, "passed" for a challenge, wall time."""
 
     lesson: str
     step: str
-    answers: int = 0
+    said: list[str] = field(default_factory=list)
     whys: int = 0
     challenge: str = ""
     seconds: float = 0.0
-    said: list[str] = field(default_factory=list)
 
 
 class Walker:
@@ -132,8 +131,6 @@ class Walker:
         self.hands.do("next")
         until(self.page, lambda: self.run.walk.step is not here, "the next step")
 
-    # ---- parts of a step -------------------------------------------------------------------------------------------------------
-
     def _at(self, phase: Phase) -> None:
         """Wait for a part of the present step, in the session and on the page."""
         until(self.page, lambda: self.run.walk.phase is phase, f"{phase} of {self.run.walk.step.id}", LONG)
@@ -162,13 +159,11 @@ class Walker:
             self._on("Skip the run")
             self.hands.do("next")
         self._at(Phase.OBSERVE)
-        headline = page.locator(".duet-l-verdict .card .mark b").inner_text()
-        assert run.walk.verdict is not None
-        assert run.walk.verdict.right == right and run.walk.verdict.headline == headline
+        headline, verdict = page.locator(".duet-l-verdict .card .mark b").inner_text(), run.walk.verdict
+        assert verdict is not None and verdict.right == right and verdict.headline == headline
         text = page.locator(".duet-l-verdict .card").inner_text()
         assert "You said" in text and "Measured" in text
         until(page, lambda: headline in (page.locator("#duet-say").text_content() or ""), "the verdict is announced")
-        walked.answers += 1
         walked.said.append(headline)
         outcome = run.walk.done.outcome
         assert outcome is not None and not (right and outcome.reference), (right, outcome)

@@ -56,7 +56,7 @@ def walk(page: Page, house: App, by: str, numbers: list[int]) -> None:
             except BaseException:
                 screenshot(page, f"walk-{by}-{lesson.id}-{step.id}")
                 raise
-            did = f"{found.answers:2d} answers, {found.whys} whys, challenge {found.challenge or '–':7s}"
+            did = f"{len(found.said):2d} answers, {found.whys} whys, challenge {found.challenge or '–':7s}"
             print(f"{by:6s} {found.lesson:18s} {found.step:14s} {did} {found.seconds:6.1f} s", flush=True)
             if (step, number) != (lesson.steps[-1], numbers[-1]) and step is not run.book.lessons[-1].steps[-1]:
                 walker.on_to_the_next()

@@ -7,8 +7,6 @@ so by then the others have been dealt with; `roundtrip` is that.
 import html
 from typing import Any
 
-import numpy as np
-
 from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import HeadlessClient
 from app.page.panels.choice_buttons import MARK
@@ -17,7 +15,7 @@ from app.page.panels.hotkeys import HOTKEYS
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
-from scenes.settings import changed, specs, values
+from scenes.settings import specs
 from tests.app.conftest import Guest, ask
 
 Client = BlockingClient | HeadlessClient
@@ -114,14 +112,3 @@ def click(visitor: BlockingClient, start: str) -> None:
 
 def notes(visitor: BlockingClient) -> list[str]:
     return [str(note["body"]) for note in bodies(visitor, "NotificationShowMessage")]
-
-
-def assert_sound(guest: Guest) -> None:
-    """The arms are and were where arms can be, and every setting is in its range."""
-    table, simulation = guest.ask(lambda s: s.simulation.history.table()), guest.session.simulation
-    q, model = simulation.history.positions(table), simulation.room.model
-    assert len(q) and np.isfinite(q).all()
-    assert (q >= model.lowerPositionLimit - 1e-9).all() and (q <= model.upperPositionLimit + 1e-9).all()
-    settings = guest.session.settings
-    for key, value in values(settings).items():
-        assert changed(settings, key, value) == settings and type(value) is type(values(Settings())[key]), key

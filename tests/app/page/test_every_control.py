@@ -8,7 +8,8 @@ import pytest
 from app.session.session import Session
 from scenes.settings import values
 from tests.app.conftest import Arrive, OpenHouse, ask, live_sessions
-from tests.app.page.helpers import ON_PAGE, SPECS, another, assert_sound, bring_into_view, notes, page_label, roundtrip
+from tests.app.page.helpers import ON_PAGE, SPECS, another, bring_into_view, notes, page_label, roundtrip
+from tests.tools.monkey.visitor import assert_sound
 
 NAN, INF = math.nan, math.inf
 
@@ -47,11 +48,11 @@ def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_
         assert {k for k in now if now[k] != after[k]} == {key}
         assert one.session.simulation.settings == one.session.settings.run and values(other.session.settings) == theirs, key
         one.run_on(0.05)
-        assert_sound(one)
+        one.ask(assert_sound)
     ask(one.session, lambda s: s.change("scene", "hold"))
     one.run_on(0.3)
     other.run_on(0.3)
-    assert_sound(one)
+    one.ask(assert_sound)
     assert one.session.simulation.room.rig.name == "table" and other.session.simulation.room.rig.name == "torso"
 
 
@@ -85,7 +86,7 @@ def test_wrong_types_cost_only_the_own_connection(house: OpenHouse, arrive: Arri
             witness.wait(lambda _, number=victim.number: number not in live_sessions(opened))
     witness.run_on(0.1)
     assert values(witness.session.settings) == before and set(live_sessions(opened)) == {witness.number}
-    assert_sound(witness)
+    witness.ask(assert_sound)
 
 
 def test_a_refused_value_is_named_and_written_back(house: OpenHouse, arrive: Arrive) -> None:

@@ -10,7 +10,7 @@ from app.bench.blocking_client import BlockingClient
 from app.page.panels import readout
 from app.session.session import Session
 from tests.app.conftest import HAND, Arrive, OpenHouse, live_sessions
-from tests.app.page.helpers import assert_sound
+from tests.tools.monkey.visitor import assert_sound
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
@@ -47,7 +47,7 @@ def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> 
     *after, sessions = count()
     assert after == [*before[:3]] and sessions <= before[3] + 1
     assert witness.session.settings.page.autopilot and witness.session.held is None
-    assert_sound(witness)
+    witness.ask(assert_sound)
 
 
 def test_a_message_for_a_closed_tab_is_no_news(house: OpenHouse, arrive: Arrive, caplog: pytest.LogCaptureFixture) -> None:

@@ -12,8 +12,7 @@ import sys
 from playwright.sync_api import sync_playwright
 
 from tests.browser import launch
-from tests.tools.monkey.visitor import let_loose
-from tests.tools.monkey.watch import Trouble
+from tests.tools.monkey.visitor import Trouble, let_loose
 
 
 def main() -> int:

@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import logging
 import random
 import tempfile
+import threading
 import time
+import traceback
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import TimeoutError as NoAnswer
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
+import numpy as np
 from playwright.sync_api import Browser, BrowserContext, Dialog, Error, FileChooser
 
 from app.hosting.private_host import PrivateHost
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
-from scenes.settings import specs
+from scenes.settings import changed, specs, values
 from tests.app.conftest import ask, live_sessions
 from tests.browser import artefacts, listen
-from tests.tools.monkey.hands import Hands, NothingThere
-from tests.tools.monkey.material import LINKS, RUBBISH, TEXTS
-from tests.tools.monkey.watch import Trouble, Watch, assert_sound, watching
+from tests.tools.monkey.hands import LINKS, RUBBISH, TEXTS, Hands, NothingThere
 
 PATIENCE: Final = 60.0
 """How long the page or the server may take to answer on a busy machine [s]."""
@@ -38,6 +41,65 @@ _LATE = (r"Tried to update non-existent component", r"Intercepted by Page\.setIn
 _NOW: Final = "document.timeline.currentTime"
 _DRAWN: Final = "begin => document.timeline.currentTime !== begin"
 """The time of the newest frame, and whether there is another one."""
+
+
+class Trouble(AssertionError):
+    """Something that must never happen."""
+
+
+class Watch(logging.Handler):
+    """Everything that went wrong, on the page or at the server."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.complaints: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        trace = "".join(traceback.format_exception(*record.exc_info)) if record.exc_info else ""
+        self.complaints.append(f"server's log: {record.name}: {record.getMessage()}\n{trace}")
+
+    def take_thread(self, what: threading.ExceptHookArgs) -> None:
+        trace = "".join(traceback.format_exception(what.exc_type, what.exc_value, what.exc_traceback))
+        self.complaints.append(f"a thread ended: {trace}")
+
+    def check(self) -> None:
+        if self.complaints:
+            raise Trouble("\n".join(self.complaints))
+
+
+@contextmanager
+def watching() -> Iterator[Watch]:
+    """Note every error of the program while open."""
+    watch, before = Watch(), threading.excepthook
+    logging.getLogger().addHandler(watch)
+    threading.excepthook = watch.take_thread
+    try:
+        yield watch
+    finally:
+        threading.excepthook = before
+        logging.getLogger().removeHandler(watch)
+
+
+def assert_sound(session: Session) -> None:
+    """All that moves is and was where it can be, and every setting is one that can be set.
+
+    Raises:
+        Trouble: not so.
+    """
+    for who, simulation in (("run", session.simulation), ("ghost", session.ghost)):
+        if simulation is None:
+            continue
+        model, history = simulation.room.model, simulation.history
+        q, dq = np.vstack([history.positions(history.table()), simulation.positions]), simulation.velocities
+        if not (np.isfinite(q).all() and np.isfinite(dq).all()):
+            raise Trouble(f"{who}: not finite: {simulation.positions}, {dq}")
+        beyond = np.maximum(model.lowerPositionLimit - q, q - model.upperPositionLimit).max()
+        if beyond > 1e-9:
+            raise Trouble(f"{who}: out of its bounds by {beyond:.3g}: {simulation.positions}")
+    usual = values(Settings())
+    for key, value in values(session.settings).items():
+        if changed(session.settings, key, value) != session.settings or type(value) is not type(usual[key]):
+            raise Trouble(f"{key} = {value!r} is no value of a setting")
 
 
 class Monkey:
@@ -82,8 +144,6 @@ class Monkey:
             "size": (1, hands.resize),
         }
 
-    # ---- what is heard -----------------------------------------------------------------------------------------------------
-
     def _listen(self) -> None:
         page, complaints = self.page, self.watch.complaints
 
@@ -109,8 +169,6 @@ class Monkey:
         chooser.set_files(path)
         self.done.append(f"    gives the file {name} ({len(content)} B)")
 
-    # ---- where it goes -----------------------------------------------------------------------------------------------------
-
     def _follow_link(self) -> str:
         link = self._random.choice(LINKS)
         if self._random.random() < 0.4:
@@ -130,8 +188,6 @@ class Monkey:
             self.arrive("")
         self._settle()
         return "goes back"
-
-    # ---- what must be true -------------------------------------------------------------------------------------------------
 
     def arrive(self, link: str) -> None:
         """Open the house's page by a link."""
