@@ -52,17 +52,16 @@ def test_wrong_sources_are_refused(wave: Path, tmp_path: Path) -> None:
 
 
 def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    outs = []
-    for name, options in (("file", ["--bvh", str(wave)]), ("clip", ["--clip", "clap"])):
-        out = tmp_path / f"{name}.csv"
+    out, bvh = tmp_path / "out.csv", ["--bvh", str(wave)]
+    last: list[str] = []
+    for options in (bvh, ["--clip", "clap"]):
         assert main(["run", "--scene", "imitation", "--seconds", "3", "--csv", str(out), *options]) == 0
         assert json.loads(capsys.readouterr().out)["steps"] == 600
-        outs.append([line for line in out.read_text(encoding="utf-8").splitlines() if not line.startswith("#")][-1])
-    assert outs[0] != outs[1]
-    assert main(["run", "--bvh", str(wave), "--seconds", "1"]) == 2
-    assert "--scene imitation" in capsys.readouterr().err
-    assert main(["run", "--scene", "imitation", "--bvh", str(wave), "--inputs", str(wave), "--seconds", "1"]) == 2
-    assert "one of them" in capsys.readouterr().err
+        last.append(out.read_text(encoding="utf-8").splitlines()[-1])
+    assert last[0] != last[1]
+    for wrong, named in (bvh, "--scene imitation"), (["--scene", "imitation", *bvh, "--inputs", str(wave)], "one of them"):
+        assert main(["run", "--seconds", "1", *wrong]) == 2
+        assert named in capsys.readouterr().err
 
 
 def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips(

@@ -27,18 +27,10 @@ def enter(page: Page, session: Session, scene: SceneName) -> None:
     """Go to a scene by its key, as a person does, and wait until it is there."""
     page.keyboard.press(KEYS[scene])
     until(page, lambda: session.simulation.settings.scene == scene, scene)
-    alone = scene in ("solo", "ball")
-    arm = "/arms/arm/base" if alone else "/arms/left/base"
-    other = "/arms/left/base" if alone else "/arms/arm/base"
-    page.wait_for_function(
-        "names => __viserMutable.nodeRefFromName[names[0]] && !__viserMutable.nodeRefFromName[names[1]]", arg=[arm, other]
-    )
+    arms = ["/arms/left/base", "/arms/arm/base"][:: -1 if scene in ("solo", "ball") else 1]
+    page.wait_for_function("([a, b]) => __viserMutable.nodeRefFromName[a] && !__viserMutable.nodeRefFromName[b]", arg=arms)
     page.get_by_text(NAMES[scene], exact=True).first.wait_for()
     wait_frames(page, 6)
-
-
-def is_there(page: Page, node: str) -> bool:
-    return bool(page.evaluate("name => !!__viserMutable.nodeRefFromName[name]", node))
 
 
 def pull_pixels(page: Page, start: tuple[float, float], way: tuple[float, float]) -> None:
@@ -65,21 +57,21 @@ def test_every_scene_is_taken_hold_of(house: OpenHouse, page_at: PageAt) -> None
     session = visit(page, house(), "autopilot=0&speed=2")
     page.mouse.click(300, 90)
 
-    enter(page, session, "solo")
-    start = hand(session)
-    # Its arrows lie along the room: up is free of everything.
-    up = np.array([0.0, 0.0, 1.0])
-    goal = start + 0.08 * up
-    drag_through(page, session, [start + up * (GRIP * GIZMO + way) for way in np.linspace(0.0, 0.08, 8)])
-    until(page, lambda: np.linalg.norm(hand(session) - goal) < 0.015, "the hand where the mouse is")
-    let_go(page, session, "hand")
-
-    enter(page, session, "ball")
-    assert not is_there(page, HAND) and not is_there(page, ELBOW)
+    def are_there(*nodes: str) -> bool:
+        return bool(page.evaluate("names => names.some(name => __viserMutable.nodeRefFromName[name])", nodes))
 
     def ball() -> np.ndarray:
         return ask(session, lambda s: s.simulation.positions[s.simulation.room.ball].copy())
 
+    enter(page, session, "solo")
+    start, up = hand(session), np.array([0.0, 0.0, 1.0])
+    # Its arrows lie along the room: up is free of everything.
+    drag_through(page, session, [start + up * (GRIP * GIZMO + way) for way in np.linspace(0.0, 0.08, 8)])
+    until(page, lambda: np.linalg.norm(hand(session) - start - 0.08 * up) < 0.015, "the hand where the mouse is")
+    let_go(page, session, "hand")
+
+    enter(page, session, "ball")
+    assert not are_there(HAND, ELBOW)
     start = ball()
     drag_through(page, session, [start + up * (0.8 * BALL_ARROW + way) for way in np.linspace(0.0, 0.06, 8)])
     assert isinstance(session.held, BallTarget)
@@ -122,4 +114,4 @@ def test_every_scene_is_taken_hold_of(house: OpenHouse, page_at: PageAt) -> None
     page.mouse.up()
 
     enter(page, session, "hold")
-    assert is_there(page, HAND) and not is_there(page, "/person/body") and not is_there(page, "/gizmo/left_wrist")
+    assert are_there(HAND) and not are_there("/person/body", "/gizmo/left_wrist")

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import tyro
 
+from app.cli.main import main
 from app.cli.options import RunOptions
 from app.cli.sweep import INTERRUPTED, Sweep, sweep
 from app.sweep.sweep_files import SweepFiles
@@ -34,7 +34,8 @@ def read(path: Path) -> tuple[list[str], list[str], list[list[str]]]:
 
 def test_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "new" / "folder"
-    assert sweep(replace(SMALL, out=folder, seconds=8.0, settings=RunOptions(k="3", one_sided=True))) == 0
+    options = ["--over", "n=2,8", "--over", "pairs=single,soft", "--no-maps", "--workers", "1", "--k", "3", "--one-sided"]
+    assert main(["sweep", *options, "--seconds", "8", "--out", str(folder)]) == 0
     assert capsys.readouterr().out.splitlines() == [str(folder / "sweep.csv")]
     assert [path.name for path in folder.iterdir()] == ["sweep.csv"]
     head, columns, rows = read(folder / "sweep.csv")
@@ -134,14 +135,15 @@ def test_a_spoilt_file_is_named(tmp_path: Path, spoil: Callable[[str], str], nam
 
 def test_foreign_files_and_places_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "sweep.csv").write_bytes(bytes(range(256)))
-    with pytest.raises(BadInputFile, match=r"sweep\.csv"):
-        sweep(replace(SMALL, out=tmp_path))
     (tmp_path / "file").write_text("")
-    with pytest.raises(BadSetting, match="cannot be written"):
-        sweep(replace(SMALL, out=tmp_path / "file"))
     (tmp_path / "taken" / "sweep.part.csv").mkdir(parents=True)
-    with pytest.raises(BadInputFile, match="cannot be read"):
-        sweep(replace(SMALL, out=tmp_path / "taken"))
+    for out, error, named in (
+        ("", BadInputFile, r"sweep\.csv"),
+        ("file", BadSetting, "cannot be written"),
+        ("taken", BadInputFile, "cannot be read"),
+    ):
+        with pytest.raises(error, match=named):
+            sweep(replace(SMALL, out=tmp_path / out))
 
 
 @pytest.mark.parametrize(
@@ -204,9 +206,3 @@ def test_ctrl_c_between_a_line_and_its_count(tmp_path: Path) -> None:
         files.rows = InterruptedOnce(files.rows)
         add(2, figures)
     assert files.rows == {1: figures, 2: figures} and files.missing() == [0, 3]
-
-
-def test_options() -> None:
-    parsed = tyro.cli(Sweep, args=["--over", "n=1:20", "--over", "v=0.05:0.6:12", "--dm", "0.1", "--ff", "--format", "parquet"])
-    assert parsed.over == ("n=1:20", "v=0.05:0.6:12") and parsed.format == "parquet" and parsed.maps
-    assert parsed.settings == RunOptions(dm="0.1", ff=True)

@@ -65,13 +65,9 @@ def control(page: Page, key: str) -> Locator:
 
 def see_controls(page: Page, session: Session, keys: tuple[str, ...]) -> None:
     """Wait until of these controls, all on the tab in view, exactly those are seen that matter now."""
-    settings, labels = session.settings, {page_label(key) for key in keys}
-    expected = {page_label(key) for key in keys if matters(key, settings)}
-
-    def as_expected() -> bool:
-        return expected == labels & set(page.locator("label:visible").all_inner_texts())
-
-    until(page, as_expected, f"just {sorted(expected)} of {sorted(labels)}")
+    labels, expected = {page_label(key) for key in keys}, {page_label(key) for key in keys if matters(key, session.settings)}
+    seen = page.locator("label:visible")
+    until(page, lambda: expected == labels & set(seen.all_inner_texts()), f"just {sorted(expected)} of {sorted(labels)}")
 
 
 def set_by_hand(page: Page, session: Session, key: str) -> None:
@@ -127,15 +123,10 @@ PLOTS = """() => [...document.querySelectorAll('.duet-title')].map(title => {
 
 
 def see_plots(page: Page, titles: tuple[str, ...]) -> None:
-    """Wait until these plots, and no others, stand side by side over the whole of their panel, with something drawn in each.
-
-    Args:
-        titles: by their beginnings.
-    """
-    seen: list[dict[str, Any]] = []
+    """Wait until these plots, by the beginnings of their titles, and no others, fill their panel side by side, each drawn."""
 
     def as_expected() -> bool:
-        seen[:] = page.evaluate(PLOTS)
+        seen: list[dict[str, Any]] = page.evaluate(PLOTS)
         as_named = len(seen) == len(titles) and all(p["title"].startswith(t) for p, t in zip(seen, titles, strict=True))
         fair = all(p["drawn"] and p["high"] > 60 and p["wide"] > 0.2 for p in seen) and sum(p["wide"] for p in seen) > 0.9
         return as_named and fair and len({p["top"] for p in seen}) == 1
@@ -143,7 +134,7 @@ def see_plots(page: Page, titles: tuple[str, ...]) -> None:
     try:
         until(page, as_expected)
     except AssertionError:
-        pytest.fail(f"{titles} expected, seen {seen}")
+        pytest.fail(f"{titles} expected, seen {page.evaluate(PLOTS)}")
 
 
 FREE = """names => names.map(name => {
@@ -174,13 +165,7 @@ CUT = """() => {
 
 def see_free(page: Page, nodes: list[str], where: str) -> None:
     """Wait until nothing covers these nodes, or fail with what does: a view is corrected once the panels have found their places."""
-    covered: list[str] = []
-
-    def free() -> bool:
-        covered[:] = page.evaluate(FREE, nodes)
-        return not covered
-
     try:
-        until(page, free, "all in free sight", 30.0)
+        until(page, lambda: not page.evaluate(FREE, nodes), "all in free sight", 30.0)
     except AssertionError:
-        pytest.fail(f"{where}: " + "\n".join(covered))
+        pytest.fail(f"{where}: " + "\n".join(page.evaluate(FREE, nodes)))
