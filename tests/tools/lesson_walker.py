@@ -126,7 +126,6 @@ class Walker:
         return walked
 
     def on_to_the_next(self) -> None:
-        """Go on to the next step or lesson, and wait for it."""
         here = self.run.walk.step
         self.hands.do("next")
         until(self.page, lambda: self.run.walk.step is not here, "the next step")
@@ -223,7 +222,6 @@ class Walker:
         until(self.page, lambda: self.run.walk.done.attempts > attempts, "the attempt", LONG)
 
     def _forecast(self, step: Step, trial: Trial) -> None:
-        """Say the numbers that a trial says."""
         for i, (label, number) in enumerate(zip(self.run.view().forecasts, said_by(step, trial), strict=True)):
             assert number is not None
 

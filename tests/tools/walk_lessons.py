@@ -74,7 +74,6 @@ def custom_law() -> Path:
 
 
 def main() -> int:
-    """Walk; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--by", choices=HANDS, nargs="*", default=list(HANDS))
     parser.add_argument("--lessons", type=int, nargs="+", default=list(range(1, 11)), help="numbers")

@@ -54,7 +54,6 @@ def hand(session: Session) -> np.ndarray:
 
 
 def run_on(page: Page, session: Session, seconds: float) -> None:
-    """Return when so much more time has been simulated."""
     end = session.simulation.time + seconds
     until(page, lambda: session.simulation.time >= end, "simulated time")
 

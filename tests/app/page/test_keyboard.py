@@ -32,24 +32,18 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
         if action not in ("view", *SPECS["scene"].choices):
             assert np.allclose(page.evaluate(CAMERA), view, atol=2e-3), f"{key} moves the camera"
 
-    def paused() -> bool:
-        return session.paused
-
     def held() -> HandTarget:
         return session.held if isinstance(session.held, HandTarget) else HandTarget(place)
 
-    def driven() -> bool:
-        return session.settings.page.autopilot
-
-    press("pause", " ", paused)
+    press("pause", " ", lambda: session.paused)
     steps = ask(session, lambda s: s.simulation.steps)
     press("step", ".", lambda: session.simulation.steps == steps + 1)
     press("slower", "[", lambda: session.settings.page.speed == 0.5)
     press("faster", "]", lambda: session.settings.page.speed == 1.0)
-    press("law", "l", lambda: session.settings.run.law.law == "unprotected")
-    press("law", "l", lambda: session.settings.run.law.law == "smooth_priority")
-    press("autopilot", "a", lambda: not driven())
-    press("autopilot", "a", driven)
+    for law in ("unprotected", "smooth_priority"):
+        press("law", "l", lambda law=law: session.settings.run.law.law == law)
+    for driven in (False, True):
+        press("autopilot", "a", lambda driven=driven: session.settings.page.autopilot is driven)
     place = hand(session)
     # Seen from in front of the torso, to the right is +y, away is −x (the view is turned by a little).
     for action, key, way in (
@@ -65,7 +59,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
         assert np.linalg.norm(step) == pytest.approx(NUDGE, rel=1e-6) and step @ np.array(way) > 0.85 * NUDGE, action
         assert way[2] or abs(step[2]) < 1e-9
         place = held().position.copy()
-    assert not driven()
+    assert not session.settings.page.autopilot
 
     elbow = ask(session, lambda s: s.simulation.kinematics.joint_point(s.simulation.guided.elbow))
     frame, foot = ask(session, lambda s: swivel_frame(s.simulation))

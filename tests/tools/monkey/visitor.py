@@ -81,11 +81,7 @@ def watching() -> Iterator[Watch]:
 
 
 def assert_sound(session: Session) -> None:
-    """All that moves is and was where it can be, and every setting is one that can be set.
-
-    Raises:
-        Trouble: not so.
-    """
+    """All that moves is and was where it can be, and every setting is one that can be set; else Trouble."""
     for who, simulation in (("run", session.simulation), ("ghost", session.ghost)):
         if simulation is None:
             continue
@@ -103,17 +99,7 @@ def assert_sound(session: Session) -> None:
 
 
 class Monkey:
-    """One visitor.
-
-    Args:
-        opened: a house with no other visitor.
-        context: of a browser, empty.
-        seed: of all choices.
-        watch: hears of everything that goes wrong.
-
-    Attributes:
-        done: what was done, in words.
-    """
+    """One visitor of a house with no other; `done` says in words what was done."""
 
     def __init__(self, opened: App, context: BrowserContext, seed: int, watch: Watch) -> None:
         self.opened, self.context, self.seed, self.watch = opened, context, seed, watch
@@ -190,7 +176,6 @@ class Monkey:
         return "goes back"
 
     def arrive(self, link: str) -> None:
-        """Open the house's page by a link."""
         self.page.goto(f"{self.opened.url}/?{link}", timeout=1000 * PATIENCE)
         self._settle()
 
@@ -209,22 +194,16 @@ class Monkey:
 
     def _settle(self) -> None:
         """Wait until the page is there, with one session of its own."""
-        self.page.wait_for_function(
-            "() => window.__viserMutable?.canvas && __viserMutable.nodeRefFromName", timeout=1000 * PATIENCE
-        )
+        there = "() => window.__viserMutable?.canvas && __viserMutable.nodeRefFromName"
+        self.page.wait_for_function(there, timeout=1000 * PATIENCE)
         self._until(lambda: len(live_sessions(self.opened)) == 1 and self.opened.server.count_clients() == 1, "one session")
 
     def _session(self) -> Session:
         self._until(lambda: len(live_sessions(self.opened)) == 1, "one session")
-        (session,) = live_sessions(self.opened).values()
-        return session
+        return next(iter(live_sessions(self.opened).values()))
 
     def check(self) -> None:
-        """Look at page and server.
-
-        Raises:
-            Trouble: something is not as it must be.
-        """
+        """Look at page and server; Trouble if something is not as it must be."""
         self.watch.check()
         try:
             ask(self._session(), assert_sound, PATIENCE)
@@ -233,10 +212,9 @@ class Monkey:
         seen = self._frames
         self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         session = self._session()
-        if not session.paused:
-            self._until(
-                lambda: self._frames > seen or session.paused or session not in live_sessions(self.opened).values(), "a frame"
-            )
+        self._until(
+            lambda: self._frames > seen or session.paused or session not in live_sessions(self.opened).values(), "a frame"
+        )
         self.watch.check()
 
     def leave(self) -> None:
@@ -248,7 +226,6 @@ class Monkey:
         self.watch.check()
 
     def act(self) -> None:
-        """Do one thing, and look whether all is well."""
         names = list(self.actions)
         (name,) = self._random.choices(names, [self.actions[one][0] for one in names])
         self.counts[name] += 1
@@ -267,11 +244,7 @@ class Monkey:
 
 
 def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lecture: bool = False) -> Monkey:
-    """Let a visitor (a lecturer, in a lecture) do anything for so long, and for so many actions at least; return them.
-
-    Raises:
-        Trouble: the message says what was done.
-    """
+    """Let a visitor (a lecturer, in a lecture) do anything for so long, and for so many actions at least; return them."""
     opened = start_app("127.0.0.1", 0, Settings(), lecture=lecture)
     context = browser.new_context(viewport={"width": 1024, "height": 768}, accept_downloads=True)
     try:
