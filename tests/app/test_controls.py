@@ -7,7 +7,6 @@ from typing import Any, get_args
 import pytest
 
 from app.page.panels.compare import smoothness_html, what_if_html
-from app.page.panels.controls import PICKER
 from app.session.relevant_settings import WHEN, both_avoid, matters
 from app.session.studies import Smoothness
 from app.settings import Settings
@@ -17,7 +16,7 @@ from scenes.settings import LawName, RunSettings, SceneName, changed, specs, val
 from scenes.simulation import Simulation
 from scenes.smoothness import Measured
 from tests.app.conftest import Arrive, OpenHouse
-from tests.app.page.helpers import ON_PAGE, SPECS, page_label, shown
+from tests.app.page.helpers import ON_PAGE, SPECS, shown
 from tests.app.page.helpers import another as other_value
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
@@ -102,23 +101,6 @@ def test_which_settings_a_law_and_an_experiment_show() -> None:
     assert "coupled" in seen("hold", "smooth_priority", avoid="both")
     assert "beta" not in seen("hold", "smooth_priority", pairs="single")
     assert "clip" not in seen("imitation", "smooth_priority", source="figure")
-
-
-def test_the_picker_and_what_is_in_view(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house(), "autopilot=0")
-    labelled, elements = one.visitor.mirror.labelled, list(one.visitor.mirror.gui.values())
-    orders = [labelled(SPECS[key].label)["order"] for key in PICKER]
-    assert orders == sorted(orders), "the picker stands above the numbers"
-    assert all(element["order"] > orders[-1] for element in elements if 'class="duet duet-t' in str(element.get("content", "")))
-    choices = "scene=master_slave law=potential_field scene=solo robot=ur5 scene=ball law=barrier_qp scene=imitation source=file"
-    for key, value in (choice.split("=") for choice in f"{choices} scene=hold".split()):
-        spec = SPECS[key]
-        one.visitor.set_value(spec.label, spec.choice_labels[spec.choices.index(value)])
-        one.wait(lambda s, key=key, value=value: values(s.settings)[key] == value)
-        expected = {key for key in ON_PAGE if matters(key, one.session.settings)}
-        # A hidden control keeps its place.
-        one.visitor.wait_for(lambda _, expected=expected: {k for k in ON_PAGE if labelled(page_label(k))["visible"]} == expected)
-        one.run_on(0.05)
 
 
 def text(html: str) -> str:

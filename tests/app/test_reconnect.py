@@ -34,7 +34,7 @@ class Tab:
     def come(self) -> BlockingClient:
         before = set(live_sessions(self.opened))
         visitor = self.visitor = BlockingClient(self.opened.url, query=self.query)
-        visitor.wait_for(lambda _: len(set(live_sessions(self.opened)) - before) == 1, 60.0)
+        visitor.wait_for(lambda _: set(live_sessions(self.opened)) - before, 60.0)
         (self.number,) = set(live_sessions(self.opened)) - before
         visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/base") for n in list(v.mirror.nodes)), 60.0)
         return visitor

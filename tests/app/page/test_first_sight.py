@@ -8,14 +8,7 @@ from tests.app.page.by_hand import CUT, FREE, LATE_UPDATE, run_on, see_free, see
 from tests.browser import PageAt, close_software_note, screenshot, until, wait_frames, world_to_px
 
 FOREARM = "/person/body/left_upper_arm/left_forearm"
-SIGHTS = (
-    ("hold", "torso"),
-    ("hold", "table"),
-    ("solo", "torso"),
-    ("ball", "torso"),
-    ("master_slave", "torso"),
-    ("imitation", "torso"),
-)
+SIGHTS = ("hold", "torso"), ("hold", "table"), *((scene, "torso") for scene in ("solo", "ball", "master_slave", "imitation"))
 
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])

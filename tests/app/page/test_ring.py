@@ -9,7 +9,6 @@ from PIL import Image
 from playwright.sync_api import Page
 
 from app.session.session import Session
-from app.settings import Theme
 from app.stage.target_place import RADIUS
 from app.theme import PALETTES, rgb
 from tests.app.conftest import OpenHouse, ask
@@ -17,12 +16,12 @@ from tests.app.page.by_hand import visit
 from tests.browser import PageAt, screenshot, until, world_to_px
 
 
-def ring_share(page: Page, session: Session, theme: Theme) -> float:
+def ring_share(page: Page, session: Session, colour: str) -> float:
     """The share of 24 points all along the ring at which its colour is seen; the hand and the handles may hide some."""
     place, rotation = ask(session, lambda s: (s.simulation.place, s.simulation.place_rotation))
     assert place is not None and rotation is not None
     picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), float) / 255.0
-    wanted = colorsys.rgb_to_hsv(*(c / 255.0 for c in rgb(PALETTES[theme].error)))[0]
+    wanted = colorsys.rgb_to_hsv(*(c / 255.0 for c in rgb(colour)))[0]
     seen = 0
     for angle in np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False):
         point = pin.SE3(rotation, place).act(RADIUS * np.array([np.cos(angle), np.sin(angle), 0.0]))
@@ -38,14 +37,9 @@ def test_the_ring_is_seen_in_every_look(house: OpenHouse, page_at: PageAt) -> No
     page = page_at(800, 600)
     session = visit(page, house(), "scene=hold&autopilot=0")
     page.get_by_text("keeps its hand in the ring").wait_for()
-    looks: tuple[tuple[Theme, str, str], ...] = (
-        ("light", "desk", "fast"),
-        ("dark", "projector", "fast"),
-        ("dark", "desk", "fine"),
-        ("light", "desk", "fine"),
-    )
-    for theme, profile, picture in looks:
-        choice = {"theme": theme, "profile": profile, "picture": picture}
+    for look in ("light desk fast", "dark projector fast", "dark desk fine", "light desk fine"):
+        choice = dict(zip(("theme", "profile", "picture"), look.split(), strict=True))
         ask(session, lambda s, choice=choice: [s.change(key, value) for key, value in choice.items()])
-        until(page, lambda theme=theme: ring_share(page, session, theme) > 0.5, f"the ring, {choice}")
-        screenshot(page, f"ring-{theme}-{profile}-{picture}")
+        error = PALETTES[session.settings.page.theme].error
+        until(page, lambda error=error: ring_share(page, session, error) > 0.5, f"the ring, {look}")
+        screenshot(page, f"ring-{look.replace(' ', '-')}")

@@ -1,4 +1,4 @@
-"""Visitors who come and go: fifty leave nothing behind, a closed tab is no news, and a page at rest is sent nothing."""
+"""Visitors who come and go: fifty leave nothing behind and are no news, and a page at rest is sent nothing."""
 
 import gc
 import os
@@ -14,7 +14,9 @@ from tests.tools.monkey.visitor import assert_sound
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
-def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> None:
+def test_fifty_visits_leave_nothing_behind_and_are_no_news(
+    house: OpenHouse, arrive: Arrive, caplog: pytest.LogCaptureFixture
+) -> None:
     opened = house()
 
     def visit(number: int) -> None:
@@ -48,15 +50,6 @@ def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> 
     assert after == [*before[:3]] and sessions <= before[3] + 1
     assert witness.session.settings.page.autopilot and witness.session.held is None
     witness.ask(assert_sound)
-
-
-def test_a_message_for_a_closed_tab_is_no_news(house: OpenHouse, arrive: Arrive, caplog: pytest.LogCaptureFixture) -> None:
-    opened = house()
-    witness = arrive(opened)
-    for _ in range(10):
-        arrive(opened).visitor.close()
-    witness.wait(lambda _: set(live_sessions(opened)) == {witness.number})
-    witness.run_on(0.1)
     assert [record.getMessage() for record in caplog.records if record.exc_info] == []
 
 
