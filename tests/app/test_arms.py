@@ -21,8 +21,8 @@ def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_costs_nothing(
     opened, model, is_default = house(), robot(name).model, name == "lwr"
     guest = arrive(opened, "autopilot=0")
     guest.ask(lambda s: s.toggle_pause())
-    visitor, palette = guest.visitor, "ghost" if is_default else "orange"
-    arm = ArmView(opened.server.scene, "/arm", BASE, palette, False, **({} if is_default else {"robot": name}))
+    visitor, scene = guest.visitor, opened.server.scene
+    arm = ArmView(scene, "/arm", BASE, "ghost", False) if is_default else ArmView(scene, "/arm", BASE, "orange", False, name)
     paths = ["/arm/base" + "".join(f"/{joint}" for joint in list(model.names)[1 : n + 1]) for n in range(model.njoints)]
     assert paths == [arm.link(joint) for joint in range(model.njoints)]
     visitor.wait_for(lambda v: set(paths) <= set(v.mirror.nodes))

@@ -1,7 +1,4 @@
-"""How lessons are walked in a real browser, by clicks or by keys: every answer, every verdict, every challenge.
-
-What is to be moved in a challenge is moved with the keys that move it on every page.
-"""
+"""How lessons are walked in a real browser, by clicks or by keys: every answer, every verdict, every challenge."""
 
 from __future__ import annotations
 
@@ -87,13 +84,7 @@ class Walked:
 
 
 class Walker:
-    """Walks lessons that are open on a page.
-
-    Args:
-        page: the tab.
-        session, run: of the tab, only to be asked, but for the speed of the page.
-        hands: how.
-    """
+    """Walks lessons that are open on a page; session and run of the tab are only asked, but for the speed of the page."""
 
     def __init__(self, page: Page, session: Session, run: LessonSession, hands: Hands) -> None:
         self.page, self.session, self.run, self.hands = page, session, run, hands

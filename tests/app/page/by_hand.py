@@ -1,7 +1,4 @@
-"""What a person does on a page with a real mouse and a real keyboard, and what is seen then.
-
-Nothing waits for a time: `until` looks again after every drawn frame, and gives up after a while.
-"""
+"""What a person does on a page with a real mouse and a real keyboard, and what is seen then."""
 
 import re
 from typing import Any
@@ -19,12 +16,9 @@ from tests.app.conftest import HAND, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, page_label
 from tests.browser import close_software_note, point_at, take_hold, until, wait_ready
 
-GIZMO, ARC = 0.22, 0.26 * 0.65
-"""Length of the hand's arrows and radius of the elbow's arc [m]."""
-
-GRIP = 0.85
-"""Where an arrow is taken: beyond the ends of the arcs that turn the hand, which lie on it at 0.65."""
-
+# Length of the hand's arrows and radius of the elbow's arc [m]; where an arrow is taken: beyond the ends of the arcs that turn the
+# hand, which lie on it at 0.65.
+GIZMO, ARC, GRIP = 0.22, 0.26 * 0.65, 0.85
 USUAL = {key: value for key, value in values(Settings()).items() if key != "picture"}
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 

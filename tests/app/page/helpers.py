@@ -1,8 +1,4 @@
-"""What visitors without a browser do on a page, and what they look at.
-
-Every "nothing happens" of the tests is followed, on the same connection, by something that does happen: messages are read in order,
-so by then the others have been dealt with; `roundtrip` is that.
-"""
+"""What visitors without a browser do on a page, and what they look at."""
 
 import html
 from typing import Any
@@ -80,7 +76,7 @@ def press(guest: Guest, action: str) -> None:
 
 
 def roundtrip(guest: Guest) -> None:
-    """Return when the server has acted upon all that the visitor said before."""
+    """Return when the server has acted upon all that the visitor said before: messages are read in order."""
     before = guest.session.settings.run.limit_gain
     value = before + 0.5 if before < 20.0 else before - 5.5
     guest.visitor.set_value("g [1/s]", value)

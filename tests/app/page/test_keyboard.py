@@ -46,14 +46,9 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
         press("autopilot", "a", lambda driven=driven: session.settings.page.autopilot is driven)
     place = hand(session)
     # Seen from in front of the torso, to the right is +y, away is −x (the view is turned by a little).
-    for action, key, way in (
-        ("left", "ArrowLeft", (0, -1, 0)),
-        ("right", "ArrowRight", (0, 1, 0)),
-        ("up", "ArrowUp", (0, 0, 1)),
-        ("down", "ArrowDown", (0, 0, -1)),
-        ("away", "PageUp", (-1, 0, 0)),
-        ("near", "PageDown", (1, 0, 0)),
-    ):
+    ways = {"ArrowLeft": (0, -1, 0), "ArrowRight": (0, 1, 0), "ArrowUp": (0, 0, 1), "ArrowDown": (0, 0, -1)}
+    ways |= {"PageUp": (-1, 0, 0), "PageDown": (1, 0, 0)}
+    for action, (key, way) in zip(("left", "right", "up", "down", "away", "near"), ways.items(), strict=True):
         press(action, key, lambda place=place: np.linalg.norm(held().position - place) > NUDGE / 2)
         step = held().position - place
         assert np.linalg.norm(step) == pytest.approx(NUDGE, rel=1e-6) and step @ np.array(way) > 0.85 * NUDGE, action
