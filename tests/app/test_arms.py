@@ -15,7 +15,7 @@ BASE = pin.SE3(pin.exp3(np.array([0.4, -0.9, 0.3])), np.array([0.1, -0.2, 0.9]))
 
 
 @pytest.mark.parametrize("name", get_args(RobotName))
-def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_costs_nothing(
+def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(
     house: OpenHouse, arrive: Arrive, name: RobotName
 ) -> None:
     opened, model, is_default = house(), robot(name).model, name == "lwr"
