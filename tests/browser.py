@@ -3,8 +3,6 @@
 No test sleeps: every wait is for something that can be seen in the page (an element, a pose, a number of drawn frames).
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -50,7 +48,6 @@ _HARMLESS = (
 
 
 def free_port() -> int:
-    """A free port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
@@ -120,7 +117,6 @@ def launch(playwright: Playwright) -> Browser:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """One browser for all tests; a missing browser is a failure, never a skip."""
     with sync_playwright() as playwright:
         try:
             started = launch(playwright)
@@ -207,7 +203,6 @@ def screenshot(page: Page, name: str) -> Path:
 
 
 def wait_frames(page: Page, count: int = 2) -> None:
-    """Wait until the page has drawn `count` more frames."""
     page.evaluate(
         "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })",
         count,
@@ -267,7 +262,6 @@ def world_position(page: Page, node: str) -> np.ndarray:
 
 
 def world_to_px(page: Page, point: Sequence[float] | np.ndarray) -> tuple[float, float]:
-    """Where a point of the scene is in the window, in CSS pixels."""
     x, y = page.evaluate(
         """p => { const { camera, nodeRefFromName, canvas } = __viserMutable, box = canvas.getBoundingClientRect();
              const v = camera.position.clone().set(...p); nodeRefFromName[""].localToWorld(v); v.project(camera);

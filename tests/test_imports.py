@@ -30,13 +30,11 @@ def imported(source: str) -> Iterator[str]:
 
 
 def wrong(floor: str, source: str) -> set[str]:
-    """What a source on a floor imports though it must not."""
     return {name for name in imported(source) if name.split(".")[0] in FORBIDDEN[floor] | {""}}
 
 
 @pytest.mark.parametrize("floor", FORBIDDEN)
 def test_imports_go_down_only(floor: str) -> None:
-    """No file of a floor imports a floor above it, nor what belongs to one; the engine of the lessons knows no page."""
     files = sorted((ROOT / floor).rglob("*.py"))
     assert len(files) > 5
     found = {str(file.relative_to(ROOT)): names for file in files if (names := wrong(floor, file.read_text(encoding="utf-8")))}

@@ -1,7 +1,5 @@
 """The wheel is complete: built from a clean copy and installed into a new environment, it serves from an empty folder."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -63,7 +61,6 @@ def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def url(command: Path, tmp_path: Path) -> Iterator[str]:
-    """The address of a server that was started in an empty folder."""
     serve = [command, "serve", "--no-open", "--port", "0"]
     with subprocess.Popen(serve, cwd=tmp_path, env=clean_environment(), stdout=subprocess.PIPE, text=True) as server:
         try:

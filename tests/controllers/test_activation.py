@@ -47,6 +47,5 @@ def test_slope_against_finite_differences(ratio: float, dm: float, n: float) -> 
     [(1, (1, 1, 0.8, 0.5, 0.2, 0.1)), (2, (1, 1, 0.64, 0.25, 0.04, 0.01)), (10, (1, 1, 0.1073741824, 2**-10, 1.024e-7, 1e-10))],
 )
 def test_figure_2(order: float, expected: tuple[float, ...]) -> None:
-    """The curves of Fig. 2, d_m = 0.1 m."""
     curve = [activation(d, 0.1, order) for d in (0.05, 0.1, 0.125, 0.2, 0.5, 1.0)]
     assert curve == pytest.approx(expected, rel=1e-12)

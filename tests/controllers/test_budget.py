@@ -24,7 +24,6 @@ def rate_at(d: float, dm: float, n: float, v: float, u: float, w: float) -> floa
 
 
 def euler(d: float, dt: float, steps: int, dm: float, n: float, v: float, u: float, w: float = 0.0) -> list[float]:
-    """Return the distances that explicit Euler makes of line (R)."""
     path = [d]
     for _ in range(steps):
         path.append(path[-1] + dt * budget.distance_rate(activation(path[-1], dm, n), v, u, w))
@@ -125,5 +124,4 @@ def test_the_limits_of_explicit_euler(dm: float, n: float, v: float, u: float, s
 
 @pytest.mark.parametrize(("d", "n", "speed"), [(0.15, 6, 0.3), (0.10, 6, 0.3), (0.30, 1, 0.15), (0.30, 2, 0.075)])
 def test_far_bias(d: float, n: float, speed: float) -> None:
-    """An arm with nothing to do is pushed away at λ v, even at twice d_m."""
     assert budget.far_bias_speed(d, 0.15, n, 0.3) == pytest.approx(speed)

@@ -28,7 +28,6 @@ def postures(room: Room) -> list[Array]:
 
 
 def hand_position(kinematics: Kinematics, arm: Arm, q: Array) -> Array:
-    """p(q) (3,)."""
     kinematics.update(q)
     return kinematics.hand_pose(arm).translation.copy()
 

@@ -18,7 +18,6 @@ LAWS = st.builds(SmoothPriority, st.floats(0.03, 0.30), st.floats(1.0, 20.0), st
 
 
 def vectors(entries: st.SearchStrategy[float], size: int = 7) -> st.SearchStrategy[Array]:
-    """Vectors (size,)."""
     return st.lists(entries, min_size=size, max_size=size).map(lambda numbers: np.array(numbers, float))
 
 
@@ -52,7 +51,6 @@ def test_the_paper_s_law_equals_its_matrices(law: SmoothPriority, situation: Sit
 
 @given(LAWS, SITUATIONS, vectors(ENTRIES))
 def test_motion_across_the_row_is_untouched(law: SmoothPriority, situation: Situation, direction: Array) -> None:
-    """What is orthogonal to J_d passes through the law unchanged; what lies along it does not (positive control)."""
     row = situation.row
     across = direction - row * (row @ direction) / (row @ row)
     change = law(situation) - situation.nominal
@@ -82,7 +80,6 @@ def test_the_smooth_projector_is_no_projector(row: Array, lam: float) -> None:
 
 
 def variant(law: SmoothPriority, *, feed_forward: bool = False, one_sided: bool = False) -> SmoothPriority:
-    """The same law with a switch thrown."""
     return SmoothPriority(law.critical_distance, law.order, law.nominal_velocity, feed_forward, one_sided)
 
 

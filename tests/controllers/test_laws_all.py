@@ -108,7 +108,6 @@ def test_without_obstacles_the_task_alone_counts(name: str, seed: int, n: int) -
 
 
 def test_positive_control_with_an_obstacle_it_does_not() -> None:
-    """The same, 50 mm from an obstacle that the task approaches: every law but the unprotected one changes something."""
     situation = regular_situation(3)._replace(distance=0.05)
     if situation.pull < 0.0:
         situation = situation._replace(nominal=-situation.nominal)
@@ -177,7 +176,6 @@ def test_resting_distances() -> None:
 
 @given(ANY_LAW, SEEDS)
 def test_coupled_both_arms_give_way(name: str, seed: int) -> None:
-    """One row over 14 joints, a task for each hand: the rate is that of any row, and each arm does its share of it."""
     law = LAWS[name]
     one, other = regular_situation(seed), regular_situation(seed + 1)
     row, nominal = np.concatenate([one.row, other.row]), np.concatenate([one.nominal, other.nominal])
@@ -233,7 +231,6 @@ def test_what_a_law_reads() -> None:
 
 @given(ANY_LAW, SEEDS, SIZES)
 def test_pure(name: str, seed: int, n: int) -> None:
-    """Read-only inputs suffice, stay as they are, and give the same bits again, whatever the law has solved in between."""
     law = LAWS[name]
     situation = with_pairs(regular_situation(seed, n), seed)
     arrays = [value for value in situation if isinstance(value, np.ndarray)]

@@ -62,7 +62,6 @@ def least_distance_solution(start: Array, G: Array, h: Array) -> Array:
 
 @given(SEEDS, SIZES, PAIRS)
 def test_every_inequality_holds_and_no_nearer_velocity_does_it(seed: int, n: int, pairs: int) -> None:
-    """All pairs at once, and the bounds; for up to 20 pairs another algorithm finds the same velocity."""
     p = problem(seed, n, pairs, feasible=True)
     velocities = LAW(p.situation)
     assert (p.rows @ velocities >= p.least - 1e-5).all()
@@ -73,7 +72,6 @@ def test_every_inequality_holds_and_no_nearer_velocity_does_it(seed: int, n: int
 
 
 def test_positive_control_the_problems_are_not_trivial() -> None:
-    """In most of them the task alone violates something, and several inequalities or bounds are at work at once."""
     active = []
     for seed in range(100):
         p = problem(seed, 7, 15, feasible=True)
@@ -201,5 +199,4 @@ def test_a_solver_that_gives_up(monkeypatch: pytest.MonkeyPatch, setup_flag: int
 
 @given(st.lists(st.floats(0.0, 0.1), max_size=20))
 def test_many_dampings_are_the_single_ones(squares: list[float]) -> None:
-    """`row_dampings` is `row_damping` of each."""
     assert_allclose(row_dampings(np.array(squares)), [row_damping(square) for square in squares], atol=1e-15)

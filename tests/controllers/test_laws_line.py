@@ -55,14 +55,12 @@ def test_the_push_is_the_slope_of_the_potential(law: PotentialField, distance: f
 
 @given(FIELDS, DISTANCES)
 def test_the_push_never_pulls(law: PotentialField, distance: float) -> None:
-    """f ≥ 0; 0 from d₀ on; the largest in overlap, where 1/d would have changed its sign."""
     assert law.push(distance) >= 0.0
     assert law.push(law.influence_distance) == law.push(math.inf) == 0.0
     assert law.push(distance) <= law.push(-0.1) == law.push(0.0) == law.push(law.least_distance)
 
 
 def test_an_influence_inside_the_least_distance_is_none() -> None:
-    """d₀ ≤ least distance: no push anywhere instead of one of the wrong sign, and no division by zero."""
     for influence in (0.02, 0.05):
         law = PotentialField(influence, 0.005, 0.05)
         assert [law.push(d) for d in (-0.1, 0.0, 0.03, 0.2)] == [0.0] * 4 and law.activation(0.0) == 0.0
@@ -70,7 +68,6 @@ def test_an_influence_inside_the_least_distance_is_none() -> None:
 
 @given(SEEDS, FIELDS)
 def test_the_push_does_not_look_at_the_task(seed: int, law: PotentialField) -> None:
-    """What is added is J_dᵀ f(d), whatever the arm was going to do."""
     situation = regular_situation(seed)
     for nominal in (situation.nominal, 0.0 * situation.nominal):
         change = law(situation._replace(nominal=nominal)) - nominal

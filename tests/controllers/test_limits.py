@@ -15,14 +15,12 @@ TOP_SPEED = np.radians([100.0, 110.0, 100.0, 130.0, 130.0, 180.0, 180.0])
 
 
 def lwr_box(positions: Array, gain: float = 10.0) -> VelocityBox:
-    """The LWR's box at q (7,)."""
     box = VelocityBox(-STOPS, STOPS, TOP_SPEED, gain)
     box.update(positions)
     return box
 
 
 def shares(size: int = 7) -> st.SearchStrategy[Array]:
-    """Vectors (size,) in [−1, 1]."""
     return st.lists(st.floats(-1.0, 1.0), min_size=size, max_size=size).map(lambda numbers: np.array(numbers, float))
 
 
@@ -47,7 +45,6 @@ def reach(row: Array, box: VelocityBox) -> tuple[float, float]:
 
 @given(shares(), st.integers(0, 1000), st.floats(1.0, 40.0), st.floats(0.00125, 0.020))
 def test_the_box_keeps_the_stops(share: Array, seed: int, gain: float, dt: float) -> None:
-    """q + clip(q̇) dt stays inside the stops for as long as one likes while g dt ≤ 1, however wild q̇ is."""
     random = np.random.default_rng(seed)
     box = VelocityBox(-STOPS, STOPS, TOP_SPEED, gain)
     q = share * STOPS
@@ -94,7 +91,6 @@ def test_the_box_is_top_speed_or_the_way_left(share: Array, gain: float) -> None
 
 @given(shares(), shares())
 def test_clip_is_the_nearest_velocity_in_the_box(share: Array, wish: Array) -> None:
-    """Clipping lands in the box, leaves what is inside alone, and does not write to its input."""
     box = lwr_box(share * STOPS)
     wish = 5.0 * wish
     wish.flags.writeable = False
@@ -122,7 +118,6 @@ def test_it_solves_the_quadratic_programme(place: Array, task: Array, row: Array
 
 @given(shares(), shares(), ROWS, st.sampled_from([-1.0, 1.0]), st.floats(1e-4, 2.0))
 def test_beyond_its_reach_it_gives_all_it_has(place: Array, task: Array, row: Array, side: float, beyond: float) -> None:
-    """A rate above (below) what the box can reach gets the largest (smallest) there is, and the shortfall is the rest."""
     box = lwr_box(place * STOPS)
     nominal = box.clip(task * TOP_SPEED)
     furthest = reach(row, box)[1 if side > 0.0 else 0]
@@ -137,7 +132,6 @@ def test_beyond_its_reach_it_gives_all_it_has(place: Array, task: Array, row: Ar
 
 @given(shares(), shares(), ROWS)
 def test_a_rate_that_the_task_has_already_changes_nothing(place: Array, task: Array, row: Array) -> None:
-    """r = J_d q̇_n: the nearest velocity is the task's own."""
     box = lwr_box(place * STOPS)
     nominal = box.clip(task * TOP_SPEED)
     bounded = bounded_row(nominal, row, float(row @ nominal), box)
@@ -147,7 +141,6 @@ def test_a_rate_that_the_task_has_already_changes_nothing(place: Array, task: Ar
 
 @given(shares(), shares(), ROWS, st.floats(-2.0, 2.0), st.floats(0.0, 1e-6))
 def test_continuous_in_the_rate(place: Array, task: Array, row: Array, rate: float, change: float) -> None:
-    """A rate larger by δ moves q̇ by at most δ over the smallest lever that is still felt, also across the edge of reach."""
     box = lwr_box(place * STOPS)
     nominal = box.clip(task * TOP_SPEED)
     before, after = bounded_row(nominal, row, rate, box), bounded_row(nominal, row, rate + change, box)
@@ -158,7 +151,6 @@ def test_continuous_in_the_rate(place: Array, task: Array, row: Array, rate: flo
 
 @given(shares(), shares(), ROWS, shares())
 def test_inputs_are_left_alone(place: Array, task: Array, row: Array, rates: Array) -> None:
-    """Read-only inputs suffice, and the same inputs give the same bits."""
     box = lwr_box(place * STOPS)
     nominal, row = box.clip(task * TOP_SPEED), row.copy()
     nominal.flags.writeable = row.flags.writeable = False
@@ -206,7 +198,6 @@ def test_the_reason_is_the_costliest_joint() -> None:
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_the_reason_is_a_stop_at_a_stop(side: float) -> None:
-    """The elbow at the stop that it would have to pass is named; at its other stop it is not in the way."""
     row = np.array([0.05, 0.1, 0.0, 0.5 * side, 0.0, 0.1, 0.0])
     q = np.zeros(7)
     q[3] = side * STOPS[3]

@@ -13,19 +13,15 @@ from controllers.kinematics import Array
 
 
 def entry(name: str) -> FigureEntry:
-    """The figure of a name."""
     return next(entry for entry in CATALOGUE if entry.name == name)
 
 
 @dataclass(frozen=True)
 class Table:
-    """A CSV file of a figure: its # lines, and its columns as text."""
-
     settings: dict[str, str]
     columns: dict[str, list[str]]
 
     def __getitem__(self, name: str) -> Array:
-        """A column of numbers; an empty cell is nan."""
         return np.array([float(cell) if cell else np.nan for cell in self.columns[name]])
 
 
@@ -41,7 +37,6 @@ def read(text: str) -> Table:
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where all the files are."""
     out = tmp_path_factory.mktemp("figures")
     assert figures(Figures(out=out, quick=True)) == 0
     return out

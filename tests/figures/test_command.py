@@ -28,7 +28,6 @@ def test_no_such_figure(only: str) -> None:
 
 
 def test_only_what_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """In a folder that is made; the style is left as it was."""
     before = dict(matplotlib.rcParams)
     out = tmp_path / "new" / "folder"
     assert figures(Figures(only="2", out=out, quick=True)) == 0

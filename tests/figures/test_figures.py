@@ -28,7 +28,6 @@ SLACK = 1e-4
 
 
 def csv_text(figure: FigureEntry, plan: Plan) -> str:
-    """The CSV of a figure that is drawn once more."""
     out = io.StringIO()
     write_csv(out, figure.draw(plan))
     return out.getvalue()
@@ -36,7 +35,6 @@ def csv_text(figure: FigureEntry, plan: Plan) -> str:
 
 @pytest.mark.parametrize("figure", CATALOGUE, ids=lambda e: e.name)
 def test_files(figure: FigureEntry, folder: Path) -> None:
-    """PNG at 200 dpi with something on it, SVG without a date, CSV with a header and rows."""
     with Image.open(folder / f"{figure.stem}.png") as picture:
         assert picture.width >= 1000 and picture.height >= 500
         assert np.asarray(picture.convert("L")).std() > 10.0
@@ -69,7 +67,6 @@ def test_runs_are_shared_and_progress_counts_every_step() -> None:
 
 
 def test_path(table: Numbers) -> None:
-    """The critical point stays away from a ball that the desired way would touch; and d is what the path says it is."""
     rows = table("path")
     s = {key: float(rows.settings[key]) for key in ("ball_x", "ball_y", "ball_z", "ball_radius", "point_radius")}
     centre, radii = np.array([s["ball_x"], s["ball_y"], s["ball_z"]]), s["ball_radius"] + s["point_radius"]
@@ -91,7 +88,6 @@ def test_activation(table: Numbers) -> None:
 
 
 def test_scheme(folder: Path) -> None:
-    """Every block has something that comes in and something that goes out."""
     lines = (folder / "fig4_scheme.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0] == "from,to,signal,meaning"
     ends = [line.split(",")[:2] for line in lines[1:]]
@@ -114,7 +110,6 @@ def test_hold(table: Numbers) -> None:
 
 
 def test_master_slave(table: Numbers) -> None:
-    """Apart the slave is where the master is; near each other it is not, and d_m is kept."""
     rows = table("master_slave")
     gap = np.max([np.abs(rows[f"slave_q{i}"] - rows[f"master_q{i}"]) for i in range(1, 8)], axis=0)
     assert CRITICAL - SLACK <= rows["d"].min() < CRITICAL + 0.05
@@ -153,7 +148,6 @@ def test_resting(table: Numbers) -> None:
 
 
 def test_threshold(table: Numbers) -> None:
-    """Kept while w ≤ v, lost when the person is much faster, and never lost if w is added to v."""
     rows = table("threshold")
     fed = rows["w_added"] == 1.0
     assert rows["d_min"][~fed & (rows["v_over_w"] >= 1.0)].min() >= CRITICAL - SLACK
@@ -162,7 +156,6 @@ def test_threshold(table: Numbers) -> None:
 
 
 def test_laws(table: Numbers) -> None:
-    """Every law that there is; the paper's keeps d_m and is smooth, the switch jumps, no law at all runs through the other arm."""
     rows = table("laws")
     names = np.array(rows.columns["law"])
     assert set(names) == set(specs(RunSettings)["law"].choices)
@@ -176,7 +169,6 @@ def test_laws(table: Numbers) -> None:
 
 
 def test_the_report_says_what_jumps_in_a_law_whose_acceleration_grows(folder: Path) -> None:
-    """Only the switch is called a law that jumps; and what is read from damaged text is said to be."""
     report = (folder / "report.md").read_text(encoding="utf-8")
     said = {line[2:].partition(":")[0]: line for line in report.splitlines() if "the largest q̈ is at" in line}
     assert "it is the law that jumps" in said["Strict priority, switched at d_m"]
@@ -201,7 +193,6 @@ def test_growth_is_1_if_the_acceleration_doubles_when_dt_is_halved_and_0_if_it_s
 
 
 def test_switches(table: Numbers) -> None:
-    """The closest pair alone: more changes and the same jump at a smaller dt. The smooth minimum: a step in proportion to dt."""
     rows = table("switches")
     kinds = np.array(rows.columns["pairs"])
     coarse, fine = rows["dt"].max(), rows["dt"].min()
@@ -229,7 +220,6 @@ def test_stability(table: Numbers) -> None:
 
 
 def test_report(folder: Path) -> None:
-    """Every figure has a section with its title, its three files, what the paper says, and what was found in numbers."""
     text = (folder / "report.md").read_text(encoding="utf-8")
     sections = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
     assert [section.splitlines()[0] for section in sections] == [figure.heading for figure in CATALOGUE]

@@ -24,12 +24,10 @@ RED, BLUE = np.array([0.7, 0.02, 0.02]), np.array([0.02, 0.02, 0.7])
 
 
 def shot(*meshes: Mesh) -> Array:
-    """A picture (HIGH, WIDE, 3) as numbers."""
     return render(meshes, CAMERA, WIDE, HIGH).astype(float)
 
 
 def is_red(picture: Array) -> NDArray[np.bool_]:
-    """Which pixels (HIGH, WIDE) are."""
     return picture[..., 0] > picture[..., 2] + 40.0
 
 
@@ -68,7 +66,6 @@ def test_what_is_in_front_hides_what_is_behind() -> None:
 
 
 def test_light_comes_from_above_and_casts_a_shadow() -> None:
-    """The upper half of a sphere is the brighter one, and what lies under another sphere is darker than it would be alone."""
     sphere = ball(np.array([0.0, 0.0, 1.0]), 0.2, RED)
     alone = shot(sphere)
     column = alone[:, WIDE // 2, 0]

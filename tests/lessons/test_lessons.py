@@ -25,30 +25,25 @@ LESSONS = our_book().lessons
 
 @cache
 def walks(id: str) -> tuple[Walk, ...]:
-    """Every path through a lesson, walked once."""
     return check_lesson(our_book(), LESSONS[our_book().index(id)])
 
 
 def step_of(lesson: str, step: str) -> Step:
-    """A step by name."""
     (found,) = [s for s in LESSONS[our_book().index(lesson)].steps if s.id == step]
     return found
 
 
 def outcome_of(lesson: str, step: str) -> StepOutcome:
-    """What its run comes to."""
     return reference(step_of(lesson, step), step_of(lesson, step).setup)
 
 
 def values(lesson: str, step: str, id: str) -> tuple[float, ...]:
-    """A measurement of a step, and its comparisons."""
     found = outcome_of(lesson, step).known(step_of(lesson, step))[id]
     assert all(value is not None for value in found)
     return tuple(float(value) for value in found if value is not None)
 
 
 def value_with(setup: Setup, name: str, **changes: object) -> Value:
-    """A measurement of a run with other settings."""
     return measured(setup.with_changes(tuple(changes.items())), ((name, ()),))[0]
 
 
@@ -168,7 +163,6 @@ def test_lesson_6_the_threshold_is_v_whatever_n_and_K(n: float, K: float) -> Non
 
 
 def test_lesson_6_loses_the_difference() -> None:
-    """w − v, within 2 mm/s."""
     assert values("hold", "faster", "loss")[0] == pytest.approx(values("hold", "faster", "formula")[0], abs=2e-3)
 
 
@@ -196,7 +190,6 @@ def test_lesson_8_the_bound_on_v_is_little_above_the_smallest_that_will_do() -> 
 
 
 def test_lesson_9_independent_tasks_come_back() -> None:
-    """Rank 4 against 3; a tenth of the error; M > 0 fails on the way and the error comes back all the same."""
     assert values("stability", "elbow_or_hand", "rank") == (4.0, 3.0)
     elbow, hand = values("stability", "elbow_or_hand", "error")
     assert elbow < 0.1 * hand

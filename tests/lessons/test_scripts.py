@@ -25,7 +25,6 @@ MEANT: dict[str, dict[str, Any]] = {"push": {"speed": 0.2}, "ball_to": {"place":
 
 
 def fresh(scene: str, **changes: object) -> Simulation:
-    """A simulation that has just begun."""
     settings = RunSettings()
     for key, value in {"scene": scene, **changes}.items():
         settings = changed(settings, key, value)
@@ -33,7 +32,6 @@ def fresh(scene: str, **changes: object) -> Simulation:
 
 
 def wishes(simulation: Simulation, name: str, times: list[float], **given: Any) -> list[Array]:
-    """Where a script wants hand or ball at some times."""
     person = script(name, checked_script(name, given, simulation.settings.scene), simulation)
     targets = [person.target(time) for time in times]
     return [target.position for target in targets if isinstance(target, (HandTarget, BallTarget))]
@@ -41,7 +39,6 @@ def wishes(simulation: Simulation, name: str, times: list[float], **given: Any) 
 
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_every_script_is_smooth_enough_the_same_every_time_and_moves_something(name: str) -> None:
-    """In every scene that it is for: finite wishes, equal the second time, and no step of the wish above 2 m/s."""
     for scene in SCRIPTS[name].scenes:
         given = MEANT.get(name, {})
         times = [0.01 * i for i in range(600)]
@@ -86,7 +83,6 @@ def test_a_push_arrives_as_the_approach_that_was_asked_for(speed: float) -> None
 
 
 def test_to_and_fro_begins_and_ends_at_rest() -> None:
-    """0 for the rest, 1 after the way, and back."""
     assert [to_and_fro(t, 3.0, 1.0) for t in (0.0, 1.0, 4.0, 5.0, 8.0, 9.0)] == [0.0, 0.0, 1.0, 1.0, 0.0, 0.0]
     path = np.array([to_and_fro(0.001 * i, 3.0, 1.0) for i in range(9000)])
     assert path.min() >= 0.0 and path.max() <= 1.0

@@ -31,7 +31,6 @@ class Contact:
         self.row = np.zeros(self.room.model.nv)
 
     def measure(self) -> float:
-        """Return d of the pair, and take note of its row [m]."""
         self.kinematics.update(self.q)
         self.detector.detect()
         self.row = self.detector.row(self.pair)
@@ -45,7 +44,6 @@ class Contact:
         return row * (speed / row.dot(row))
 
     def start_at(self, distance: float) -> None:
-        """Bring both arms to a distance of the pair, by Newton steps along the rows."""
         for _ in range(100):
             missing = distance - self.measure()
             step = float(np.clip(missing, -0.02, 0.02)) / 2.0
@@ -81,7 +79,6 @@ DM, V = 0.15, 0.3
 
 
 def contact_at(rig: RigName, distance: float, n: float, v: float = V, dm: float = DM, fed: bool = False) -> Contact:
-    """Arms at a distance under the paper's law."""
     contact = Contact(rig, SmoothPriority(dm, n, v, feed_forward=fed))
     contact.start_at(distance)
     return contact
@@ -90,7 +87,6 @@ def contact_at(rig: RigName, distance: float, n: float, v: float = V, dm: float 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("n", "u"), [(2.0, 0.2), (6.0, 0.05), (6.0, 0.2), (10.0, 0.2), (20.0, 0.4)])
 def test_static_resting_distance(rig: RigName, n: float, u: float) -> None:
-    """Against a steady pull and an obstacle that stands still, the real arm comes to rest within 1 mm of d*, from either side."""
     rest, tau = budget.resting_distance(DM, n, V, u), budget.settling_time(DM, n, V, u)
     dt = min(0.1 * tau, 0.02)
     for start in (rest - 0.02, rest + 0.02):

@@ -30,14 +30,12 @@ ROBOTS = get_args(RobotName)
 
 
 def experiment(scene: SceneName, name: LawName = "smooth_priority", **fields: object) -> RunSettings:
-    """The default settings of an experiment with a few changes."""
     settings = RunSettings(scene=scene, law=LawSettings(law=name))
     return replace(settings, **fields)  # pyright: ignore[reportArgumentType]
 
 
 @cache
 def long_run(settings: RunSettings, seconds: float = 30.0) -> Run:
-    """Computed once for all tests, so only to be read."""
     return run(settings, seconds)
 
 
@@ -68,7 +66,6 @@ def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: SceneN
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave"])
 def test_every_arm_does_every_experiment(robot: RobotName, scene: SceneName) -> None:
-    """Nothing is tied to the LWR: with the paper's law every arm keeps d_m while the hand is slower than v."""
     result = run(experiment(scene, robot=robot, rig="table"), 20.0)
     assert result.summary.d_min >= 0.15 - 1e-4
     assert result.summary.out_of_authority_s == 0.0
@@ -155,7 +152,6 @@ def test_followers_copy_their_models() -> None:
 
 @pytest.mark.parametrize("clip", get_args(ClipName))
 def test_imitated_angles_are_followed_where_nothing_is_near(clip: ClipName) -> None:
-    """Without avoidance the joints follow what is asked within a few degrees; what is asked is recorded for all four."""
     result = long_run(experiment("imitation", "unprotected", clip=clip), 20.0)
     q, wanted = (result.simulation.history.positions(result.table), result.simulation.history.desired(result.table))
     assert np.isfinite(wanted).all()
@@ -166,7 +162,6 @@ def test_imitated_angles_are_followed_where_nothing_is_near(clip: ClipName) -> N
 @pytest.mark.parametrize("point", get_args(ControlPoint))
 @pytest.mark.parametrize("motion", get_args(BallMotion))
 def test_the_ball_is_passed_clear(point: ControlPoint, motion: BallMotion) -> None:
-    """Fig. 1: the hand gets from A to B, and what must keep clear does; the task alone would touch the threshold."""
     result = long_run(experiment("ball", point=point, ball=motion))
     assert result.summary.d_min >= 0.15 - 1e-4
     assert long_run(experiment("ball", "unprotected", point=point, ball=motion)).summary.d_min < 0.15

@@ -26,8 +26,6 @@ TOP_SPEED = 0.25
 
 
 class Led:
-    """One arm that is led by the hand, and nothing else: a guide with what it needs."""
-
     def __init__(self, rig: RigName = "torso", side: ArmName = "right", robot: RobotName = "lwr") -> None:
         room = build_room(rig, robot)
         self.room, self.arm, self.robot, self.q = room, room.arm(side), room.robots[0], room.start.copy()
@@ -39,7 +37,6 @@ class Led:
         self.kinematics.update(self.q)
 
     def step(self, target: HandTarget | None, dt: float = DT, top_speed: float = TOP_SPEED) -> Array:
-        """Follow for one tick; return q̇ (7,), a copy."""
         joints = self.arm.joints
         self.box.update(self.q[joints])
         dq = self.guide.follow(target, self.q[joints], dt, top_speed).copy()
@@ -58,12 +55,10 @@ class Led:
 
     @property
     def hand(self) -> pin.SE3:
-        """The hand's pose, a copy."""
         return self.kinematics.hand_pose(self.arm).copy()
 
     @property
     def elbow(self) -> Array:
-        """The elbow (3,)."""
         return self.kinematics.joint_point(self.arm.elbow)
 
     def axis(self) -> Array:
@@ -77,7 +72,6 @@ class Led:
 
 
 def wishes(led: Led, seed: int, reach: float) -> Iterator[HandTarget | None]:
-    """Targets that jump about, with and without rotation and elbow, and pauses."""
     random = np.random.default_rng(seed)
     place = led.hand.translation
     while True:
@@ -92,7 +86,6 @@ def wishes(led: Led, seed: int, reach: float) -> Iterator[HandTarget | None]:
 @settings(max_examples=25)
 @given(st.sampled_from(RIG_NAMES), st.sampled_from(["left", "right"]), st.integers(0, 10_000), st.floats(0.2, 10.0))
 def test_it_stays_inside_the_stops_and_below_top_speed(rig: RigName, side: ArmName, seed: int, reach: float) -> None:
-    """Also with wishes 10 m away; the other arm stands still."""
     led = Led(rig, side)
     start, joints = led.q.copy(), led.arm.joints
     targets = wishes(led, seed, reach)
@@ -134,7 +127,6 @@ def test_it_reaches_what_it_can_reach(rig: RigName, side: ArmName, robot: RobotN
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_it_follows_rotation(rig: RigName) -> None:
-    """A turn by .5 rad is followed to a degree while the hand stays; without a wished rotation it is not (positive control)."""
     for asked in (True, False):
         led = Led(rig)
         home = led.hand
@@ -153,7 +145,6 @@ def test_it_follows_rotation(rig: RigName) -> None:
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("with_rotation", [False, True])
 def test_the_elbow_swivels_about_a_hand_that_stays(rig: RigName, with_rotation: bool) -> None:
-    """Pulling the elbow sideways moves it by centimetres, towards the pull, and the hand by less than 2 mm."""
     led = Led(rig)
     home, elbow = led.hand, led.elbow
     shoulder = led.kinematics.joint_point(led.arm.shoulder)

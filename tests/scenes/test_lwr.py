@@ -23,7 +23,6 @@ def other() -> yourdfpy.URDF:
 
 
 def flange_pose(model: pin.Model, q: np.ndarray) -> np.ndarray:
-    """(4, 4)"""
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
     return data.oMf[model.getFrameId(FLANGE)].homogeneous

@@ -21,7 +21,6 @@ GOOD = "t,x,y,z\n0,0.1,0.2,0.3\n1,0.2,0.2,0.3\n2.5,0.2,-0.4,0.3\n"
 
 
 def reading(folder: Path, content: str | bytes) -> Recording:
-    """What is read from a file with this content."""
     path = folder / "hand.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return read_inputs(path)
@@ -132,7 +131,6 @@ HEADER = ",".join(["t", "d", "lambda", "e2", "u", "w", "pair", *JOINTS])
 
 
 def exported(seed: int) -> tuple[str, Simulation]:
-    """A short run as CSV."""
     simulation = Simulation(hold_settings("table", seed=seed))
     table = play(simulation, wander(simulation, 60, seed))
     out = io.StringIO(newline="")

@@ -26,7 +26,6 @@ from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, s
 
 @cache
 def session(scene: SceneName, law: LawName, seconds: float, window: float) -> tuple[Simulation, Recorded]:
-    """A run with the experiment's own person whose settings change twice, and its last seconds."""
     return recorded_run(
         scene_settings(scene, law=law), seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}}
     )
@@ -49,7 +48,6 @@ def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: SceneName, law: L
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_last_seconds_are_a_piece_of_their_own(scene: SceneName) -> None:
-    """To the step and the last bit: within one stretch, over changes of the settings and of the time step, and all of it."""
     simulation, recorded = session(scene, "smooth_priority", 2.6, 1.6)
     table = simulation.history.table(recorded.steps)
     for seconds in (0.004, 1.0, recorded.seconds - recorded.dt, recorded.seconds, math.inf):

@@ -19,7 +19,6 @@ FLAGS = [key for key in SPECS if isinstance(DEFAULTS[key], bool)]
 
 
 def refused(key: str, value: object, *words: str) -> None:
-    """Check that a value is refused, by a line that names the key and every one of the words, and nothing is changed."""
     settings = RunSettings()
     with pytest.raises(BadSetting) as caught:
         changed(settings, key, value)
@@ -33,7 +32,6 @@ def refused(key: str, value: object, *words: str) -> None:
 
 
 def bounds(spec: Spec) -> tuple[str, str]:
-    """The range as a message writes it."""
     return f"{spec.low:g}", f"{spec.high:g}"
 
 
@@ -80,7 +78,6 @@ def test_the_promised_defaults_and_ranges() -> None:
 
 
 def taken(key: str, value: object, expected: object) -> None:
-    """Check that a value is taken over as expected, and that every other field still has its default."""
     settings = changed(RunSettings(), key, value)
     assert values(settings) == DEFAULTS | {key: expected}
     assert type(values(settings)[key]) is type(DEFAULTS[key])

@@ -191,7 +191,6 @@ def test_glbs_load_back(link: int) -> None:
 
 @pytest.mark.parametrize("link", range(8))
 def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours(link: int) -> None:
-    """The colours are the materials', between half and twice as bright, and a sheen; the browser is told not to light them."""
     (loaded,) = trimesh.load_scene(io.BytesIO(shells.link_glbs("orange", coarse=True)[link]), file_type="glb").geometry.values()
     parts = shells.link_meshes(True)[link]
     assert isinstance(loaded, trimesh.Trimesh)
@@ -208,8 +207,6 @@ def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours
 
 
 class Builder:
-    """Builds, and counts how often."""
-
     def __init__(self) -> None:
         self.times = 0
 

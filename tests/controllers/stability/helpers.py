@@ -1,7 +1,5 @@
 """Random tasks whose M is to be looked at."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 
@@ -21,7 +19,6 @@ def tasks(seed: int, m: int, n: int = 7) -> tuple[Array, Array]:
 
 
 def sym(matrix: Array) -> Array:
-    """Symmetric part."""
     return np.asarray(0.5 * (matrix + matrix.T), np.float64)
 
 

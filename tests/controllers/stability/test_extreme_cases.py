@@ -1,7 +1,5 @@
 """Section III where tasks are orthogonal, dependent, alone, singular or without a lever, and settings that are refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -122,7 +120,6 @@ def test_ranks_are_those_of_singular_values(seed: int, m: int, angle: float) -> 
 
 
 def test_what_cannot_be_analysed_is_refused() -> None:
-    """A λ or a gain that cannot be is named, with what could be; what is no pair of Jacobians is refused."""
     for lam, K_a, K_b, what in (
         (-0.1, 1, 1, "λ"),
         (1.1, 1, 1, "λ"),
@@ -140,7 +137,6 @@ def test_what_cannot_be_analysed_is_refused() -> None:
 
 
 def test_pure() -> None:
-    """Read-only inputs suffice, the result is read-only, and the same inputs give the same bits."""
     row, J_b = tasks(1, 3)
     row.flags.writeable = J_b.flags.writeable = False
     first, second = (analyse(row, J_b, 0.5, 2.0, 3.0) for _ in range(2))

@@ -1,7 +1,5 @@
 """M of eq. (25), and what follows from it: eigenvalues, the condition, and when V falls."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

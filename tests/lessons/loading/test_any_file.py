@@ -1,7 +1,5 @@
 """Any text at all is a lesson or a mistake with a line of its own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -18,7 +16,6 @@ EXTRA = ("```\n", "```duet\n", "## X\n", "### Hints\n", "[challenge]\n", "[[why]
 
 @st.composite
 def broken(draw: st.DrawFn) -> str:
-    """The small lesson with a few lines lost, doubled, swapped or spoilt."""
     lines = list(LINES)
     for _ in range(draw(st.integers(1, 4))):
         at = draw(st.integers(0, len(lines) - 1))
@@ -43,7 +40,6 @@ def broken(draw: st.DrawFn) -> str:
 
 
 def load_text(folder: Path, text: str) -> tuple[Lesson | None, int]:
-    """Load one text; return the lesson, or the line of the problem."""
     (folder / "01-small.md").write_bytes(text.encode("utf-8", "surrogatepass"))
     book = load_lessons(folder)
     assert len(book.lessons) + len(book.problems) == 1
@@ -78,7 +74,6 @@ KEYS = ("id", "settings", "start", "input", "seconds", "camera", "plots", "numbe
 
 
 def toml(value: object) -> str:
-    """A value as TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):

@@ -1,7 +1,5 @@
 """The command that checks lessons, and the document that says how they are written."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A broken lesson is named with its line and the remedy, and nothing else suffers."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -14,7 +12,6 @@ from tests.lessons.helpers import SMALL, book_of
 
 
 def line_with(text: str, part: str) -> int:
-    """The number of the only line with a part in it."""
     (line,) = [number for number, line in enumerate(text.splitlines(), 1) if part in line]
     return line
 

@@ -1,7 +1,5 @@
 """What is no file in a folder of lessons, or beside one, is named and left out; nothing waits for it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -28,7 +26,6 @@ print(*(str(problem) for problem in book.problems), sep="\\n")
 
 
 def answers(code: str, *arguments: str) -> list[str]:
-    """The lines that a program prints, which must not take for ever."""
     done = subprocess.run(
         [sys.executable, "-c", code, *arguments], capture_output=True, encoding="utf-8", timeout=100, check=False, cwd=ROOT
     )

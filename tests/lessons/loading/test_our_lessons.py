@@ -1,7 +1,5 @@
 """Our own lessons: complete in every language, with notes, pictures and documents that name what exists."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re
@@ -71,7 +69,6 @@ def test_translations_keep_the_numbers_and_the_equations() -> None:
 
 
 def words_of(step: object) -> str:
-    """All texts of a step."""
     return repr(dataclasses.astuple(step))  # pyright: ignore[reportArgumentType]
 
 
@@ -96,7 +93,6 @@ def test_our_pictures_are_svg_with_a_title() -> None:
 
 
 def test_what_translated_lessons_measure_is_named_in_their_language() -> None:
-    """Of lessons 1 to 3, but for symbols, which are the same everywhere."""
     for language in LANGUAGES[1:]:
         for lesson in our_book(language).lessons[:3]:
             for step in lesson.steps:
@@ -129,7 +125,6 @@ def test_what_pulls_at_the_elbow_is_called_as_on_the_panel_beside_it() -> None:
 
 
 def test_the_model_says_what_the_program_and_the_paper_do() -> None:
-    """Top speeds of the arm, λ in overlap, and who avoids."""
     model = (FOLDER / "model.md").read_text(encoding="utf-8")
     speeds = [round(math.degrees(joint.velocity_limit)) for joint in JOINTS]
     assert f"({min(speeds)}° to {max(speeds)}° a second)" in model

@@ -1,7 +1,5 @@
 """Runs to measure, and what is seen of them without the measurements' own code."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -25,7 +23,6 @@ UP = (0.0, 0.0, 1.0)
 
 
 def setup(seconds: float = 8.0, given: Input | None = None, start: Start | None = None, **changes: object) -> Setup:
-    """A run by its settings."""
     return Setup(tuple(changes.items()), given or Input("none"), start, seconds, FOLDER)
 
 
@@ -36,7 +33,6 @@ TURN = Input("script", "elbow_to", (("angle", 0.6),))
 
 
 def ball_at(*place: Any) -> Start:
-    """A start with the ball at a place."""
     return Start(RoomPlace(*place))
 
 
@@ -59,38 +55,30 @@ RUNS: dict[str, Setup] = {
 
 @dataclass
 class Seen:
-    """A run, looked at with nothing of the lessons."""
-
     simulation: Simulation
     table: Array
 
     def col(self, name: str) -> Array:
-        """A column of the history."""
         return self.table[:, COLUMN[name]]
 
     @property
     def q(self) -> Array:
-        """All positions."""
         return self.simulation.history.positions(self.table)
 
     @property
     def dq(self) -> Array:
-        """The arm's velocities."""
         return self.simulation.history.velocities(self.table)[:, self.simulation.avoiding.joints]
 
     def place(self, q: Array, what: str = "hand") -> Array:
-        """Where the hand or the elbow is, by Pinocchio alone."""
         model, arm = self.simulation.room.model, self.simulation.avoiding
         data = model.createData()
         pin.framesForwardKinematics(model, data, np.ascontiguousarray(q))
         return (data.oMf[arm.hand].translation if what == "hand" else data.oMi[arm.elbow].translation).copy()
 
     def path(self, what: str) -> Array:
-        """Where it was in every step."""
         return np.array([self.place(q, what) for q in self.q])
 
     def jacobian(self, function: Callable[[Array], Array], q: Array) -> Array:
-        """By central differences over the arm's joints."""
         columns: list[Array] = []
         joints = self.simulation.avoiding.joints
         for j in range(joints.start, joints.stop):
@@ -100,7 +88,6 @@ class Seen:
         return np.array(columns, np.float64).T
 
     def point(self, q: Array) -> Array:
-        """Where the control point is."""
         return self.place(q, "hand" if self.simulation.settings.point == "hand" else "elbow")
 
     def gap(self, q: Array) -> Array:
@@ -109,11 +96,9 @@ class Seen:
         return np.array([float(np.linalg.norm(self.point(q) - ball)) - BALL_RADIUS - POINT_RADIUS])
 
     def lever(self, row: int) -> Array:
-        """J_d (n,) by differences."""
         return self.jacobian(self.gap, self.q[row])[0]
 
     def hand_jacobian(self, row: int) -> Array:
-        """J (3, n) by differences."""
         return self.jacobian(self.place, self.q[row])
 
     def blocks(self, row: int) -> Array:
@@ -125,19 +110,16 @@ class Seen:
         return K * np.block([[J_a @ a, J_a @ N @ b], [J_b @ a, J_b @ N @ b]])
 
     def least(self, row: int) -> float:
-        """Smallest eigenvalue of the symmetric part."""
         M = self.blocks(row)
         return float(np.linalg.eigvalsh((M + M.T) / 2.0).min())
 
     def rho(self, row: int) -> float:
-        """Cosine between J_d and the row space of J, by least squares."""
         j, J = self.lever(row), self.hand_jacobian(row)
         return float(np.linalg.norm(J.T @ np.linalg.lstsq(J.T, j, rcond=None)[0]) / np.linalg.norm(j))
 
 
 @cache
 def seen(name: str) -> Seen:
-    """A run, made once; only to be read."""
     simulation = simulated(RUNS[name])
     return Seen(simulation, simulation.history.table())
 

@@ -1,7 +1,5 @@
 """Closed forms, in runs of the lessons' own kind."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

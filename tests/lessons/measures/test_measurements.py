@@ -1,7 +1,5 @@
 """Every measurement against a computation that shares nothing with it but the run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -31,7 +29,6 @@ def circle_error(s: Seen, time: float) -> Array:
 
 
 def first_over_half(s: Seen) -> int:
-    """The step in which λ is first 1."""
     return next(k for k, lam in enumerate(s.col("lambda")) if lam > 0.5)
 
 
@@ -42,7 +39,6 @@ def crossing(s: Seen, at: float) -> int:
 
 
 def e(s: Seen) -> Array:
-    """|e|."""
     return s.col("e2") ** 0.5
 
 
@@ -53,7 +49,6 @@ def fall(s: Seen) -> int:
 
 
 def length(s: Seen, row: int) -> float:
-    """|J_d|."""
     return float(np.linalg.norm(s.lever(row)))
 
 
@@ -133,7 +128,6 @@ def away(s: Seen) -> Array:
 
 
 def rank_of(s: Seen) -> float:
-    """Of both tasks' rows, by differences."""
     return float(np.linalg.matrix_rank(np.vstack([s.lever(-1), s.hand_jacobian(-1)]), tol=1e-4))
 
 

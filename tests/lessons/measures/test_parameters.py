@@ -1,7 +1,5 @@
 """Parameters of measurements, how values are read, and rows that were forgotten."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -44,7 +42,6 @@ def test_values_are_read_with_unit_and_true_signs() -> None:
 
 
 def test_a_row_that_was_forgotten_is_not_taken_for_another() -> None:
-    """A history of 100 steps: what happened before is not known, rather than wrong."""
     simulation = Simulation(setup(scene="solo", path="circle", dt=0.02, k=2.0).run, 100)
     for _ in range(500):
         simulation.step(None)

@@ -1,7 +1,5 @@
 """Whatever a student does, nothing gets stuck."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -26,8 +24,6 @@ ACTIONS = st.lists(
 
 
 class Student:
-    """Does things, and a page that goes along."""
-
     def __init__(self, book: LessonBook) -> None:
         self.walk = Walkthrough(book)
         self._turn = -1
@@ -41,7 +37,6 @@ class Student:
             self._person = self.walk.target_source(self.simulation)
 
     def do(self, action: str | tuple[object, ...]) -> None:
-        """One thing."""
         walk, simulation = self.walk, self.simulation
         match action:
             case "next":

@@ -1,7 +1,5 @@
 """The order of things in a lesson: goal, prediction, run, outcome and reason, and the ways back."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """What survives a reload: all of it, what still fits of it, and of nonsense a fresh start."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

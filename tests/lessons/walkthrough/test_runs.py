@@ -1,7 +1,5 @@
 """The run that a page makes for a step of a lesson."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

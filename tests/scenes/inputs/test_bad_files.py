@@ -42,7 +42,6 @@ def with_parts(**changes: Any) -> bytes:
 
 
 def edited(name: str, index: int, value: float) -> dict[str, np.ndarray]:
-    """A part with one number replaced."""
     with np.load(io.BytesIO(DATA)) as arrays:
         array = arrays[name].copy()
     array[index] = value

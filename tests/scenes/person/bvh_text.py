@@ -73,7 +73,6 @@ STYLES = {"mixamo": MIXAMO, "twisted": TWISTED, "poser": POSER, "blender": BLEND
 
 
 def write_bvh(source: PersonSource, style: Style, frames: int = 60, frame_time: float = 0.05, seed: int = 1) -> str:
-    """A BVH file of a person who also walks about and turns."""
     writer = _Writer(style)
     random = np.random.default_rng(seed)
     drift = random.uniform(-0.3, 0.3, 3)
@@ -148,7 +147,6 @@ class _Writer:
         return f"OFFSET {x:.6f} {y:.6f} {z:.6f}"
 
     def frame(self, angles: Array, body: Array, place: Array) -> list[float]:
-        """One row: every joint's channels."""
         C, style = np.array(self.style.axes), self.style
         local = {style.hips: body}
         for i, side in enumerate(SIDES):

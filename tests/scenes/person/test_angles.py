@@ -30,7 +30,6 @@ EYE = np.eye(3)
 
 
 def arm_angles(shoulder: Array, elbow: Array, wrist: Array, side: ArmName, previous: Array | None = None) -> Array:
-    """The angles of an arm from its three points in the torso frame: the inverse of `arm_points`."""
     upper, forearm = (bone / np.linalg.norm(bone) for bone in (elbow - shoulder, wrist - elbow))
     return direction_angles(upper, forearm, side, previous)
 
@@ -52,7 +51,6 @@ def body_points(angles: Array, turn: Array = EYE, place: Array = FORWARD, scale:
     ],
 )  # fmt: skip
 def test_the_words_of_the_docstring(degrees: tuple[float, ...], upper: Array, forearm: Array) -> None:
-    """Each angle does what its name says; the right arm does the same in a mirror."""
     angles = np.radians(np.array(degrees, float))
     mirror = np.array([1.0, -1.0, 1.0])
     for side, flip in zip(SIDES, (1.0, mirror), strict=True):
@@ -91,7 +89,6 @@ def test_round_trip_of_the_angles(angles: Array, side: ArmName) -> None:
 
 @given(arms, st.sampled_from(SIDES), st.floats(0.05, 3.0))
 def test_round_trip_of_the_points(angles: Array, side: ArmName, scale: float) -> None:
-    """In every posture, singular ones too, the angles give back where the bones pointed, whoever is tracked."""
     person = Proportions(0.4 * scale, 0.3 * scale, 0.25 * scale)
     points = arm_points(angles, side, person)
     back = arm_points(arm_angles(*points, side), side, person)
@@ -114,7 +111,6 @@ def test_any_frame_and_unit(angles: Array, rotation: tuple[float, float, float],
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("tilt", [0.0, 0.002, -0.03])
 def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
-    """An arm that is raised sideways, past the T and over the head, jumps in no angle, and its bones stay where they are seen."""
     previous, worst_step, worst_miss = np.radians([0.0, 10.0, 0.0, 80.0]), 0.0, 0.0
     for raised in np.radians(np.linspace(10.0, 170.0, 321)):
         directions = arm_directions(np.array([tilt, raised, 0.0, math.radians(80.0)]), side)
@@ -174,7 +170,6 @@ def test_memory_of_angles() -> None:
 
 @given(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(0.0, 1.0))
 def test_remembered(angle: float, previous: float, sine: float) -> None:
-    """Between the old value and the nearest way to the new one; the new one, up to turns, if it can be trusted."""
     found = remembered(angle, previous, sine)
     step = wrapped(angle - previous)
     assert min(0.0, step) - 1e-12 <= found - previous <= max(0.0, step) + 1e-12

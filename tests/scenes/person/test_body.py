@@ -32,7 +32,6 @@ def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @cache
 def human() -> pin.Model:
-    """The model as Pinocchio reads it."""
     return pin.buildModelFromUrdf(str(body._human_urdf()))
 
 
@@ -85,7 +84,6 @@ def test_the_nodes_go_where_the_arms_go() -> None:
 
 
 def test_the_parts() -> None:
-    """Five nodes, parents first, small, and of the right size."""
     parts = body.body_parts()
     assert tuple(part.name for part in parts) == NAMES
     assert all(part.parent in ("", *NAMES[:i]) for i, part in enumerate(parts))
@@ -103,7 +101,6 @@ def test_the_parts() -> None:
 
 
 def test_bones_run_along_the_meshes() -> None:
-    """Each arm's mesh lies around its own bone, from joint to joint, and left and right are mirror images."""
     p, meshes = MODEL_PROPORTIONS, body.person_meshes()
     for side in SIDES:
         for name, length in ((f"{side}_upper_arm", p.upper_arm), (f"{side}_forearm", p.forearm)):
@@ -118,7 +115,6 @@ def test_bones_run_along_the_meshes() -> None:
 
 
 def test_the_cache(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second time nothing is built; nor is anything needed of the package but its version."""
     first = [part.glb for part in body.body_parts()]
     assert list(cache_folder.iterdir())
     body.body_parts.cache_clear()

@@ -20,7 +20,6 @@ ROW = next(i for i, line in enumerate(LINES) if line.startswith("Frame Time")) +
 
 
 def refused(source: Path | str | bytes, *words: str) -> None:
-    """Check that a file is refused by one line that says all the words."""
     with pytest.raises(BadInputFile) as caught:
         read_bvh(source)
     text = str(caught.value)
@@ -31,7 +30,6 @@ def refused(source: Path | str | bytes, *words: str) -> None:
 
 
 def with_line(index: int, line: str) -> str:
-    """The good file with one line changed."""
     return "\n".join([*LINES[:index], line, *LINES[index + 1 :]])
 
 
@@ -120,7 +118,6 @@ def test_bad_files(tmp_path: Path) -> None:
 
 
 def test_too_large(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Size is bounded in bytes, lines, joints and frames, before anything large is made."""
     path = tmp_path / "big.bvh"
     path.write_text(GOOD)
     monkeypatch.setattr(bvh_file, "MOST_BYTES", 100)

@@ -54,7 +54,6 @@ def test_landmarks_to_angles_also_without_hips(angles: Array) -> None:
 
 @pytest.mark.parametrize("landmark", ARMS)
 def test_lost(landmark: int) -> None:
-    """Each joint of the arms must be visible, finite, and not on top of the next."""
     good = landmarks_of(Clip("wave", 1).angles(1.0))
     assert landmarks_to_angles(good, SEEN) is not None
     hidden = SEEN.copy()
@@ -72,7 +71,6 @@ def test_lost(landmark: int) -> None:
 
 
 def test_a_noisy_sequence_with_drop_outs() -> None:
-    """A clip seen with a centimetre of noise, and now and then not at all: near the truth, and without whole turns."""
     random, clip, previous, errors, lost = np.random.default_rng(5), Clip("medley", 2), None, [], 0
     for t in np.arange(0.0, clip.duration, 1.0 / 30.0):
         visibility = np.where(random.uniform(size=33) < 0.01, 0.2, 0.9)
@@ -88,8 +86,6 @@ def test_a_noisy_sequence_with_drop_outs() -> None:
 
 
 class Reel:
-    """A film of clip postures; the picture number is in its first pixel."""
-
     def __init__(self, count: int, live: bool = True, rate: float = 1000.0, fault: int = -1) -> None:
         self.live, self.count, self.rate, self.fault = live, count, rate, fault
         self.at, self.closed = 0, threading.Event()
@@ -110,8 +106,6 @@ class Reel:
 
 
 class Eye:
-    """Knows the clip; blind for the pictures named."""
-
     def __init__(self, *blind: int) -> None:
         self.blind, self.seen, self.closed = blind, threading.Semaphore(0), False
 
@@ -135,12 +129,10 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 def near(found: Array | None, picture: int) -> bool:
-    """Whether these are the angles in a picture."""
     return found is not None and bool(np.abs(found - Clip("wave", 1).angles(0.1 * picture)).max() < 1e-6)
 
 
 def test_the_newest_counts() -> None:
-    """Whatever the time that is asked for, the last picture is the answer; no person in it is None; stopping lets go of everything."""
     now, reel, eye = [0.0], Reel(200), Eye(40)
     source = CameraSource(reel, eye, clock=lambda: now[0]).start()
     try:

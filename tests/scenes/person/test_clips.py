@@ -66,8 +66,6 @@ def test_names_seeds_and_refusals() -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_person_does_what_the_name_says(seed: int) -> None:
-    """Clapping hands meet, crossing wrists pass each other, and a wave is up beside the head."""
-
     def wrists(clip: Clip) -> np.ndarray:
         times = np.arange(0.0, clip.duration, 0.02)
         return np.array([[arm_points(clip.angles(t)[i], s)[2] for i, s in enumerate(("left", "right"))] for t in times])

@@ -40,7 +40,6 @@ def test_no_camera() -> None:
 
 
 def test_a_real_video(tmp_path: Path) -> None:
-    """OpenCV reads a video picture by picture, in RGB, with its times; a file that is none is refused."""
     cv2 = pytest.importorskip("cv2")
     path = tmp_path / "red.avi"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (64, 48))

@@ -56,7 +56,6 @@ def test_steps_rates_and_inputs() -> None:
     st.integers(2, 9),
 )  # fmt: skip
 def test_the_step_does_not_matter(inputs: list[float], cutoff: float, rate: float, dt: float, parts: int) -> None:
-    """One step, or many short ones with the same input: the same output; and never faster than allowed."""
     one, many = (AngleFilter(np.zeros(1), cutoff, rate) for _ in range(2))
     for x in inputs:
         before = one.values.copy()
@@ -70,7 +69,6 @@ def test_the_step_does_not_matter(inputs: list[float], cutoff: float, rate: floa
 
 @pytest.mark.parametrize("missing", [None, np.full((2, 4), np.nan), np.array([[0, 0, 0, np.inf], [0, 0, 0, 0.0]])])
 def test_lost(missing: np.ndarray | None) -> None:
-    """Without a person, the output comes to rest at what was seen last, and says for how long; then it goes on."""
     low_pass = AngleFilter(ZERO)
     seen = np.full((2, 4), 0.4)
     for _ in range(20):

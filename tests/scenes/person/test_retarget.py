@@ -27,17 +27,14 @@ REACHABLE = float(LIMITS[1])
 
 @cache
 def room() -> Room:
-    """The room of the torso, and whatever its capsules are."""
     return build_room("torso")
 
 
 def bases(rig: RigName = "torso") -> tuple[pin.SE3, pin.SE3]:
-    """Where the arms stand, left first."""
     return RIGS[rig].left_base, RIGS[rig].right_base
 
 
 def pointed(q: Array, arm: int, rig: RigName = "torso") -> tuple[Array, Array]:
-    """Where a robot's upper arm and forearm point, by the forward kinematics of its model; world."""
     robot = room().robots[arm]
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, np.concatenate([q, np.zeros(3)]))
@@ -55,7 +52,6 @@ def reachable(angles: Array, arm: int, rig: RigName = "torso") -> bool:
 
 
 def joint_distance(q: Array) -> float:
-    """The smallest distance between the robots' arms with these first four joints each [m]."""
     kinematics = Kinematics(room().model, room().arms)
     posture = room().start.copy()
     for arm, joints in zip(room().arms, q, strict=True):
@@ -67,7 +63,6 @@ def joint_distance(q: Array) -> float:
 @pytest.mark.parametrize("rig", ["torso", "table"])
 @given(bodies(arms))
 def test_directions_match(rig: RigName, angles: Array) -> None:
-    """Forward kinematics gives back the person's directions; joints stay inside their limits in any case."""
     q = natural_pose(angles, RIGS[rig])
     assert (np.abs(q) <= LIMITS + 1e-12).all()
     for arm, side in enumerate(SIDES):
@@ -78,7 +73,6 @@ def test_directions_match(rig: RigName, angles: Array) -> None:
 
 @given(bodies(arms), st.integers(0, 10_000))
 def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
-    """Whatever the joints were before, off the axes the directions match, and nothing leaves its limits."""
     before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS, (2, 4))
     retargeter = Retargeter()
     retargeter.reset(before)
@@ -96,7 +90,6 @@ def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
 @settings(max_examples=600)
 @given(arms, st.integers(0, 10_000))
 def test_the_nearest_branch(angles: Array, seed: int) -> None:
-    """Among the closed-form solutions inside the limits, none is nearer to the joints before than the one that is taken."""
     before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS)
     base = RIGS["torso"].left_base.rotation
     directions = arm_directions(angles, "left")
@@ -134,7 +127,6 @@ def test_mirror_images_and_bones_out_of_reach(angles: Array) -> None:
 @pytest.mark.parametrize("name", CLIP_NAMES)
 @pytest.mark.parametrize("seed", range(3))
 def test_clips_never_leap(name: ClipName, seed: int) -> None:
-    """Every clip is followed on one branch, inside the limits, and at speeds that the robots nearly have."""
     clip, dt = Clip(name, seed), 0.02
     retargeter = Retargeter()
     q = np.array([retargeter.joints(clip.angles(k * dt)) for k in range(int(clip.duration / dt) + 2)])

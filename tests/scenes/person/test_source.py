@@ -10,7 +10,6 @@ TABLE = np.arange(4.0)[:, None, None] * np.ones((4, 2, 4))
 
 
 def value(source: PersonSource, time: float) -> float | None:
-    """The one number that all angles share."""
     angles = source.angles(time)
     return None if angles is None else float(angles[1, 2])
 

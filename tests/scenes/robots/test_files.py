@@ -60,7 +60,6 @@ def test_robots_by_name() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_landmarks_make_an_arm(name: RobotName) -> None:
-    """Shoulder, elbow and wrist stand well apart and off one line, so that there is an elbow to swivel; the shoulder is at rest."""
     arm = robot(name)
     data = arm.model.createData()
     pin.forwardKinematics(arm.model, data, start_posture(name, "table", "left"))

@@ -60,7 +60,6 @@ def test_palettes_and_normals(name: RobotName) -> None:
 @pytest.mark.parametrize("coarse", [False, True])
 @pytest.mark.parametrize("name", OTHERS)
 def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse: bool) -> None:
-    """Nothing was lost, and nothing stands in a wrong place: boxes around drawn links agree with those of the collision shapes."""
     model, points = robot(name).model, collision_points(name)
     poses = link_poses(name, np.zeros(model.nq))
     data = model.createData()
@@ -108,7 +107,6 @@ def test_shells_come_from_the_cache(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("coarse", "slack"), [(False, 0.001), (True, 0.003)])
 @pytest.mark.parametrize("name", OTHERS)
 def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slack: float) -> None:
-    """Drawn links lie inside the capsules but for a millimetre, so that what a person sees touch has touched."""
     arm = robot(name)
     data = arm.model.createData()
     for q in postures(arm.model, 5):

@@ -44,7 +44,6 @@ def test_joints_stay_finite_and_inside_their_limits(
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_a_fast_person_meets_the_stops(rig: RigName) -> None:
-    """Positive control: chased for long enough, some joint does come within a degree of its stop, and no further."""
     chosen = changed(changed(hold_settings(rig), "wmax", 1.0), "v", 1.0)
     simulation = Simulation(chosen)
     model, closest = simulation.room.model, np.inf

@@ -20,7 +20,6 @@ from tests.scenes.simulation.helpers import SEEDS, TREATMENTS
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("pairs", TREATMENTS)
 def test_the_distance_is_kept(rig: RigName, seed: int, pairs: Treatment) -> None:
-    """Over 46 s of a person no faster than v, the arms never get closer than d_m; and the person did come close."""
     finished = hold_run(rig, seed, pairs)
     chosen = hold_settings(rig, seed, pairs).law
     assert column(finished.table, "w").max() <= chosen.nominal_velocity
