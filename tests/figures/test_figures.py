@@ -1,4 +1,4 @@
-"""What the figures show: their numbers repeat the paper's claims and our closed forms, and are the same each time."""
+"""`lwr-duet figures`: its numbers repeat the paper's claims and our closed forms, and are the same each time."""
 
 import io
 import re
@@ -6,18 +6,21 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from PIL import Image
 
+from app.cli.figures import Figures, figures
 from app.figures import laws_compared as laws
 from app.figures.drawn_figure import write_csv
 from app.figures.fig4_scheme import BLOCKS
-from app.figures.figure_list import CATALOGUE, FigureEntry
+from app.figures.figure_list import CATALOGUE, FigureEntry, chosen
 from app.figures.run_plan import Plan
 from controllers import budget
 from controllers.activation import activation
+from controllers.errors import BadSetting
 from scenes.settings import LawSettings, RunSettings, specs
 from tests.figures.conftest import Table, entry, read
 
@@ -240,3 +243,49 @@ def test_report_gives_the_numbers_of_the_files(folder: Path, table: Numbers) -> 
     jumps = table("switches")
     single = [f"{x:.3g}" for x, kind in zip(jumps["dq_step_max"], jumps.columns["pairs"], strict=True) if kind == "single"]
     assert f"largest step of q̇ {', '.join(single)} rad/s" in text
+
+
+def test_numbers_and_names_in_any_order_once_and_all_unless_asked() -> None:
+    for only, found in (("5,2", (2, 5)), (" hold, activation ,2", (2, 5)), ("", range(1, 9)), (" , ", range(1, 9))):
+        assert [figure.number for figure in chosen(only) if figure.number] == list(found)
+    assert chosen("") == chosen(" , ") == CATALOGUE
+    assert [figure.name for figure in chosen("LAWS")] == ["laws"]
+
+
+@pytest.mark.parametrize("only", ["9", "0", "two", "2;5", "-1"])
+def test_no_such_figure(only: str) -> None:
+    with pytest.raises(BadSetting) as refusal:
+        chosen(f"2,{only}")
+    message = str(refusal.value)
+    assert repr(only) in message and "\n" not in message
+    for figure in CATALOGUE:
+        assert figure.name in message and (not figure.number or str(figure.number) in message)
+
+
+def test_only_what_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = dict(matplotlib.rcParams)
+    out = tmp_path / "new" / "folder"
+    assert figures(Figures(only="2", out=out, quick=True)) == 0
+    assert {path.name for path in out.iterdir()} == {"report.md", *(f"fig2_activation.{kind}" for kind in ("csv", "png", "svg"))}
+    assert str(out / "report.md") in capsys.readouterr().out
+    assert dict(matplotlib.rcParams) == before
+    assert "λ over the distance" in (out / "report.md").read_text(encoding="utf-8")
+
+
+def test_same_drawing_each_time(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        assert figures(Figures(only="2,4", out=tmp_path / name, quick=True)) == 0
+    for path in (tmp_path / "a").iterdir():
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
+
+
+def test_a_folder_and_a_seed_that_cannot_be(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadSetting, match="another folder"):
+        figures(Figures(only="2", out=tmp_path / "file" / "inside"))
+    (tmp_path / "out" / "fig2_activation.png").mkdir(parents=True)
+    with pytest.raises(BadSetting, match="cannot be written"):
+        figures(Figures(only="2", out=tmp_path / "out"))
+    for seed in (-1, 10_000):
+        with pytest.raises(BadSetting, match="seed"):
+            figures(Figures(only="2", out=tmp_path, seed=seed))

@@ -1,4 +1,4 @@
-"""Our own lessons: complete in every language, with notes, pictures and documents that name what exists."""
+"""Our own lessons: complete in every language, with notes, pictures and documents that name what exists, and a bookmark."""
 
 import dataclasses
 import math
@@ -8,11 +8,15 @@ from xml.etree import ElementTree
 import pytest
 
 from app.lessons import FOLDER
+from app.lessons.bookmark import Bookmark
 from app.lessons.labels import label_of
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS
-from app.lessons.loading import LANGUAGES, load_notes
+from app.lessons.loading import LANGUAGES, load_lessons, load_notes
+from app.lessons.notes import Notes, StepNotes, read_notes
+from app.page.panels.notes_panel import notes_html
 from app.text.equations import ALONE
 from controllers.activation import activation
+from controllers.errors import BadSetting
 from scenes.lwr.facts import JOINTS
 from tests.lessons.helpers import our_book
 
@@ -132,3 +136,73 @@ def test_the_model_says_what_the_program_and_the_paper_do() -> None:
         assert "min(1" not in text and r"\min\left(1" not in text and re.search(r"d \\?(leq|≤) 0", text)
     assert activation(-0.05, 0.15, 3.0) == activation(0.0, 0.15, 6.0) == 1.0
     assert "in Fig. 5 the left robot stays at its place and avoids" in model and "both robots avoid each other" in model
+
+
+@pytest.mark.parametrize(
+    ("text", "notes"),
+    [
+        (
+            "# For *me*\n\nAll.\n\n## 2. The switch\nA.\n### Deep\nB.\n## 1\nC.\n",
+            Notes("For *me*", "All.", (StepNotes(2, "The switch", "A.\n### Deep\nB."), StepNotes(1, "", "C."))),
+        ),
+        ("", Notes("", "", ())),
+        ("just a word", Notes("", "just a word", ())),
+        ("# Title", Notes("Title", "", ())),
+        ("a\n## Without a number\nb", Notes("", "a\n## Without a number\nb", ())),
+        ("## 3: c", Notes("", "", (StepNotes(3, "c", ""),))),
+        ("a\n## 3rd floor", Notes("", "a\n## 3rd floor", ())),
+    ],
+)
+def test_notes_need_no_form_but_a_heading_with_a_number_begins_a_step(text: str, notes: Notes) -> None:
+    assert read_notes(text) == notes
+
+
+def test_our_notes_have_a_part_for_every_step() -> None:
+    texts = load_notes()
+    for lesson in load_lessons().lessons:
+        notes = read_notes(texts[lesson.id])
+        assert [(part.number, part.title) for part in notes.steps] == [(i, s.title) for i, s in enumerate(lesson.steps, 1)]
+        assert notes.text.startswith(f"{lesson.minutes} minutes")
+        for part in notes.steps:
+            assert "minutes" in part.text.partition("\n")[0] and "**Answers.**" in part.text
+        assert sum(int(part.text.split()[0]) for part in notes.steps) == lesson.minutes
+
+
+def test_the_present_step_comes_first_and_nothing_is_left_out() -> None:
+    notes = read_notes("# Title\nWhole.\n## 1. One\nA <b>.\n## 2. Two\nB.")
+    for step, order in ((1, ("1. One", "Title", "Whole", "2. Two")), (2, ("2. Two", "Title", "Whole", "1. One"))):
+        made = notes_html(notes, step)
+        places = [made.index(text) for text in order]
+        assert places == sorted(places) and made.count('class="now"') == 1 and made.count("<section") == 2
+        assert "A &lt;b&gt;." in made
+    # A step that the notes say nothing about.
+    assert 'class="now"' not in notes_html(notes, 3)
+
+
+BOOK = load_lessons()
+ALL = [(i, j) for i, lesson in enumerate(BOOK.lessons) for j in range(len(lesson.steps))]
+
+
+def test_there_and_back() -> None:
+    way = [Bookmark(BOOK)]
+    while (after := way[-1].after()) is not None:
+        way.append(after)
+    assert [(at.lesson_index, at.step_index) for at in way] == ALL
+    assert [at.step for at in way] == [step for lesson in BOOK.lessons for step in lesson.steps]
+    assert way[0].before() is None
+    assert [at.before() for at in way[1:]] == way[:-1]
+
+
+def test_a_step_is_found_by_place_and_by_name() -> None:
+    at = Bookmark(BOOK)
+    for i, j in ALL:
+        lesson = BOOK.lessons[i]
+        there = Bookmark(BOOK, i, j)
+        assert at.at(i, j) == at.at(lesson.id, j) == at.of(lesson.id, lesson.steps[j].id) == there
+    assert at.of("no such lesson", "") == at.of(BOOK.lessons[1].id, "no such step") == Bookmark(BOOK)
+
+
+@pytest.mark.parametrize(("lesson", "step"), [(-1, 0), (len(BOOK.lessons), 0), (0, -1), (0, 99), ("no such lesson", 0)])
+def test_what_is_not_there_is_named(lesson: int | str, step: int) -> None:
+    with pytest.raises(BadSetting, match="There is no"):
+        Bookmark(BOOK).at(lesson, step)

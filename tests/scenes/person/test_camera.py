@@ -1,22 +1,25 @@
-"""From pose landmarks to angles; and the thread that looks, with films and detectors of our own."""
+"""From pose landmarks to angles; the thread that looks; and the ways into cameras, videos and models."""
 
+import importlib
 import math
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from numpy.testing import assert_allclose
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, BadSetting, DuetError
 from controllers.kinematics import Array
-from scenes.person import camera
+from scenes.person import camera, film
 from scenes.person.angles import arm_points
 from scenes.person.camera import CameraSource, read_film
 from scenes.person.clips import Clip
 from scenes.person.film import VideoFrame
 from scenes.person.landmarks import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, landmarks_to_angles
+from scenes.person.source import MissingPackage
 from tests.scenes.person.strategies import SIDES, bodies, plain_arms
 
 PATIENCE = 20.0
@@ -211,3 +214,57 @@ def test_films_played_and_read() -> None:
     with pytest.raises(BadInputFile, match="longer than 30 minutes"):
         read_film(long, Eye())
     assert long.closed.is_set()
+
+
+def test_without_the_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+
+    def missing(name: str) -> None:
+        raise ModuleNotFoundError(f"No module named {name!r}")
+
+    monkeypatch.setattr(importlib, "import_module", missing)
+    (there := tmp_path / "file").write_bytes(b"x")
+    for attempt in (lambda: film.open_camera(0), lambda: film.open_video(there), lambda: film.open_detector(there)):
+        with pytest.raises(MissingPackage, match=r"pip install 'lwr-duet\[camera\]'") as caught:
+            attempt()
+        assert isinstance(caught.value, DuetError)
+
+
+def test_missing_files(tmp_path: Path) -> None:
+    for attempt in (film.open_video, film.open_detector):
+        for path in (tmp_path / "none.mp4", tmp_path):
+            with pytest.raises(BadInputFile, match="there is no such file"):
+                attempt(path)
+
+
+def test_no_camera() -> None:
+    pytest.importorskip("cv2")
+    for index in (-1, 1000, 97):
+        with pytest.raises(BadSetting, match=f"Camera {index}"):
+            film.open_camera(index)
+
+
+def test_a_real_video(tmp_path: Path) -> None:
+    cv2 = pytest.importorskip("cv2")
+    path = tmp_path / "red.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (64, 48))
+    for _ in range(6):
+        writer.write(np.full((48, 64, 3), (10, 20, 200), np.uint8))
+    writer.release()
+    reel = film.open_video(path)
+    assert not reel.live
+    pictures = list(iter(reel.next, None))
+    reel.close()
+    assert_allclose([p.time for p in pictures], np.arange(6) / 20.0)
+    assert_allclose(pictures[0].image.mean(axis=(0, 1)), [200, 20, 10], atol=12)
+    noise = tmp_path / "noise.avi"
+    noise.write_bytes(bytes(range(256)) * 20)
+    with pytest.raises(BadInputFile, match="not a video"):
+        film.open_video(noise)
+
+
+def test_a_model_that_is_none(tmp_path: Path) -> None:
+    pytest.importorskip("mediapipe")
+    model = tmp_path / "pose.task"
+    model.write_bytes(b"no model")
+    with pytest.raises(BadInputFile, match="MediaPipe cannot use it"):
+        film.open_detector(model)
