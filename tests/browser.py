@@ -36,13 +36,8 @@ _WINDOWS = (r"Google\Chrome\Application\chrome.exe", r"Chromium\Application\chro
 
 # Said by the browser and by three.js about software rendering, and about servers that a test stops on purpose.
 _HARMLESS = (
-    r"GPU stall due to ReadPixels",
-    r"WebGL-.*GL Driver Message",
-    r"Automatic fallback to software WebGL",
-    r"software WebGL",
-    r"WebSocket connection to .* failed",
-    r"net::ERR_CONNECTION_(REFUSED|RESET)",
-    r"THREE\.THREE\.Clock",
+    *(r"GPU stall due to ReadPixels", r"WebGL-.*GL Driver Message", r"Automatic fallback to software WebGL", r"software WebGL"),
+    *(r"WebSocket connection to .* failed", r"net::ERR_CONNECTION_(REFUSED|RESET)", r"THREE\.THREE\.Clock"),
     r"THREE\.WebGLRenderer: (Context Lost|KHR_parallel_shader_compile)",
 )
 
@@ -91,28 +86,20 @@ def launch(playwright: Playwright) -> Browser:
         RuntimeError: none can be had; the message lists all that was tried.
     """
     tried: list[str] = []
-
-    def start(path: str | None) -> Browser | None:
+    may_install = hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None
+    own = [[sys.executable, "-m", "playwright", "install", "chromium"]]
+    packaged = [["apt-get", "update"], ["apt-get", "install", "-y", "--no-install-recommends", "chromium"]] if may_install else []
+    for commands in ([], own, packaged):
+        tried += [_run(command) for command in commands]
+        path = None if commands is own else installed_browser()
         try:
             return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS))
         except Error as error:
             tried.append(f"{path or 'Playwright’s own Chromium'}: {error.message.splitlines()[0]}")
-            return None
-
-    started = start(installed_browser())
-    if started is None:
-        tried.append(_run([sys.executable, "-m", "playwright", "install", "chromium"]))
-        started = start(None)
-    if started is None and hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None:
-        tried.append(_run(["apt-get", "update"]))
-        tried.append(_run(["apt-get", "install", "-y", "--no-install-recommends", "chromium"]))
-        started = start(found) if (found := installed_browser()) else None
-    if started is None:
-        raise RuntimeError(
-            "no browser for the browser tests; install Chrome, Chromium or Edge, or name one in DUET_BROWSER.\nTried:\n  "
-            + "\n  ".join(entry for entry in tried if entry)
-        )
-    return started
+    raise RuntimeError(
+        "no browser for the browser tests; install Chrome, Chromium or Edge, or name one in DUET_BROWSER.\nTried:\n  "
+        + "\n  ".join(entry for entry in tried if entry)
+    )
 
 
 @pytest.fixture(scope="session")

@@ -105,18 +105,6 @@ def test_choices_and_flags_are_taken_over_in_the_ways_people_write_them() -> Non
             taken(key, off, False)
 
 
-@given(st.lists(st.tuples(st.sampled_from(NUMBERS), st.floats(0.0, 1.0)), max_size=6))
-def test_a_tree_can_be_rebuilt_from_its_values(changes: list[tuple[str, float]]) -> None:
-    settings = RunSettings()
-    for key, part in changes:
-        low, high = SPECS[key].low, SPECS[key].high
-        settings = changed(settings, key, round(low) if key == "seed" else min(low + part * (high - low), high))
-    rebuilt = RunSettings()
-    for key, value in values(settings).items():
-        rebuilt = changed(rebuilt, key, value)
-    assert rebuilt == settings
-
-
 @pytest.mark.parametrize("key", NUMBERS)
 def test_range_ends_and_bad_fields(key: str) -> None:
     # The end of a range through the page's own unit and back is still the end, not an error.

@@ -1,6 +1,7 @@
 """The visual shells: inside the capsules, lit correctly, small, and cached without harm."""
 
 import io
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -206,47 +207,34 @@ def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours
     assert (high <= np.minimum(2.0 * paints.max(0) + glb.SHEEN, 1.0) + 1e-6).all() and (high > 0.9 * paints.max(0)).all()
 
 
-class Builder:
-    def __init__(self) -> None:
-        self.times = 0
-
-    def __call__(self) -> tuple[bytes, ...]:
-        self.times += 1
-        return (b"one", b"", b"three\n")
+THING = (b"one", b"", b"three\n")
 
 
-def test_what_has_a_key_is_built_once() -> None:
-    build = Builder()
-    for key, times in (("key", 1), ("key", 1), ("other key", 2)):
-        assert glb.cached("thing", key, build) == (b"one", b"", b"three\n")
-        assert build.times == times
+def test_what_has_a_key_is_built_once_and_a_damaged_file_again(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    built: list[str] = []
 
+    def thing(key: str = "key") -> tuple[bytes, ...]:
+        return glb.cached("thing", key, lambda: built.append(key) or THING)
 
-def test_a_damaged_file_is_built_again_and_mended(cache_folder: Path) -> None:
-    whole = glb.cached("thing", "key", Builder())
+    def refuse(*_: object) -> None:
+        raise PermissionError
+
+    assert thing() == thing() == THING and built == ["key"]
     (file,) = cache_folder.iterdir()
     data = file.read_bytes()
     for damaged in (b"", data[:-1], data[: len(data) // 2], data[:-2] + b"XY", b"[]\n", data.replace(b"three", b"THREE")):
         assert damaged != data
         file.write_bytes(damaged)
-        build = Builder()
-        assert glb.cached("thing", "key", build) == whole
-        assert build.times == 1 and file.read_bytes() == data
-
-
-def test_a_folder_that_cannot_be_used_or_written_does_no_harm(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        built.clear()
+        assert thing() == THING and built == ["key"] and file.read_bytes() == data
+    assert thing("other key") == THING and built == ["key", "other key"]
+    # A folder that cannot be used or written does no harm.
+    shutil.rmtree(cache_folder)
     cache_folder.write_text("a file where the folder should be", encoding="utf-8")
-    build = Builder()
-    assert glb.cached("thing", "key", build) == glb.cached("thing", "key", build)
-    assert build.times == 2
-
-    def refuse(*_: object) -> None:
-        raise PermissionError
-
+    assert thing() == thing() == THING and len(built) == 4
     cache_folder.unlink()
     monkeypatch.setattr("os.replace", refuse)
-    assert glb.cached("thing", "key", Builder()) == Builder()()
-    assert list(cache_folder.iterdir()) == []
+    assert thing() == THING and list(cache_folder.iterdir()) == []
 
 
 def test_shells_come_from_the_cache_until_a_source_changes(monkeypatch: pytest.MonkeyPatch) -> None:

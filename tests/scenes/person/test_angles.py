@@ -1,12 +1,14 @@
 """Four angles an arm: what they mean, there and back, mirrored, and without a jump where they cannot be seen."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from numpy.typing import ArrayLike
 
 from controllers.kinematics import Array
 from scenes.person.angles import (
@@ -108,64 +110,51 @@ def test_any_frame_and_unit(angles: Array, rotation: tuple[float, float, float],
     assert_allclose(found, angles, atol=1e-7)
 
 
+def tracked(path: Iterable[ArrayLike], side: ArmName, previous: Array, noise: float = 0.0) -> Array:
+    """Angles (k, 4) found along a path of true ones, each with the one before as its memory; the first is where it begins."""
+    random, found = np.random.default_rng(3), [previous]
+    for angles in path:
+        upper, forearm = arm_directions(np.array(angles), side)
+        forearm = forearm + random.normal(0.0, noise, 3)
+        found.append(direction_angles(upper, forearm / np.linalg.norm(forearm), side, found[-1]))
+    return np.array(found)
+
+
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("tilt", [0.0, 0.002, -0.03])
 def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
-    previous, worst_step, worst_miss = np.radians([0.0, 10.0, 0.0, 80.0]), 0.0, 0.0
-    for raised in np.radians(np.linspace(10.0, 170.0, 321)):
-        directions = arm_directions(np.array([tilt, raised, 0.0, math.radians(80.0)]), side)
-        angles = direction_angles(*directions, side, previous)
-        worst_step = max(worst_step, float(np.abs(angles - previous).max()))
-        worst_miss = max(worst_miss, float(np.abs(np.subtract(arm_directions(angles, side), directions)).max()))
-        previous = angles
-    assert worst_step < math.radians(5.0)
-    assert worst_miss < math.radians(3.0)
-    assert_allclose(previous, [tilt, math.radians(170.0), 0.0, math.radians(80.0)], atol=1e-3)
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_positive_control_without_a_memory_the_t_is_a_jump(side: ArmName) -> None:
-    found = [
-        direction_angles(*arm_directions(np.radians([0.1, raised, 0.0, 80.0]), side), side)
-        for raised in np.linspace(80.0, 100.0, 41)
-    ]
-    assert np.abs(np.diff(found, axis=0)).max() > 2.0
+    path = [[tilt, raised, 0.0, math.radians(80.0)] for raised in np.radians(np.linspace(10.0, 170.0, 321))]
+    found = tracked(path, side, np.radians([0.0, 10.0, 0.0, 80.0]))
+    assert np.abs(np.diff(found, axis=0)).max() < math.radians(5.0)
+    for angles, true in zip(found[1:], path, strict=True):
+        assert_allclose(arm_directions(angles, side), arm_directions(np.array(true), side), rtol=0.0, atol=math.radians(3.0))
+    assert_allclose(found[-1], path[-1], atol=1e-3)
+    # Positive control: without a memory the T is a jump.
+    alone = [direction_angles(*arm_directions(np.radians([0.1, up, 0.0, 80.0]), side), side) for up in np.linspace(80, 100, 41)]
+    assert np.abs(np.diff(alone, axis=0)).max() > 2.0
 
 
 def test_memory_of_angles() -> None:
     # As the elbow straightens the rotation stays, whatever noise says; bent again it is found again.
-    random = np.random.default_rng(3)
-    previous = np.radians([30.0, 20.0, 40.0, 90.0])
-    steps = []
-    for elbow in [*np.linspace(90.0, 0.0, 200), *np.zeros(50), *np.linspace(0.0, 90.0, 200)]:
-        upper, forearm = arm_directions(np.radians([30.0, 20.0, 40.0, elbow]), "left")
-        forearm = forearm + random.normal(0.0, 0.002, 3)
-        angles = direction_angles(upper, forearm / np.linalg.norm(forearm), "left", previous)
-        steps.append(abs(angles[2] - previous[2]))
-        previous = angles
-    assert max(steps) < 0.1
-    assert_allclose(previous, np.radians([30.0, 20.0, 40.0, 90.0]), atol=0.01)
+    elbows = [*np.linspace(90.0, 0.0, 200), *np.zeros(50), *np.linspace(0.0, 90.0, 200)]
+    path = np.radians([[30.0, 20.0, 40.0, elbow] for elbow in elbows])
+    found = tracked(path, "left", path[0], noise=0.002)
+    assert np.abs(np.diff(found[:, 2])).max() < 0.1
+    assert_allclose(found[-1], path[-1], atol=0.01)
     # Abduction goes on counting too, past the head and down the other side.
-    previous = np.radians([5.0, 10.0, 0.0, 80.0])
-    for raised in np.linspace(0.2, 5.5, 800):
-        angles = direction_angles(*arm_directions(np.array([0.09, raised, 0.0, 1.4]), "right"), "right", previous)
-        assert np.abs(angles - previous).max() < 0.1
-        previous = angles
-    assert_allclose(previous, [0.09, 5.5, 0.0, 1.4], atol=1e-3)
+    found = tracked(
+        ([0.09, raised, 0.0, 1.4] for raised in np.linspace(0.2, 5.5, 800)), "right", np.radians([5.0, 10.0, 0.0, 80.0])
+    )
+    assert np.abs(np.diff(found, axis=0)).max() < 0.1
+    assert_allclose(found[-1], [0.09, 5.5, 0.0, 1.4], atol=1e-3)
     # A windmill goes on counting; nothing wraps.
-    previous = np.radians([0.0, 10.0, 0.0, 30.0])
-    for flexion in np.linspace(0.0, 3.0 * np.pi, 400):
-        angles = direction_angles(*arm_directions(np.array([flexion, *previous[1:]]), "left"), "left", previous)
-        assert abs(angles[0] - previous[0]) < 0.1
-        previous = angles
-    assert_allclose(previous[0], 3.0 * np.pi, atol=1e-6)
+    start = np.radians([0.0, 10.0, 0.0, 30.0])
+    found = tracked(([flexion, *start[1:]] for flexion in np.linspace(0.0, 3.0 * np.pi, 400)), "left", start)
+    assert np.abs(np.diff(found[:, 0])).max() < 0.1
+    assert_allclose(found[-1, 0], 3.0 * np.pi, atol=1e-6)
     # What is remembered fades: a posture that is held is found after some samples.
     true = np.radians([50.0, 87.0, 10.0, 80.0])
-    directions = arm_directions(true, "left")
-    angles = np.radians([0.0, 87.0, 50.0, 80.0])
-    for _ in range(60):
-        angles = direction_angles(*directions, "left", angles)
-    assert_allclose(angles, true, atol=1e-6)
+    assert_allclose(tracked([true] * 60, "left", np.radians([0.0, 87.0, 50.0, 80.0]))[-1], true, atol=1e-6)
 
 
 @given(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(0.0, 1.0))

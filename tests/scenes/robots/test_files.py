@@ -2,7 +2,6 @@
 
 import importlib.metadata
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 import pinocchio as pin
@@ -12,14 +11,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 from controllers.errors import BadSetting
 from controllers.kinematics import Kinematics
 from controllers.proximity import ProximityDetector
-from scenes.headless import run
 from scenes.rigs import RIGS
 from scenes.robots import RobotName, robot, start_posture
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import build_example
 from scenes.room import build_room
-from scenes.settings import ArmName, RigName
-from tests.scenes.helpers import RIG_NAMES, column, hold_settings
+from scenes.settings import RigName
+from tests.scenes.helpers import RIG_NAMES
 from tests.scenes.robots.helpers import NAMES, OTHERS, link_poses, other_reader, postures
 
 
@@ -112,13 +110,3 @@ def test_a_start_posture_is_a_copy() -> None:
     start_posture("lwr", "torso", "left")[0] = 9.0
     assert_array_equal(start_posture("lwr", "torso", "left"), RIGS["torso"].left_start)
     assert_array_equal(start_posture("lwr", "torso", "right"), RIGS["torso"].right_start)
-
-
-@pytest.mark.parametrize("rig", RIG_NAMES)
-@pytest.mark.parametrize("name", OTHERS)
-def test_the_paper_s_law_keeps_other_robots_clear(name: RobotName, rig: RigName) -> None:
-    """The autopilot's hand comes as near as with the LWR, and never nearer than d_m; the start postures are chosen for that."""
-    for guided in get_args(ArmName):
-        chosen = replace(hold_settings(rig, seed=2), robot=name, guided=guided)
-        distances = column(run(chosen, 46.0).table, "d")
-        assert chosen.law.critical_distance <= distances.min() < 1.2 * chosen.law.critical_distance
