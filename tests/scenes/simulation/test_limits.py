@@ -1,6 +1,7 @@
 """Joints stay finite and inside their limits, whatever a person does."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -32,7 +33,9 @@ def test_joints_stay_finite_and_inside_their_limits(
         simulation.reset(random.uniform(model.lowerPositionLimit, model.upperPositionLimit))
     place = guided_hand(simulation)
     for _ in range(6):
-        target = HandTarget(place + random.uniform(-reach, reach, 3))
+        turn = pin.exp3(random.uniform(-2.0, 2.0, 3)) if random.random() < 0.5 else None
+        elbow = place + random.uniform(-reach, reach, 3) if random.random() < 0.3 else None
+        target = HandTarget(place + random.uniform(-reach, reach, 3), turn, elbow)
         for _ in range(20):
             simulation.step(target)
             assert inside_limits(simulation)
