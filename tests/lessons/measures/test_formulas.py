@@ -18,7 +18,7 @@ from app.lessons.room_places import RoomPlace
 from controllers.errors import BadSetting
 from scenes.settings import LawSettings
 from scenes.simulation import Simulation
-from tests.lessons.measures.runs import RUNS, looped_zigzag, seen, setup
+from tests.lessons.measures.test_measurements import RUNS, looped_zigzag, seen, setup
 
 
 def test_the_rank_is_one_less_where_the_hand_itself_keeps_clear() -> None:
