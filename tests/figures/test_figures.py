@@ -114,7 +114,6 @@ def test_path(table: Numbers) -> None:
     assert_allclose(np.linalg.norm(actual - centre, axis=1) - radii, rows["d"], atol=1e-9)
     assert rows["d"].min() >= CRITICAL - SLACK
     assert (np.linalg.norm(desired - centre, axis=1) - radii).min() < 0.05
-    # A straight way, and one that bulges.
     assert_allclose(np.ptp(desired, axis=0)[[0, 2]], 0.0, atol=1e-12)
     assert np.ptp(actual, axis=0)[2] > 0.05
 

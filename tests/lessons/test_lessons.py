@@ -93,9 +93,6 @@ def test_a_difference_is_read_without_its_sign(language: Language, above: str, b
     )
 
 
-# ---- what the lessons say, once more ------------------------------------------------------------------------------------------
-
-
 def test_lesson_1_counts_four_ways_and_one() -> None:
     assert values("redundancy", "freedom", "freedom")[0] == pytest.approx(7 - 3, abs=1e-9)
     assert values("redundancy", "pose", "freedom") == pytest.approx((7 - 6, 7 - 3), abs=1e-9)

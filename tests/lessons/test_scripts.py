@@ -108,9 +108,6 @@ def test_bad_scripts_are_named(name: str, given: dict[str, Any], scene: str, mes
         checked_script(name, given, scene)
 
 
-# ---- places -------------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("origin", ["hand", "goal", "middle", "elbow"])
 @pytest.mark.parametrize("gap", [0.0, 0.1, 0.5])
 def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
@@ -170,9 +167,6 @@ def test_a_mark_of_no_angle_is_where_the_elbow_is() -> None:
     marks = mark_places(build_alone(), (0.0, 2.0 * np.pi, 1.0))
     assert_allclose(marks[0], marks[1], atol=1e-12)
     assert np.linalg.norm(marks[2] - marks[0]) > 0.1
-
-
-# ---- runs without a page ------------------------------------------------------------------------------------------------------
 
 
 def test_a_run_without_a_page_is_the_run_of_a_page() -> None:

@@ -125,7 +125,6 @@ def test_followers_copy_their_models() -> None:
     assert_allclose(simulation.positions, still, atol=1e-4)
     play(simulation, (person.target(i * 0.005) for i in range(1000, 1400)))
     assert np.abs(simulation.positions - still).max() > 0.05
-    # One row over 14 joints: d_m is kept as well.
     coupled = experiment("imitation", law=LawSettings(coupled=True, pairs="single"), clip="clap")
     assert long_run(coupled, 15.0).summary.d_min >= 0.15 - 1e-4
 

@@ -156,9 +156,7 @@ def test_tables_of_a_run() -> None:
     history = simulation.history
     joints = np.hstack([history.positions(table), history.velocities(table)])
     assert [[float(cell) for cell in row[7:]] for row in rows] == joints.tolist()
-    # The same settings and inputs write the same file; another seed another one (positive control).
     assert exported(1)[0] == text != exported(2)[0]
-    # A file's head holds every setting: as text it can be fed back.
     text, simulation = exported(3)
     rebuilt = RunSettings(rig="torso")
     for line in text.split("\n"):

@@ -63,11 +63,9 @@ def test_the_last_seconds_are_a_piece_of_their_own(scene: SceneName) -> None:
 
 
 def test_other_settings() -> None:
-    # The summary is that of the run.
     simulation, recorded = recorded_run(RunSettings(), 5.0, 3.0)
     summary = summarise(simulation, simulation.history.table(recorded.steps))
     assert replace(rerun(recorded).summary, step_us_median=0.0) == replace(summary, step_us_median=0.0)
-    # Other settings give the run that would have been.
     _, recorded = recorded_run(RunSettings(), 4.5, 99.0, {0.5: {"k": 1.0}})
     would = Simulation(given_settings(dm=0.2, n=3.0, k=4.0))
     for target in recorded.targets():
@@ -75,7 +73,6 @@ def test_other_settings() -> None:
     again = rerun(recorded, {"dm": 0.2, "n": "3", "k": 4.0})
     assert again.table.tobytes() == would.history.table().tobytes()
     assert again.summary.d_min > rerun(recorded).summary.d_min + 0.01
-    # What is not asked for stays as it was.
     _, recorded = recorded_run(RunSettings(), 2.0, 99.0, {0.5: {"wmax": 0.1, "dm": 0.2}})
     would = Simulation(given_settings(v=0.5))
     for i, target in enumerate(recorded.targets()):
@@ -83,7 +80,6 @@ def test_other_settings() -> None:
             would.apply(given_settings(v=0.5, wmax=0.1, dm=0.2))
         would.step(target)
     assert rerun(recorded, {"v": 0.5}).table.tobytes() == would.history.table().tobytes()
-    # Everything that one may ask about can be asked.
     assert set(WHAT_IF_KEYS) <= set(specs(RunSettings))
     _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
     assert rerun(recorded, {key: values(RunSettings())[key] for key in WHAT_IF_KEYS}).table.shape[0] == recorded.steps

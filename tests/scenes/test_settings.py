@@ -35,7 +35,6 @@ def bounds(spec: Spec) -> tuple[str, str]:
 
 
 def test_declared_fields() -> None:
-    # The tree's fields, its keys and its values are the same, in one order.
     assert len(SPECS) == len(fields(RunSettings)) - 1 + len(fields(LawSettings))
     assert list(SPECS) == list(DEFAULTS)
     assert sorted(NUMBERS + CHOICES + FLAGS) == sorted(SPECS)
@@ -43,7 +42,6 @@ def test_declared_fields() -> None:
         assert spec.key == key
         assert spec.help and 0 < len(spec.label) <= 11
         assert len(spec.choice_labels) == len(spec.choices)
-    # The defaults lie in their own ranges and among their own choices.
     assert validate(RunSettings()) == RunSettings()
     for key in NUMBERS:
         assert math.isfinite(SPECS[key].low) and math.isfinite(SPECS[key].high)

@@ -51,12 +51,10 @@ def outside(link: int, points: np.ndarray) -> np.ndarray:
 
 
 def test_the_capsules_and_the_tool() -> None:
-    # The rigid capsules are those of the robot.
     assert rigid_capsules(0) == [(0.0, 0.31, 0.075), (0.31, 0.31, 0.07)]
     assert_allclose(rigid_capsules(1), [(-0.11, 0.2, 0.075), (0.2, 0.2, 0.07)])
     assert_allclose(rigid_capsules(3), [(-0.2, 0.2, 0.07), (-0.2, -0.2, 0.075), (0.2, 0.2, 0.065)])
     assert_allclose(rigid_capsules(7), [(-0.078, 0.05, 0.05), (-0.078, -0.078, 0.065)])
-    # The tool ends inside the hand.
     tip = max(part.vertices[:, 2].max() for part in shells.link_meshes()[7].values())
     assert 0.12 < tip + facts.JOINTS[6].origin < 0.17
 
@@ -74,7 +72,6 @@ def test_every_vertex_is_inside_the_capsules_and_a_bump_of_three_centimetres_is_
 def test_normals_are_right_also_in_the_viewer() -> None:
     groups = [*shells.link_meshes(), room_shells.torso_meshes(), room_shells.table_meshes(1.1)]
     for name, part in ((f"{i} {name}", part) for i, group in enumerate(groups) for name, part in group.items()):
-        # Normals are unit and agree with the faces.
         normals = part.vertex_normals
         assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6, err_msg=name)
         a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
@@ -103,28 +100,23 @@ def test_furniture_fits_the_arms() -> None:
         near = vertices[np.linalg.norm(vertices - base, axis=1) < 0.082] - base
         assert len(near) > 100
         assert (near @ axis).max() == pytest.approx(0, abs=1e-9)
-    # The table carries both plates.
     vertices = room_shells.table_meshes(1.3)["black"].vertices
     assert vertices[:, 2].max() == pytest.approx(room_shells.TABLE_HEIGHT)
     for x in (-0.65, 0.65):
         assert (np.hypot(vertices[:, 0] - x, vertices[:, 1]) < 0.11).sum() == len(vertices) / 2
-    # Furniture stands on the floor.
     for parts in (room_shells.torso_meshes(), room_shells.table_meshes(1.1)):
         assert min(part.vertices[:, 2].min() for part in parts.values()) == pytest.approx(0, abs=1e-9)
 
 
 def test_surfaces_by_closed_forms() -> None:
-    # A revolved half circle is a sphere.
     angle = np.linspace(-np.pi / 2, np.pi / 2, 40)
     ball = revolve(np.stack([np.cos(angle), np.sin(angle)], 1), 40)
     assert_allclose(np.linalg.norm(ball.vertices, axis=1), 1, atol=1e-9)
     assert_allclose(np.sum(ball.vertex_normals * ball.vertices, 1), 1, atol=2e-3)
     assert ball.volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
-    # A stretched disc is a closed slab.
     slab = revolve([(0, 0), (0.1, 0), (0.1, 0.05), (0, 0.05)], 64, stretch=(0.4, 0.2))
     area = 1.0 * 0.6 - (4 - np.pi) * 0.1**2
     assert slab.volume == pytest.approx(area * 0.05, rel=1e-3)
-    # A skinned sphere is a sphere.
     lift = np.linspace(-np.pi / 2, np.pi / 2, 31)
     ball = skin(lambda p: np.linalg.norm(p, axis=-1) - 0.3, np.tile([0.05, 0.0, 0.0], (31, 1)), lift, 40, 1.0)
     assert_allclose(np.linalg.norm(ball.vertices, axis=1), 0.3, atol=1e-6)
@@ -135,7 +127,6 @@ def test_surfaces_by_closed_forms() -> None:
     assert (smooth_max(a, b, 0.3) >= np.maximum(a, b)).all()
     assert (smooth_min(a, b, 0.3) <= np.minimum(a, b)).all()
     assert_allclose(smooth_max(a, b, 0.3)[np.abs(a - b) > 0.3], np.maximum(a, b)[np.abs(a - b) > 0.3])
-    # A rounded corner has its radius.
     line = rounded([(0, 0), (1, 0), (1, 1)], 0.2, 8)
     arc = line[1:-1]
     assert_allclose(np.linalg.norm(arc - [0.8, 0.2], axis=1), 0.2, atol=1e-12)
@@ -143,24 +134,20 @@ def test_surfaces_by_closed_forms() -> None:
 
 def test_sizes_and_colours_of_files() -> None:
     assert max(map(len, (room_shells.torso_glb(), room_shells.table_glb(), room_shells.table_glb(1.4)))) <= 300_000
-    # Large meshes get wide indices.
     n = 70_000
     points = np.random.default_rng(1).normal(size=(n, 3))
     faces = np.array([[0, 1, n - 1]])
     big = mesh(points, faces, points / np.linalg.norm(points, axis=1, keepdims=True))
     loaded = trimesh.load_scene(io.BytesIO(glb.glb({"body": big}, shells.PALETTES["orange"])), file_type="glb").geometry["body"]
     assert_allclose(np.asarray(loaded.vertices)[loaded.faces[0]], points[faces[0]], atol=1e-5)
-    # Palettes and ghosts.
     assert_allclose(glb.Material("#ff8000", 0.5).linear(), (1, 0.21586, 0, 1), atol=1e-5)
     assert_allclose(glb.Material("#0a0a0a", 0.5).linear()[:3], 10 / 255 / 12.92)
     materials = {m["name"]: m for m in glb_head(shells.link_glbs("orange")[1])["materials"]}
     factor = np.array(materials["body"]["pbrMetallicRoughness"]["baseColorFactor"])
     shown = np.where(factor[:3] <= 0.0031308, 12.92 * factor[:3], 1.055 * factor[:3] ** (1 / 2.4) - 0.055)
     assert_allclose(shown * 255, [int(shells.ORANGE[i : i + 2], 16) for i in (1, 3, 5)], atol=0.1)
-    # Ghosts are slimmer.
     for ghost, solid in zip(shells.link_glbs("ghost"), shells.link_glbs("orange"), strict=True):
         assert glb_head(ghost)["accessors"][0]["max"][0] < glb_head(solid)["accessors"][0]["max"][0]
-    # All palettes dress every part.
     names = {name for parts in shells.link_meshes() for name in parts}
     assert {"orange", "silver", "ghost"} <= set(shells.PALETTES)
     assert all(names <= set(palette) for palette in shells.PALETTES.values())

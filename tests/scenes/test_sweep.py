@@ -99,7 +99,6 @@ def test_one_line_says_what_is_wrong_with_an_axis(text: str, named: list[str]) -
 
 
 def test_grids_and_their_figures() -> None:
-    # Grid.
     grid = read_grid(changed(USUAL, "k", 3.0), ["n=2,4", "pairs=single,soft", "v=0.1:0.3:3"], 0.02)
     assert grid.shape == (2, 2, 3) and grid.size == 12
     points = grid.points()
@@ -107,15 +106,12 @@ def test_grids_and_their_figures() -> None:
     at = values(grid.at(points[4]))
     assert (at["n"], at["pairs"], at["v"], at["k"]) == (2.0, "soft", 0.2, 3.0)
     assert grid.fixed() == {key: value for key, value in at.items() if key not in ("n", "pairs", "v")}
-    # Figures are those of the run.
     settings = changed(changed(USUAL, "n", 3.0), "pairs", "single")
     summary = run(settings, 8.0).summary
     assert figures(settings, 8.0) == tuple(getattr(summary, name) for name in FIGURES)
     assert "step_us_median" not in FIGURES and summary.e2_max > 0.0
-    # A grid can be made by hand.
     grid = Grid(USUAL, (Axis("v", (0.1, 0.2)),), 0.01)
     assert [index for index, _ in run_points(grid, [0, 1])] == [0, 1]
-    # Only what is asked for is run.
     grid = read_grid(USUAL, ["n=1:6"], 0.05)
     assert [index for index, _ in run_points(grid, [4, 1])] == [4, 1]
     assert list(run_points(grid, [], workers=2)) == []
@@ -158,13 +154,11 @@ def test_two_workers_and_one_find_the_same() -> None:
 
 
 def test_workers_stop_and_their_end_is_reported() -> None:
-    # Where the listener stops, no workers are left.
     points = run_points(read_grid(USUAL, ["seed=1:40"], 1.0), range(40), workers=2)
     next(points)
     assert multiprocessing.active_children()
     points.close()  # pyright: ignore[reportAttributeAccessIssue]
     assert multiprocessing.active_children() == []
-    # A worker that is killed is reported.
     points = run_points(read_grid(USUAL, ["seed=1:200"], 2.0), range(200), workers=2)
     next(points)
     victim = multiprocessing.active_children()[0]

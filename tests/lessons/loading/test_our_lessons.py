@@ -181,7 +181,6 @@ def test_the_present_step_comes_first_and_nothing_is_left_out() -> None:
         places = [made.index(text) for text in order]
         assert places == sorted(places) and made.count('class="now"') == 1 and made.count("<section") == 2
         assert "A &lt;b&gt;." in made
-    # A step that the notes say nothing about.
     assert 'class="now"' not in notes_html(notes, 3)
 
 

@@ -56,7 +56,6 @@ def test_balance_balances(n: float, v: float, K: float, inside: float, d_m: floa
     lam = (d_m / d) ** n
     assert lam * v == pytest.approx((1.0 - lam) * K * (d - inside), abs=1e-6)
     assert d >= max(d_m, inside) - 1e-9
-    # K = 0: pushed away for ever. v = 0: not pushed at all.
     assert balance(LawSettings(), 0.0, 0.1) == np.inf
     still = LawSettings(critical_distance=d_m, order=n, nominal_velocity=0.0)
     assert balance(still, K, inside) == max(d_m, inside)

@@ -81,7 +81,6 @@ def test_an_unfinished_run_decides_nothing(walk: Walkthrough) -> None:
 def test_a_prediction_can_be_changed_until_the_outcome_is_known(walk: Walkthrough) -> None:
     walk.choose(0)
     assert walk.choose(1) and walk.done.choice == 1
-    # Looking back at the question keeps the answer.
     assert walk.back() and walk.locked and walk.done.choice == 1 and walk.view().can_next
     assert walk.next() and walk.phase is Phase.DO and walk.done.choice == 1
     walk.back()

@@ -49,9 +49,7 @@ def edited(name: str, index: int, value: float) -> dict[str, np.ndarray]:
 
 
 def test_files_that_are_wrong_as_a_whole() -> None:
-    # Positive control an unchanged file is read.
     assert recorded_from(with_parts(), "a.npz").steps == SAMPLE.steps
-    # An orientation that is none is refused.
     for rotation, fine in ((np.eye(3), True), (np.eye(3) * 1.01, False), (np.diag([1.0, 1.0, -1.0]), False)):
         code, numbers = encoded(HandTarget(np.zeros(3), rotation))
         packed = PackedTargets(np.array([code], np.uint8), np.array([1], np.uint32), np.frombuffer(numbers))
@@ -61,7 +59,6 @@ def test_files_that_are_wrong_as_a_whole() -> None:
         else:
             with pytest.raises(BadInputFile, match="orientation"):
                 recorded_from(data, "a")
-    # Nothing in a file is run.
     objects = np.empty(2, object)
     objects[:] = [{"a": 1}, "b"]
     with pytest.raises(BadInputFile, match="damaged"):

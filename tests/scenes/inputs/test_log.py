@@ -48,7 +48,6 @@ def test_every_step_comes_back(runs: list[tuple[Target | None, int]]) -> None:
 
 
 def test_a_log_copies_and_forgets() -> None:
-    # What was recorded does not change with the caller's arrays.
     log, simulation = InputsLog(), Simulation(RunSettings(), 1)
     place = np.array([0.4, 0.0, 1.0])
     log.record(simulation, HandTarget(place))
@@ -60,9 +59,7 @@ def test_a_log_copies_and_forgets() -> None:
     assert first.position[0] == 0.4 and second.position[0] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         first.position[0] = 1.0
-    # There is no window before the first step.
     assert InputsLog().window(10.0) is None
-    # The oldest is forgotten but never too soon.
     log = InputsLog(keep=3.0)
     logged_run(RunSettings(), 3.9, log)
     assert log.seconds == pytest.approx(3.9)
@@ -98,7 +95,6 @@ def test_the_memory_of_a_log_is_bounded() -> None:
     assert 5_000 * (15 * 8 + 5) < wander(full, 5_000) < 5_000 * (15 * 8 + 5) + 200_000
     assert full.nbytes >= len(pickle.dumps(everything(full))) * 0.9
     assert wander(bounded, 20_000) < 300_000
-    # A person who holds still costs next to nothing.
     still, simulation = InputsLog(), Simulation(RunSettings(), 1)
     for _ in range(20_000):
         still.record(simulation, HandTarget(np.zeros(3)))

@@ -71,12 +71,10 @@ def test_left_and_right_are_mirror_images(angles: Array) -> None:
 
 @given(arms, st.sampled_from(SIDES))
 def test_turning_keeps_lengths(angles: Array, side: ArmName) -> None:
-    # R is one, and its third axis is the upper arm.
     R = arm_rotation(angles, side)
     assert_allclose(R @ R.T, EYE, atol=1e-12)
     assert np.linalg.det(R) > 0.0
     assert_allclose(R @ -UP, arm_directions(angles, side)[0], atol=1e-12)
-    # Bones have the person's lengths.
     shoulder, elbow, wrist = arm_points(angles, side)
     assert math.isclose(float(np.linalg.norm(elbow - shoulder)), MODEL_PROPORTIONS.upper_arm)
     assert math.isclose(float(np.linalg.norm(wrist - elbow)), MODEL_PROPORTIONS.forearm)

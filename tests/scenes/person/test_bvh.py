@@ -26,7 +26,6 @@ def test_round_trip(style: str, clip: str) -> None:
 
 
 def test_frames_layout_and_offsets() -> None:
-    # Straight between two frames; at rest before the first and after the last.
     motion = read_bvh(write_bvh(Clip("wave", 1), MIXAMO, frames=60))
     a, b, half = (motion.angles(t) for t in (1.0, 1.05, 1.025))
     assert a is not None and b is not None and half is not None

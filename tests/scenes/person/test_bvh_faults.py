@@ -37,7 +37,6 @@ NUMBERS = LINES[ROW + 1].split()
 
 
 def test_no_person_in_it() -> None:
-    # The file from which the bad ones are made is good.
     assert len(read_bvh(GOOD).table) == 4
     # Without thighs, hips or a spine it is not known where up is.
     text = GOOD

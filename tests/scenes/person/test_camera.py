@@ -168,7 +168,6 @@ def test_the_newest_counts() -> None:
 
 
 def test_threads_start_stop_and_fail() -> None:
-    # Stopping is always possible.
     source = CameraSource(Reel(0), Eye())
     source.stop()
     assert source.message == "The camera is off."
@@ -180,7 +179,6 @@ def test_threads_start_stop_and_fail() -> None:
     source.stop()
     source.stop()
     assert reel.closed.is_set()
-    # A camera that fails ends the looking, with its reason in one line; nothing else dies.
     reel = Reel(5, fault=2)
     source = CameraSource(reel, Eye()).start()
     reel.gate.release(3)

@@ -45,10 +45,8 @@ def test_smoothness_and_seeds(name: ClipName) -> None:
 
 
 def test_names_seeds_and_refusals() -> None:
-    # Some wave with the left arm, some with the right.
     raised = {int(np.argmax(Clip("wave", seed).angles(3.0)[:, 1])) for seed in range(10)}
     assert raised == {0, 1}
-    # All clips in turn, each as it is alone.
     medley, start = Clip("medley", 4), 0.0
     for name in CLIP_NAMES[:-1]:
         clip = Clip(name, 4)
@@ -58,7 +56,6 @@ def test_names_seeds_and_refusals() -> None:
     assert_allclose(medley.duration, start)
     with pytest.raises(BadSetting, match="choose from wave, clap, cross, reach, medley"):
         Clip("dance")  # type: ignore[arg-type]
-    # Writing to a result changes nothing.
     clip = Clip("clap", 1)
     clip.angles(0.0)[:] = 9.0
     clip.angles(clip.duration)[:] = 9.0
@@ -88,7 +85,6 @@ def value(source: PersonSource, time: float) -> float | None:
 
 
 def test_sampled_angles() -> None:
-    # Straight between samples, at rest outside.
     sampled = SampledAngles(TIMES, TABLE)
     assert sampled.duration == 4.0
     times = (-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 3.25, 4.0, 99.0)
@@ -98,10 +94,8 @@ def test_sampled_angles() -> None:
     table[2, 0, 0] = np.nan
     sampled = SampledAngles(TIMES, table)
     assert [value(sampled, t) for t in (1.0, 1.1, 3.0, 3.9, 4.0)] == [1.0, None, None, None, 3.0]
-    # One posture for ever.
     sampled = SampledAngles(np.array([2.0]), TABLE[1:2])
     assert [value(sampled, t) for t in (0.0, 2.0, 5.0)] == [1.0, 1.0, 1.0]
-    # The caller may keep what it gets: two arms of four angles.
     sampled = SampledAngles(TIMES, TABLE.copy())
     angles = sampled.angles(1.0)
     assert angles is not None and angles.shape == (2, 4)

@@ -28,20 +28,16 @@ def test_steps_rates_and_inputs() -> None:
         t = 0.01 * k
         assert math.isclose(y, rate * t if t < reached else 2.0 - knee * math.exp(-omega * (t - reached)), abs_tol=1e-9)
         assert slow.rates[0] <= rate + 1e-12
-    # `rates` is what the output just did.
     low_pass = AngleFilter(ZERO)
     wanted = np.linspace(-1.0, 1.0, 8).reshape(2, 4)
     a = low_pass.step(wanted, 0.005)
     b = low_pass.step(wanted, 0.005)
     assert_allclose(low_pass.rates, (b - a) / 0.005, atol=1e-12)
-    # A person who is never seen moves nothing.
     low_pass = AngleFilter(np.full((2, 4), 0.3))
     assert_allclose(low_pass.step(None, 0.1), 0.3)
     assert low_pass.lost
-    # A step of no length does nothing.
     low_pass = AngleFilter(ZERO)
     assert_allclose(low_pass.step(np.ones((2, 4)), 0.0), 0.0)
-    # Neither what comes in nor what goes out is shared with the caller.
     start, wanted = np.zeros((2, 4)), np.ones((2, 4))
     low_pass, twin = AngleFilter(start), AngleFilter(ZERO)
     start[:] = 9.0

@@ -171,13 +171,11 @@ def test_special_postures_and_reset() -> None:
         straight = retargeter.joints(bent)
     assert_allclose(straight[:, 2], q[:, 2], atol=1e-3)
     assert_allclose(straight[:, 3], 0.0, atol=1e-9)
-    # After a reset the same angles give the same joints as for a new person.
     retargeter = Retargeter()
     retargeter.joints(np.radians([[-170.0, 20.0, 0.0, 30.0]] * 2))
     retargeter.reset(-natural_pose(REST))
     retargeter.reset()
     assert_allclose(retargeter.joints(REST), natural_pose(REST), atol=0.0)
-    # Writing to the result does not disturb the next one.
     retargeter = Retargeter()
     retargeter.joints(REST)[:] = 7.0
     assert_allclose(retargeter.joints(REST), natural_pose(REST), atol=1e-12)

@@ -23,7 +23,6 @@ from tests.scenes.robots.helpers import NAMES, OTHERS, link_poses, other_reader,
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_both_readers_and_the_file_agree(name: RobotName) -> None:
-    # Every frame that has the name of a link, the hand among them, over the whole range of the joints.
     model = robot(name).model
     data = model.createData()
     for q in postures(model, 10):
@@ -32,7 +31,6 @@ def test_both_readers_and_the_file_agree(name: RobotName) -> None:
         assert robot(name).hand in poses
         for link, pose in poses.items():
             assert_allclose(data.oMf[model.getFrameId(link)].homogeneous, pose, atol=1e-9, err_msg=link)
-    # Limits are those of the file.
     model, reader = robot(name).model, other_reader(name)
     for i, joint in enumerate(list(model.names)[1:]):
         limit = reader.joint_map[joint].limit
@@ -54,12 +52,9 @@ def test_a_robot_is_complete(name: RobotName, joints: int) -> None:
 
 
 def test_robots_by_name() -> None:
-    # The paper s robot is the one it was.
     assert robot("lwr") is robot("lwr") and robot("lwr").name == "KUKA LWR 4+"
-    # An unknown robot names the known ones.
     with pytest.raises(BadSetting, match=r"'r2d2'.*lwr, panda, ur5"):
         robot("r2d2")  # pyright: ignore[reportArgumentType]
-    # A damaged package is named with its remedy.
     with pytest.raises(BadSetting, match=r"damaged.*pip install"):
         build_example(replace(EXAMPLES["ur5"], urdf="ur_description/urdf/gone.urdf"))
 
@@ -77,14 +72,12 @@ def test_landmarks_make_an_arm(name: RobotName) -> None:
 
 
 def test_missing_packages_are_named_with_their_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    # A missing package is named with its remedy.
     def missing(name: str) -> None:
         raise importlib.metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr("importlib.metadata.files", missing)
     with pytest.raises(BadSetting, match="pip install example-robot-data"):
         build_example(EXAMPLES["panda"])
-    # An empty package is named with its remedy.
     monkeypatch.setattr("importlib.metadata.files", lambda _: [])
     with pytest.raises(BadSetting, match=r"without its robots.*pip install"):
         build_example(EXAMPLES["panda"])

@@ -50,11 +50,9 @@ def test_a_ghost_can_be_seen_through(name: RobotName, coarse: bool) -> None:
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_palettes_and_normals(name: RobotName) -> None:
-    # The two palettes differ.
     orange, silver = (robot_glbs(name, palette) for palette in ("orange", "silver"))
     # Base and flange of the UR5 are bare metal.
     assert sum(a != b for a, b in zip(orange, silver, strict=True)) >= len(orange) - 2
-    # Normals are unit and agree with the faces.
     for parts in link_meshes(name):
         for part in parts.values():
             assert_allclose(np.linalg.norm(part.vertex_normals, axis=1), 1, atol=1e-6)
@@ -136,16 +134,13 @@ def test_capsules_are_tight(name: RobotName, part: str) -> None:
 
 
 def test_fitting_by_example() -> None:
-    # Outside of a capsule.
     capsule = robot("lwr").capsules[1]
     points = np.array([(0.0, 0.0, 0.2), (0.1, 0.0, 0.2), (0.0, 0.0, 0.5), (0.0, -0.3, -0.4)])
     assert_allclose(clearance(capsule, points), [-0.07, 0.03, 0.03, 0.43], atol=1e-12)
-    # A point like cloud gets a capsule with an axis.
     corners = 0.02 * np.array(list(itertools.product((-1, 1), repeat=3)))
     start, end, radius = enclosing_capsule(corners)
     assert np.linalg.norm(end - start) >= SHORTEST - 1e-9
     assert radius <= 0.02 * np.sqrt(3) + 2 * GRID
-    # Capsules come out alike every time.
     for a, b in zip(robot("ur5").capsules, build_example(EXAMPLES["ur5"]).capsules, strict=True):
         assert_array_equal(np.r_[a.start, a.end, a.radius], np.r_[b.start, b.end, b.radius])
 
