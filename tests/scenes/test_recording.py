@@ -47,17 +47,13 @@ def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("t,x,y\n0,0,0\n", ("line 1", "t,x,y,z")),
-        ("# why\nx,y,z,t\n0,0,0,0\n", ("line 2", "header")),
-        ("0,0,0,0\n", ("line 1", "header")),
-        ("t,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n", ("line 1", "qw,qx,qy,qz")),
-        ("t,x,y,z\n0,0,0\n", ("line 2", "3 values", "4")),
-        ("t,x,y,z\n0,0,0,0\n1,0,0,0,0\n", ("line 3", "5 values")),
+        ("t,x,y\n0,0,0\n", ("line 1", "t,x,y,z")), ("# why\nx,y,z,t\n0,0,0,0\n", ("line 2", "header")),
+        ("0,0,0,0\n", ("line 1", "header")), ("t,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n", ("line 1", "qw,qx,qy,qz")),
+        ("t,x,y,z\n0,0,0\n", ("line 2", "3 values", "4")), ("t,x,y,z\n0,0,0,0\n1,0,0,0,0\n", ("line 3", "5 values")),
         ("t,x,y,z\n0,0,zero,0\n", ("line 2", "y", "'zero'", "not a number")),
         ("t,x,y,z\n0,0,,0\n", ("line 2", "y", "not a number")),
         ("t,x,y,z\n0,0,nan,0\n", ("line 2", "y", "nan", "not finite")),
-        ("t,x,y,z\n0,-inf,0,0\n", ("line 2", "x", "not finite")),
-        ("t,x,y,z\n0,0,0,1e999\n", ("line 2", "z", "not finite")),
+        ("t,x,y,z\n0,-inf,0,0\n", ("line 2", "x", "not finite")), ("t,x,y,z\n0,0,0,1e999\n", ("line 2", "z", "not finite")),
         ("t,x,y,z\n0,0,0,350.5\n", ("line 2", "z", "350.5", "metres")),
         ("t,x,y,z\n0,0,0,-10.001\n", ("line 2", "z", "metres")),
         ("t,x,y,z\n0,0,0,0\n#\n\n0,0,0,0\n", ("line 5", "t = 0", "increase")),
@@ -66,12 +62,10 @@ def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
         ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0\n", ("line 2", "7 values", "8")),
         *((text, ("no samples",)) for text in ("t,x,y,z\n", "", "# only words\n\n")),
         *((f"t,x,y,z\n0,0,0,{letter * 200_000}\n", ("line 2",)) for letter in "1x"),
-        (b"\xff\xfe\x00t\x00,", ("not a text file",)),
-        (b"t,x,y,z\n0,0,0,\x80\n", ("not a text file",)),
-        (None, ("cannot be read",)),
-        ("a folder", ("cannot be read",)),
+        (b"\xff\xfe\x00t\x00,", ("not a text file",)), (b"t,x,y,z\n0,0,0,\x80\n", ("not a text file",)),
+        (None, ("cannot be read",)), ("a folder", ("cannot be read",)),
     ],
-)
+)  # fmt: skip
 def test_a_fault_is_named_in_one_line_with_its_place(tmp_path: Path, text: str | bytes | None, words: tuple[str, ...]) -> None:
     path = tmp_path / "hand.csv"
     if text == "a folder":

@@ -28,19 +28,13 @@ USUAL = RunSettings()
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("n=1:20", tuple(float(n) for n in range(1, 21))),
-        ("n=1:3.0", (1.0, 2.0, 3.0)),
-        ("seed=3:6", (3, 4, 5, 6)),
+        ("n=1:20", tuple(float(n) for n in range(1, 21))), ("n=1:3.0", (1.0, 2.0, 3.0)), ("seed=3:6", (3, 4, 5, 6)),
         ("v=0.05:0.6:12", (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6)),
-        ("dm = 0.05 : 0.15 : 3", (0.05, 0.1, 0.15)),
-        ("seed=1:9:3", (1, 5, 9)),
-        ("n=8, 2,4", (8.0, 2.0, 4.0)),
-        ("n=4", (4.0,)),
-        ("law=unprotected,smooth_priority", ("unprotected", "smooth_priority")),
-        ("ff=0,1", (False, True)),
+        ("dm = 0.05 : 0.15 : 3", (0.05, 0.1, 0.15)), ("seed=1:9:3", (1, 5, 9)), ("n=8, 2,4", (8.0, 2.0, 4.0)),
+        ("n=4", (4.0,)), ("law=unprotected,smooth_priority", ("unprotected", "smooth_priority")), ("ff=0,1", (False, True)),
         ("one-sided=on", (True,)),
     ],
-)
+)  # fmt: skip
 def test_axis(text: str, expected: tuple[object, ...]) -> None:
     axis = read_axis(text, USUAL)
     assert axis.values == expected
@@ -70,28 +64,18 @@ def test_every_setting_can_be_swept() -> None:
 @pytest.mark.parametrize(
     ("text", "named"),
     [
-        ("n", ["'n'", "key=a:b", "key=x,y,z", "n=1:20"]),
-        *((text, ["key=a:b"]) for text in ("n=", "=1:3")),
-        ("zz=1:3", ["'zz'", "choose from", "dm"]),
-        ("n=1:2:3:4", ["key=a:b:count"]),
+        ("n", ["'n'", "key=a:b", "key=x,y,z", "n=1:20"]), *((text, ["key=a:b"]) for text in ("n=", "=1:3")),
+        ("zz=1:3", ["'zz'", "choose from", "dm"]), ("n=1:2:3:4", ["key=a:b:count"]),
         *((text, ["must be numbers"]) for text in ("n=1:x", "n=1:")),
-        *((text, ["cannot be read"]) for text in ("n=1:nan", "n=1:inf")),
-        ("n=5:1", ["upwards", "5"]),
-        ("n=5:5", ["upwards"]),
+        *((text, ["cannot be read"]) for text in ("n=1:nan", "n=1:inf")), ("n=5:1", ["upwards", "5"]), ("n=5:5", ["upwards"]),
         ("v=0.1:0.5", ["whole numbers", "v=0.1:0.5:12"]),
         *((f"n=1:5:{count}", ["count", shown]) for count, shown in (("1", "from 2"), ("2.5", "2.5"), ("-3", "-3"))),
-        ("v=0:1:1e9", ["1e+09", str(grids.MOST_POINTS)]),
-        ("seed=1:1e12", ["at most"]),
-        ("n=0:3", ["n = 0.0", "1 to 20"]),
-        ("n=1,,3", ["n = ''", "1 to 20"]),
-        ("n=2,2.0", ["twice"]),
-        ("seed=1:2:3", ["whole number"]),
-        ("law=smooth_priority,strict", ["law = 'strict'", "unprotected"]),
-        ("law=1:2", ["no number", "smooth_priority"]),
-        ("ff=0:1", ["no number", "ff=0,1"]),
-        ("ff=maybe", ["neither on nor off"]),
+        ("v=0:1:1e9", ["1e+09", str(grids.MOST_POINTS)]), ("seed=1:1e12", ["at most"]), ("n=0:3", ["n = 0.0", "1 to 20"]),
+        ("n=1,,3", ["n = ''", "1 to 20"]), ("n=2,2.0", ["twice"]), ("seed=1:2:3", ["whole number"]),
+        ("law=smooth_priority,strict", ["law = 'strict'", "unprotected"]), ("law=1:2", ["no number", "smooth_priority"]),
+        ("ff=0:1", ["no number", "ff=0,1"]), ("ff=maybe", ["neither on nor off"]),
     ],
-)
+)  # fmt: skip
 def test_one_line_says_what_is_wrong_with_an_axis(text: str, named: list[str]) -> None:
     with pytest.raises(BadSetting) as error:
         read_axis(text, USUAL)
