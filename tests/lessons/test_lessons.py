@@ -10,7 +10,7 @@ import pytest
 from app.lessons.check import Walk, check_lesson, table_text
 from app.lessons.lesson import Lesson, Step
 from app.lessons.measures import Value
-from app.lessons.outcomes import StepOutcome, reference
+from app.lessons.outcomes import reference
 from app.lessons.reference_runs import measured
 from app.lessons.runs import Setup
 from app.lessons.step_view import fill
@@ -33,12 +33,9 @@ def step_of(lesson: str, step: str) -> Step:
     return found
 
 
-def outcome_of(lesson: str, step: str) -> StepOutcome:
-    return reference(step_of(lesson, step), step_of(lesson, step).setup)
-
-
 def values(lesson: str, step: str, id: str) -> tuple[float, ...]:
-    found = outcome_of(lesson, step).known(step_of(lesson, step))[id]
+    at = step_of(lesson, step)
+    found = reference(at, at.setup).known(at)[id]
     assert all(value is not None for value in found)
     return tuple(float(value) for value in found if value is not None)
 

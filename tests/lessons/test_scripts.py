@@ -16,19 +16,16 @@ from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS, build_alone, build_ball_room, build_room
-from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget
+from tests.scenes.helpers import given_settings
 
 PLACE = RoomPlace("goal", (0.0, 0.0, 1.0), 0.3)
 MEANT: dict[str, dict[str, Any]] = {"push": {"speed": 0.2}, "ball_to": {"place": PLACE}, "ball_push": {"speed": 0.2}}
 
 
 def fresh(scene: str, **changes: object) -> Simulation:
-    settings = RunSettings()
-    for key, value in {"scene": scene, **changes}.items():
-        settings = changed(settings, key, value)
-    return Simulation(settings, 2000)
+    return Simulation(given_settings(scene=scene, **changes), 2000)
 
 
 def wishes(simulation: Simulation, name: str, times: list[float], **given: Any) -> list[Array]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
@@ -247,13 +247,3 @@ def test_what_cannot_be_analysed_is_refused() -> None:
     for J_d, J_b in [*wrong, (row + np.nan, None), (row, np.full((3, 7), np.inf))]:
         with pytest.raises(ValueError, match="J_d"):
             analyse(J_d, J_b, 0.5, 1.0, 1.0)
-
-
-def test_pure() -> None:
-    row, J_b = tasks(1, 3)
-    row.flags.writeable = J_b.flags.writeable = False
-    first, second = (analyse(row, J_b, 0.5, 2.0, 3.0) for _ in range(2))
-    assert_array_equal(first.M, second.M)
-    assert (first.smallest_eigenvalue, first.angle, first.coupling) == (second.smallest_eigenvalue, second.angle, second.coupling)
-    with pytest.raises(ValueError, match="read-only"):
-        first.M[0, 0] = 1.0
