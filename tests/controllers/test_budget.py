@@ -66,8 +66,7 @@ def test_nothing_moves_at_rest(dm: float, n: float, v: float, u: float, share: f
     """At d* the rate is 0 and λ is λ*; nearer it is positive, further away negative; the time constant is −1 over its slope."""
     w = share * v
     rest = budget.resting_distance(dm, n, v, u, w)
-    assert rest >= dm
-    assert rate_at(rest, dm, n, v, u, w) == pytest.approx(0.0, abs=1e-9)
+    assert rest >= dm and rate_at(rest, dm, n, v, u, w) == pytest.approx(0.0, abs=1e-9)
     assert activation(rest, dm, n) == pytest.approx(budget.resting_activation(v, u, w), rel=1e-9)
     assert rate_at(0.99 * rest, dm, n, v, u, w) > 0.0 > rate_at(1.01 * rest, dm, n, v, u, w)
     h = 1e-6 * rest
@@ -132,8 +131,7 @@ def test_far_bias(d: float, n: float, speed: float) -> None:
 def test_it_is_a_share_that_falls_with_distance_and_order(d: float, dm: float, n: float, further: float, more: float) -> None:
     """λ is in (0, 1]; above d_m it falls strictly with d and n, so that a larger n takes over later."""
     lam = activation(d, dm, n)
-    assert 0.0 < activation(d + further, dm, n) <= lam <= 1.0
-    assert activation(d, dm, n + more) <= lam
+    assert 0.0 < activation(d + further, dm, n) <= lam <= 1.0 and activation(d, dm, n + more) <= lam
     if d > dm and further > 1e-6:
         assert activation(d + further, dm, n) < lam
     if d > 1.001 * dm and more > 1e-3:

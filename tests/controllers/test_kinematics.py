@@ -66,8 +66,7 @@ def test_point_jacobian_against_finite_differences(rig: RigName) -> None:
                 J = kinematics.point_jacobian(arm, joint, at)
                 assert_allclose(J, numeric, atol=2e-8)
                 column = kinematics.model.joints[joint].idx_v - arm.joints.start
-                assert not J[:, column + 1 :].any()
-                assert np.abs(J[:, : column + 1]).max() > 0.01
+                assert not J[:, column + 1 :].any() and np.abs(J[:, : column + 1]).max() > 0.01
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)

@@ -101,8 +101,7 @@ def test_damping_of_short_rows() -> None:
     assert np.abs(along_row(nominal, np.full(7, 0.2), 0.3) - nominal).max() > 0.1
     # μ² is 0 from |J_d| = .12 upwards, positive below, and its slope is 0 where it sets in.
     edge = AUTHORITY**2
-    assert row_damping(edge) == 0.0 == row_damping(4.0)
-    assert row_damping(0.5 * edge) > 0.0
+    assert row_damping(edge) == 0.0 == row_damping(4.0) and row_damping(0.5 * edge) > 0.0
     assert row_damping(edge * (1.0 - 1e-4)) / (edge * 1e-4) < 1e-3
     lengths = np.linspace(0.0, AUTHORITY, 50)
     assert (np.diff([row_damping(float(x) ** 2) for x in lengths]) < 0.0).all()
@@ -110,8 +109,7 @@ def test_damping_of_short_rows() -> None:
     for length, exact in ((AUTHORITY * 1.000001, True), (0.3, True), (AUTHORITY / 2.0, False)):
         row = np.full(7, length / np.sqrt(7.0))
         reached = float(row @ along_row(np.zeros(7), row, 0.3))
-        assert (abs(reached - 0.3) < 1e-12) is exact
-        assert 0.0 < reached < 0.3 + 1e-12
+        assert (abs(reached - 0.3) < 1e-12) is exact and 0.0 < reached < 0.3 + 1e-12
 
 
 @given(vectors(ENTRIES).filter(lambda row: float(np.linalg.norm(row)) > 0.1), st.floats(0.0, 0.3), st.floats(0.0, 1e-6))

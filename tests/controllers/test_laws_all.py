@@ -88,8 +88,7 @@ def test_finite_whatever_comes(name: str, seed: int, n: int, length: float, dist
     hard = situation._replace(row=row, distance=distance, rows=rows, distances=distances, task_jacobian=J)
     for case in (hard, hard._replace(task_jacobian=np.zeros((3, n))), hard._replace(lower=None, upper=None)):
         velocities = LAWS[name](case)
-        assert velocities.shape == (n,)
-        assert np.isfinite(velocities).all()
+        assert velocities.shape == (n,) and np.isfinite(velocities).all()
         # Nothing explodes either: |J_d^#| ≤ 11 rad/m of the damped row, the task's way round it up to some times that.
         assert np.abs(velocities).max() < 100.0 * max(1.0, abs(getattr(LAWS[name], "push", float)(distance)))
 
@@ -100,8 +99,7 @@ def test_without_obstacles_the_task_alone_counts(name: str, seed: int, n: int) -
     law, zeros = LAWS[name], np.zeros((12, n))
     situation = with_pairs(regular_situation(seed, n), seed)
     alone = situation._replace(row=zeros[0], distance=math.inf, approach=0.0, rows=zeros, distances=np.full(12, math.inf))
-    assert law.activation(math.inf) == 0.0
-    assert law.line_rate(math.inf, 0.2, 0.0, 0.0) == -0.2
+    assert law.activation(math.inf) == 0.0 and law.line_rate(math.inf, 0.2, 0.0, 0.0) == -0.2
     assert_array_equal(law(alone), alone.nominal)
     none = alone._replace(rows=zeros[:0], distances=np.zeros(0), approaches=np.zeros(0))
     assert_array_equal(law(none), alone.nominal)

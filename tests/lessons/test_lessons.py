@@ -104,8 +104,7 @@ def test_lesson_2_drift_is_in_proportion_to_the_step_and_the_joints_do_not_close
     assert four / double == pytest.approx(2.0, rel=0.02)
     assert half / own == pytest.approx(0.5, abs=0.06)
     joints = values("drift", "closed_loop", "joints")
-    assert joints == pytest.approx((joints[0],) * 3, rel=0.01)
-    assert np.degrees(joints[0]) > 0.5
+    assert joints == pytest.approx((joints[0],) * 3, rel=0.01) and np.degrees(joints[0]) > 0.5
     closed, open_loop = values("drift", "closed_loop", "tip")
     assert closed < 1e-6 < 1e-4 < open_loop
     wild, calm, edge = values("drift", "overdone", "error")
@@ -130,8 +129,7 @@ def test_lesson_4_lambda_at_twice_the_distance_and_its_tail() -> None:
     assert bias == pytest.approx(straight, rel=0.1, abs=5e-4)
     assert bias[0] > 0.05 > bias[1] > bias[2] > bias[3]
     zigzag, euler = values("lambda", "steep", "zigzag"), values("lambda", "steep", "euler")
-    assert zigzag[0] > 1e-3 and euler[0] > 2.0
-    assert max(zigzag[1:]) < 5e-4 and max(euler[1:]) < 2.0
+    assert zigzag[0] > 1e-3 and euler[0] > 2.0 and max(zigzag[1:]) < 5e-4 and max(euler[1:]) < 2.0
 
 
 def test_lesson_5_stands_off_where_the_line_says_and_is_smooth() -> None:

@@ -82,8 +82,7 @@ def test_a_push_arrives_as_the_approach_that_was_asked_for(speed: float) -> None
 def test_to_and_fro_begins_and_ends_at_rest() -> None:
     assert [to_and_fro(t, 3.0, 1.0) for t in (0.0, 1.0, 4.0, 5.0, 8.0, 9.0)] == [0.0, 0.0, 1.0, 1.0, 0.0, 0.0]
     path = np.array([to_and_fro(0.001 * i, 3.0, 1.0) for i in range(9000)])
-    assert path.min() >= 0.0 and path.max() <= 1.0
-    assert np.abs(np.diff(path, 2)).max() < 1e-5
+    assert path.min() >= 0.0 and path.max() <= 1.0 and np.abs(np.diff(path, 2)).max() < 1e-5
 
 
 @pytest.mark.parametrize(

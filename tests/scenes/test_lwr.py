@@ -34,8 +34,7 @@ def test_the_shipped_file_is_the_generated_one() -> None:
 
 def test_two_readers_agree(model: pin.Model, other: yourdfpy.URDF) -> None:
     names = [joint.name for joint in facts.JOINTS]
-    assert list(model.names)[1:] == names
-    assert list(other.actuated_joint_names) == names
+    assert list(model.names)[1:] == names and list(other.actuated_joint_names) == names
     assert set(other.link_map) == {*(f"link{i}" for i in range(8)), FLANGE}
     for q in np.random.default_rng(7).uniform(model.lowerPositionLimit, model.upperPositionLimit, (50, 7)):
         other.update_cfg(q)

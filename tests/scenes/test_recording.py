@@ -91,8 +91,7 @@ def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathF
         except BadInputFile as error:
             assert str(path) in str(error)
         else:
-            assert np.isfinite(recording.positions).all()
-            assert (np.diff(recording.times) > 0.0).all()
+            assert np.isfinite(recording.positions).all() and (np.diff(recording.times) > 0.0).all()
 
 
 def test_rotations_turn_evenly_and_the_short_way(tmp_path: Path) -> None:
@@ -138,8 +137,7 @@ def test_tables_of_a_run() -> None:
     lines = text.split("\n")
     count = len(values(simulation.settings))
     assert lines[:count] == [f"# {key} = {value}" for key, value in values(simulation.settings).items()]
-    assert lines[count] == HEADER
-    assert lines[-1] == ""
+    assert lines[count] == HEADER and lines[-1] == ""
     rows = list(csv.reader(lines[count + 1 : -1]))
     table = simulation.history.table()
     assert len(rows) == len(table) == 60

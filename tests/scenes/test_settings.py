@@ -22,12 +22,10 @@ def refused(key: str, value: object, *words: str) -> None:
     with pytest.raises(BadSetting) as caught:
         changed(settings, key, value)
     text = str(caught.value)
-    assert "\n" not in text
-    assert len(text) < 400
+    assert "\n" not in text and len(text) < 400
     for word in (key, *words):
         assert word in text
-    assert settings == RunSettings()
-    assert values(settings) == DEFAULTS
+    assert settings == RunSettings() and values(settings) == DEFAULTS
 
 
 def bounds(spec: Spec) -> tuple[str, str]:
@@ -36,17 +34,14 @@ def bounds(spec: Spec) -> tuple[str, str]:
 
 def test_declared_fields() -> None:
     assert len(SPECS) == len(fields(RunSettings)) - 1 + len(fields(LawSettings))
-    assert list(SPECS) == list(DEFAULTS)
-    assert sorted(NUMBERS + CHOICES + FLAGS) == sorted(SPECS)
+    assert list(SPECS) == list(DEFAULTS) and sorted(NUMBERS + CHOICES + FLAGS) == sorted(SPECS)
     for key, spec in SPECS.items():
-        assert spec.key == key
-        assert spec.help and 0 < len(spec.label) <= 11
+        assert spec.key == key and spec.help and 0 < len(spec.label) <= 11
         assert len(spec.choice_labels) == len(spec.choices)
     assert validate(RunSettings()) == RunSettings()
     for key in NUMBERS:
         assert math.isfinite(SPECS[key].low) and math.isfinite(SPECS[key].high)
-        assert SPECS[key].low <= DEFAULTS[key] <= SPECS[key].high
-        assert SPECS[key].step > 0.0
+        assert SPECS[key].low <= DEFAULTS[key] <= SPECS[key].high and SPECS[key].step > 0.0
     for key in CHOICES:
         assert DEFAULTS[key] in SPECS[key].choices
     # Rigs, laws, treatments, tasks and arms, and which of them one starts with.
@@ -63,8 +58,7 @@ def test_declared_fields() -> None:
     assert {key: DEFAULTS[key] for key in CHOICES} == first
     assert not any(DEFAULTS[key] for key in FLAGS)
     # g dt ≤ 1 and K dt < 1 at every corner of the ranges: no setting can make the joints pass their stops.
-    assert SPECS["g"].high * SPECS["dt"].high <= 1.0
-    assert SPECS["k"].high * SPECS["dt"].high < 1.0
+    assert SPECS["g"].high * SPECS["dt"].high <= 1.0 and SPECS["k"].high * SPECS["dt"].high < 1.0
 
 
 def test_the_promised_defaults_and_ranges() -> None:
@@ -77,8 +71,7 @@ def test_the_promised_defaults_and_ranges() -> None:
 def taken(key: str, value: object, expected: object) -> None:
     settings = changed(RunSettings(), key, value)
     assert values(settings) == DEFAULTS | {key: expected}
-    assert type(values(settings)[key]) is type(DEFAULTS[key])
-    assert validate(settings) == settings
+    assert type(values(settings)[key]) is type(DEFAULTS[key]) and validate(settings) == settings
 
 
 @given(st.sampled_from(NUMBERS), st.floats(0.0, 1.0))
@@ -174,5 +167,4 @@ def test_an_unknown_key_is_answered_with_those_there_are(key: str) -> None:
     assume(key not in SPECS)
     with pytest.raises(BadSetting) as caught:
         changed(RunSettings(), key, 1.0)
-    assert repr(key) in str(caught.value)
-    assert all(known in str(caught.value) for known in SPECS)
+    assert repr(key) in str(caught.value) and all(known in str(caught.value) for known in SPECS)

@@ -98,8 +98,7 @@ def test_furniture_fits_the_arms() -> None:
         base = np.array([0, side * 0.0765, 0.92])
         axis = np.array([0.5 * np.sin(np.radians(35)), side * np.sqrt(3) / 2, 0.5 * np.cos(np.radians(35))])
         near = vertices[np.linalg.norm(vertices - base, axis=1) < 0.082] - base
-        assert len(near) > 100
-        assert (near @ axis).max() == pytest.approx(0, abs=1e-9)
+        assert len(near) > 100 and (near @ axis).max() == pytest.approx(0, abs=1e-9)
     vertices = room_shells.table_meshes(1.3)["black"].vertices
     assert vertices[:, 2].max() == pytest.approx(room_shells.TABLE_HEIGHT)
     for x in (-0.65, 0.65):
@@ -234,7 +233,6 @@ def test_the_key_follows_sources_and_settings(tmp_path: Path) -> None:
     source = tmp_path / "source.py"
     source.write_text("a = 1")
     before = glb.source_key([source], 1.1)
-    assert glb.source_key([source], 1.1) == before
-    assert glb.source_key([source], 1.2) != before
+    assert glb.source_key([source], 1.1) == before and glb.source_key([source], 1.2) != before
     source.write_text("a = 2")
     assert glb.source_key([source], 1.1) != before

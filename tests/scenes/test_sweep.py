@@ -37,8 +37,7 @@ USUAL = RunSettings()
 )  # fmt: skip
 def test_axis(text: str, expected: tuple[object, ...]) -> None:
     axis = read_axis(text, USUAL)
-    assert axis.values == expected
-    assert list(map(type, axis.values)) == list(map(type, expected))
+    assert axis.values == expected and list(map(type, axis.values)) == list(map(type, expected))
     assert is_number(axis) is (type(expected[0]) in (int, float))
 
 
@@ -129,8 +128,7 @@ def test_two_workers_and_one_find_the_same() -> None:
     for index, found in run_points(grid, range(grid.size), workers=2):
         assert 1 <= len(multiprocessing.active_children()) <= 2
         together[index] = found
-    assert together == dict(alone)
-    assert len(set(together.values())) == grid.size
+    assert together == dict(alone) and len(set(together.values())) == grid.size
     # Nothing of the way they were started is left.
     assert multiprocessing.active_children() == []
     assert {name: os.environ.get(name) for name in ONE_THREAD} == before

@@ -129,8 +129,7 @@ def risen(values: Array) -> float:
 def test_w_falls_along_a_run_and_keeps_the_distance(n: float, start: tuple[float, ...]) -> None:
     """With v ∝ |J_d|² W never rises, and d stays above d_m; with the paper's constant v it hardly rises while |J_d| hardly changes."""
     W, _, distances = frozen_run(NEAR, np.array(start), n, True)
-    assert np.isfinite(W).all() and W[-1] < 0.99 * W[0]
-    assert np.diff(W).max() <= 1e-14
+    assert np.isfinite(W).all() and W[-1] < 0.99 * W[0] and np.diff(W).max() <= 1e-14
     assert distances.min() > 0.15 > NEAR.distance(GOAL)
     W, _, distances = frozen_run(NEAR, np.array(start), n, False)
     assert np.isfinite(W).all() and risen(W) < 1e-4

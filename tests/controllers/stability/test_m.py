@@ -87,8 +87,7 @@ def test_the_surviving_share_and_the_slowest_mode(seed: int, m: int, lam: float,
     # Nearly equal eigenvalues of a matrix that is not symmetric are only good to the root of the machine's precision.
     assert_allclose(values.imag, 0.0, atol=1e-4)
     assert values.real.min() == pytest.approx(a.slowest_mode, abs=1e-4, rel=1e-4)
-    assert a.slowest_mode > 0.0
-    assert a.smallest_eigenvalue <= a.slowest_mode + 1e-6
+    assert a.slowest_mode > 0.0 and a.smallest_eigenvalue <= a.slowest_mode + 1e-6
     # While the flag is up no error lets V rise; while it is down the eigenvector of sym(M) does not let V fall.
     if a.condition_holds:
         for e in np.random.default_rng(seed).normal(size=(20, m + 1)) * ([1.0] * (m + 1) if lam else [0.0] + [1.0] * m):
@@ -160,8 +159,7 @@ def test_one_of_the_tasks_alone(seed: int, m: int, K_a: float, K_b: float) -> No
     assert_allclose(a.M_bb, K_b * np.eye(m), atol=1e-7)
     assert a.condition_holds and a.survival == 1.0
     e = a.error(0.3, np.random.default_rng(seed).normal(size=m))
-    assert e[0] == 0.0
-    assert a.lyapunov_rate(e) == pytest.approx(-2.0 * K_b * a.lyapunov(e))
+    assert e[0] == 0.0 and a.lyapunov_rate(e) == pytest.approx(-2.0 * K_b * a.lyapunov(e))
     assert a.task_error_rate(e) == pytest.approx(-K_b * float(np.linalg.norm(e[1:])))
     # Positive control: at equal gains, the same two tasks with nearly parallel directions fail as soon as λ counts.
     assert not analyse(J_b[0] + 1e-3 * row, J_b, 0.5, K_a, K_a).condition_holds

@@ -44,8 +44,7 @@ def test_every_lesson_is_complete() -> None:
         assert any(step.challenge for step in lesson.steps)
         for step in lesson.steps:
             assert len(step.plots) <= MOST_PLOTS and 1 <= len(step.numbers) <= MOST_NUMBERS
-            assert len(step.hints) == (HINTS if step.challenge else 0)
-            assert step.measurements
+            assert len(step.hints) == (HINTS if step.challenge else 0) and step.measurements
             if step.question:
                 wrong = [choice for i, choice in enumerate(step.question.choices) if i != step.question.right]
                 assert all(choice.why for choice in wrong), (lesson.id, step.id)
@@ -194,8 +193,7 @@ def test_there_and_back() -> None:
         way.append(after)
     assert [(at.lesson_index, at.step_index) for at in way] == ALL
     assert [at.step for at in way] == [step for lesson in BOOK.lessons for step in lesson.steps]
-    assert way[0].before() is None
-    assert [at.before() for at in way[1:]] == way[:-1]
+    assert way[0].before() is None and [at.before() for at in way[1:]] == way[:-1]
 
 
 def test_a_step_is_found_by_place_and_by_name() -> None:

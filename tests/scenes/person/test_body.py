@@ -105,8 +105,7 @@ def test_bones_run_along_the_meshes() -> None:
     for side in SIDES:
         for name, length in ((f"{side}_upper_arm", p.upper_arm), (f"{side}_forearm", p.forearm)):
             low, high = meshes[name].bounds
-            assert np.abs([low[:2], high[:2]]).max() < 0.07
-            assert -0.005 < high[2] < 0.05
+            assert np.abs([low[:2], high[:2]]).max() < 0.07 and -0.005 < high[2] < 0.05
             assert low[2] < -0.95 * length
     for name in ("upper_arm", "forearm"):
         left, right = meshes[f"left_{name}"].bounds, meshes[f"right_{name}"].bounds

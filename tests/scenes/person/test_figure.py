@@ -21,8 +21,7 @@ points = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
 
 
 def check_lengths(figure: Figure) -> None:
-    assert np.isfinite(figure.angles()).all()
-    assert (figure.angles()[:, 3] <= MOST_BENT + 1e-6).all()
+    assert np.isfinite(figure.angles()).all() and (figure.angles()[:, 3] <= MOST_BENT + 1e-6).all()
     for side in SIDES:
         shoulder, elbow, wrist = figure.points(side)
         assert np.isclose(np.linalg.norm(elbow - shoulder), figure.proportions.upper_arm)

@@ -72,8 +72,7 @@ def test_lost(missing: np.ndarray | None) -> None:
     assert (low_pass.lost, low_pass.lost_for) == (False, 0.0)
     for _ in range(300):
         low_pass.step(missing, 0.01)
-    assert low_pass.lost
-    assert math.isclose(low_pass.lost_for, 3.0)
+    assert low_pass.lost and math.isclose(low_pass.lost_for, 3.0)
     assert_allclose(low_pass.values, seen, atol=1e-9)
     low_pass.step(seen, 0.01)
     assert (low_pass.lost, low_pass.lost_for) == (False, 0.0)

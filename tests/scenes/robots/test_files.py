@@ -43,8 +43,7 @@ def test_a_robot_is_complete(name: RobotName, joints: int) -> None:
     arm = robot(name)
     assert robot(name) is arm
     assert arm.model.nq == arm.model.nv == len(arm.labels) == len(set(arm.labels)) == joints
-    assert arm.model.existFrame(arm.hand)
-    assert 1 <= arm.shoulder < arm.elbow < arm.wrist <= joints
+    assert arm.model.existFrame(arm.hand) and 1 <= arm.shoulder < arm.elbow < arm.wrist <= joints
     assert 1 <= len(arm.capsules) <= 6
     assert len({capsule.name for capsule in arm.capsules}) == len(arm.capsules)
     carriers = [capsule.joint for capsule in arm.capsules]

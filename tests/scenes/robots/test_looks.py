@@ -33,8 +33,7 @@ def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def test_a_robot_is_small(name: RobotName, palette: str) -> None:
     fine, coarse = robot_glbs(name, palette), robot_glbs(name, palette, coarse=True)
     assert len(fine) == len(coarse) == robot(name).model.njoints
-    assert sum(map(len, fine)) <= 1_000_000
-    assert sum(map(len, coarse)) <= 200_000
+    assert sum(map(len, fine)) <= 1_000_000 and sum(map(len, coarse)) <= 200_000
     assert all(len(glb_head(data)["meshes"]) == 1 for data in coarse)
 
 
