@@ -122,18 +122,6 @@ def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
         assert simulation.sample().distance == pytest.approx(gap, abs=1e-9)
 
 
-def test_a_tilt_is_the_angle_to_the_upper_arm() -> None:
-    room = build_ball_room("lwr", "elbow")
-    simulation = fresh("ball", point="elbow")
-    simulation.kinematics.update(simulation.positions)
-    arm = simulation.avoiding
-    elbow = simulation.kinematics.joint_point(arm.elbow)
-    along = elbow - simulation.kinematics.joint_point(arm.shoulder)
-    straight, tilted = (ball_centre(room, RoomPlace("elbow", "upper_arm", 0.2, tilt)) - elbow for tilt in (0.0, 0.3))
-    assert_allclose(np.cross(straight, along), 0.0, atol=1e-12)
-    assert float(straight @ tilted) / float(straight @ straight) == pytest.approx(np.cos(0.3))
-
-
 def test_places_that_are_not_possible_are_named() -> None:
     room = build_ball_room()
     refused = [

@@ -1,7 +1,6 @@
 """Challenges: which inequality fails and by how much, and what counts as an attempt."""
 
 import numpy as np
-from numpy.testing import assert_allclose
 
 from app.custom_law.trials import WHY
 from app.lessons.law_challenge import StandIn, examine, stand_in
@@ -92,19 +91,6 @@ def test_what_the_student_did_is_kept_for_the_step_that_asks_for_it() -> None:
     assert attempt is not None and attempt.passed
     walk.go("hold", 3)
     assert walk.target_source(simulation) is own
-
-
-def test_marks_are_where_the_elbow_can_be() -> None:
-    walk = Walkthrough(our_book())
-    walk.go("redundancy", 2)
-    simulation = Simulation(walk.settings().run)
-    marks = walk.marks(simulation)
-    assert marks.shape == (2, 3) and np.linalg.norm(marks[1] - marks[0]) > 0.08
-    kinematics, arm = simulation.kinematics, simulation.avoiding
-    kinematics.update(simulation.positions)
-    for joint in (arm.shoulder, arm.wrist):
-        centre, elbow = kinematics.joint_point(joint), kinematics.joint_point(arm.elbow)
-        assert_allclose(np.linalg.norm(marks - centre, axis=1), np.linalg.norm(elbow - centre), atol=1e-12)
 
 
 def textbook(s: Situation) -> np.ndarray:
