@@ -105,14 +105,6 @@ def test_without_obstacles_the_task_alone_counts(name: str, seed: int, n: int) -
     assert_array_equal(law(none), alone.nominal)
 
 
-def test_positive_control_with_an_obstacle_it_does_not() -> None:
-    situation = regular_situation(3)._replace(distance=0.05)
-    if situation.pull < 0.0:
-        situation = situation._replace(nominal=-situation.nominal)
-    changed = {name for name, law in LAWS.items() if np.abs(law(situation) - situation.nominal).max() > 1e-3}
-    assert changed == set(LAWS) - {"unprotected"}
-
-
 @given(ANY_LAW, SEEDS, SIZES)
 def test_the_line_is_the_distance_rate(name: str, seed: int, n: int) -> None:
     """J_d q̇ of one pair, with a regular row and redundancy, is what `line_rate` says: the plots may use it instead of the arm."""
@@ -138,14 +130,6 @@ def test_smooth_in_the_distance(name: str) -> None:
     situation = regular_situation(5)
     situation = situation._replace(nominal=situation.nominal * math.copysign(1.0, situation.pull))
     assert 0.4 < jump_ratio(lambda d: LAWS[name](situation._replace(distance=d)), 0.05, 0.5) < 0.6
-
-
-def test_positive_control_the_switch_is_not_smooth() -> None:
-    """Strict priority, switched: the step at d_m is the same on every grid, and |J_d Δq̇| there is v + u."""
-    law, situation = LAWS["strict_switched"], regular_situation(5)
-    assert jump_ratio(lambda d: law(situation._replace(distance=d)), 0.05, 0.5) == pytest.approx(1.0)
-    below, above = (law(situation._replace(distance=d)) for d in (0.15 - 1e-12, 0.15 + 1e-12))
-    assert float(situation.row @ (below - above)) == pytest.approx(0.30 + situation.pull)
 
 
 def rest(law: Law, pull: float, square: float) -> float:

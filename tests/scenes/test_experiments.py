@@ -8,42 +8,33 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from scenes import settings as options
 from scenes.headless import Run, run
-from scenes.settings import (
-    AvoidChoice,
-    BallMotion,
-    ClipName,
-    ControlPoint,
-    LawName,
-    LawSettings,
-    RigName,
-    RobotName,
-    RunSettings,
-    SceneName,
-)
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
 from tests.scenes.helpers import RIG_NAMES, SCENES, column, play, with_law
 
-LAWS = get_args(LawName)
-ROBOTS = get_args(RobotName)
+LAWS = get_args(options.LawName)
+ROBOTS = get_args(options.RobotName)
 
 
-def experiment(scene: SceneName, name: LawName = "smooth_priority", **fields: object) -> RunSettings:
-    settings = RunSettings(scene=scene, law=LawSettings(law=name))
+def experiment(scene: options.SceneName, name: options.LawName = "smooth_priority", **fields: object) -> options.RunSettings:
+    settings = options.RunSettings(scene=scene, law=options.LawSettings(law=name))
     return replace(settings, **fields)  # pyright: ignore[reportArgumentType]
 
 
 @cache
-def long_run(settings: RunSettings, seconds: float = 30.0) -> Run:
+def long_run(settings: options.RunSettings, seconds: float = 30.0) -> Run:
     return run(settings, seconds)
 
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("scene", SCENES)
-def test_every_law_runs_in_every_experiment(scene: SceneName, law: LawName) -> None:
+def test_every_law_runs_in_every_experiment(scene: options.SceneName, law: options.LawName) -> None:
     for coupled in (False, True):
-        settings = experiment(scene, law, law=LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single"))
+        settings = experiment(
+            scene, law, law=options.LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single")
+        )
         result = run(settings, 2.0)
         model, history = result.simulation.room.model, result.simulation.history
         q, dq = history.positions(result.table), history.velocities(result.table)
@@ -54,7 +45,7 @@ def test_every_law_runs_in_every_experiment(scene: SceneName, law: LawName) -> N
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: SceneName) -> None:
+def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: options.SceneName) -> None:
     simulation = Simulation(experiment(scene))
     n = simulation.guided.joints.stop - simulation.guided.joints.start
     places = HandTarget(np.array([0.2, 0.1, 1.1])), BallTarget(np.array([0.3, 0.0, 1.0]))
@@ -66,7 +57,7 @@ def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: SceneN
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave"])
-def test_every_arm_does_every_experiment(robot: RobotName, scene: SceneName, rig: RigName) -> None:
+def test_every_arm_does_every_experiment(robot: options.RobotName, scene: options.SceneName, rig: options.RigName) -> None:
     result = run(experiment(scene, robot=robot, rig=rig), 20.0)
     assert result.summary.d_min >= 0.15 - 1e-4 and result.summary.out_of_authority_s == 0.0
     # The start postures are chosen so that the hand does come near.
@@ -74,12 +65,12 @@ def test_every_arm_does_every_experiment(robot: RobotName, scene: SceneName, rig
 
 
 def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are() -> None:
-    simulation = Simulation(RunSettings())
+    simulation = Simulation(options.RunSettings())
     for scene in SCENES:
         for robot in ROBOTS:
             simulation.apply(experiment(scene, robot=robot))
             for law in LAWS:
-                for avoid in get_args(AvoidChoice):
+                for avoid in get_args(options.AvoidChoice):
                     before = simulation.positions.copy()
                     simulation.apply(experiment(scene, law, robot=robot, avoid=avoid))
                     assert_array_equal(simulation.positions, before)
@@ -89,7 +80,7 @@ def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are(
 
 @pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
 @pytest.mark.parametrize("pairs", ["single", "soft"])
-def test_the_threshold_is_kept_in_all_three_experiments(scene: SceneName, pairs: str) -> None:
+def test_the_threshold_is_kept_in_all_three_experiments(scene: options.SceneName, pairs: str) -> None:
     """Figs 5, 6, 7: d ≥ d_m; without avoidance the same inputs bring the arms into each other."""
     settings = with_law(experiment(scene, seed=2), pairs=pairs)
     assert long_run(settings).summary.d_min >= 0.15 - 1e-4
@@ -98,9 +89,9 @@ def test_the_threshold_is_kept_in_all_three_experiments(scene: SceneName, pairs:
 
 @pytest.mark.parametrize("v", [0.02, 0.05])
 @pytest.mark.parametrize("scene", ["master_slave", "imitation"])
-def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: SceneName, v: float) -> None:
+def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: options.SceneName, v: float) -> None:
     """ḋ = 2 λ v − (1 − λ)(u_L + u_R): both together hold d_m however small v is, where one alone would lose w − v."""
-    both = experiment(scene, law=LawSettings(nominal_velocity=v), seed=2)
+    both = experiment(scene, law=options.LawSettings(nominal_velocity=v), seed=2)
     assert long_run(both).summary.d_min >= 0.15 - 1e-3
     assert long_run(replace(both, avoid="free")).summary.d_min < 0.15 - 0.01
 
@@ -124,21 +115,21 @@ def test_followers_copy_their_models() -> None:
     assert_allclose(simulation.positions, still, atol=1e-4)
     play(simulation, (person.target(i * 0.005) for i in range(1000, 1400)))
     assert np.abs(simulation.positions - still).max() > 0.05
-    coupled = experiment("imitation", law=LawSettings(coupled=True, pairs="single"), clip="clap")
+    coupled = experiment("imitation", law=options.LawSettings(coupled=True, pairs="single"), clip="clap")
     assert long_run(coupled, 15.0).summary.d_min >= 0.15 - 1e-4
 
 
-@pytest.mark.parametrize("clip", get_args(ClipName))
-def test_imitated_angles_are_followed_where_nothing_is_near(clip: ClipName) -> None:
+@pytest.mark.parametrize("clip", get_args(options.ClipName))
+def test_imitated_angles_are_followed_where_nothing_is_near(clip: options.ClipName) -> None:
     result = long_run(experiment("imitation", "unprotected", clip=clip), 20.0)
     q, wanted = (result.simulation.history.positions(result.table), result.simulation.history.desired(result.table))
     assert np.isfinite(wanted).all() and np.abs(q - wanted).max() < np.radians(3.0)
     assert np.ptp(wanted[:, :4], axis=0).max() > 0.3
 
 
-@pytest.mark.parametrize("point", get_args(ControlPoint))
-@pytest.mark.parametrize("motion", get_args(BallMotion))
-def test_the_ball_is_passed_clear(point: ControlPoint, motion: BallMotion) -> None:
+@pytest.mark.parametrize("point", get_args(options.ControlPoint))
+@pytest.mark.parametrize("motion", get_args(options.BallMotion))
+def test_the_ball_is_passed_clear(point: options.ControlPoint, motion: options.BallMotion) -> None:
     result = long_run(experiment("ball", point=point, ball=motion))
     assert result.summary.d_min >= 0.15 - 1e-4
     assert long_run(experiment("ball", "unprotected", point=point, ball=motion)).summary.d_min < 0.15

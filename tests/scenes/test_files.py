@@ -12,14 +12,6 @@ from scenes.files import path_inside, read_file, replacing
 posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
 
 
-@posix
-def test_a_pipe_and_a_device_are_named_at_once(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    for path in (tmp_path / "pipe", Path("/dev/zero")):
-        with pytest.raises(OSError, match="a pipe or a device"):
-            read_file(path, 3)
-
-
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, UnicodeError])
 def test_what_is_interrupted_leaves_what_was_there(tmp_path: Path, error: type[BaseException]) -> None:
     path = tmp_path / "file"

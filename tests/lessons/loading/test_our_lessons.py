@@ -205,12 +205,6 @@ def test_a_step_is_found_by_place_and_by_name() -> None:
     assert at.of("no such lesson", "") == at.of(BOOK.lessons[1].id, "no such step") == Bookmark(BOOK)
 
 
-@pytest.mark.parametrize(("lesson", "step"), [(-1, 0), (len(BOOK.lessons), 0), (0, -1), (0, 99), ("no such lesson", 0)])
-def test_what_is_not_there_is_named(lesson: int | str, step: int) -> None:
-    with pytest.raises(BadSetting, match="There is no"):
-        Bookmark(BOOK).at(lesson, step)
-
-
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
 
 

@@ -91,13 +91,10 @@ class Seen:
             columns.append((function(q + step) - function(q - step)) / 2e-6)
         return np.array(columns, np.float64).T
 
-    def point(self, q: Array) -> Array:
-        return self.place(q, "hand" if self.simulation.settings.point == "hand" else "elbow")
-
     def gap(self, q: Array) -> Array:
         """Distance of the ball, by its radius and that of the control point (1,)."""
-        ball = q[self.simulation.room.ball]
-        return np.array([float(np.linalg.norm(self.point(q) - ball)) - BALL_RADIUS - POINT_RADIUS])
+        point = self.place(q, "hand" if self.simulation.settings.point == "hand" else "elbow")
+        return np.array([float(np.linalg.norm(point - q[self.simulation.room.ball])) - BALL_RADIUS - POINT_RADIUS])
 
     def lever(self, row: int) -> Array:
         return self.jacobian(self.gap, self.q[row])[0]
@@ -105,16 +102,13 @@ class Seen:
     def hand_jacobian(self, row: int) -> Array:
         return self.jacobian(self.place, self.q[row])
 
-    def blocks(self, row: int) -> Array:
-        """M by eqs (17)–(25), with numpy's own pseudo-inverses and K_a = K_b = K."""
+    def least(self, row: int) -> float:
+        """Smallest eigenvalue of sym(M), M by eqs (17)–(25) with numpy's own pseudo-inverses and K_a = K_b = K."""
         lam, K = float(self.col("lambda")[row]), self.simulation.settings.gain
         J_a, J_b = self.lever(row)[None, :], self.hand_jacobian(row)
         a, b = np.linalg.pinv(J_a), np.linalg.pinv(J_b)
         N = np.eye(7) - lam * a @ J_a
-        return K * np.block([[J_a @ a, J_a @ N @ b], [J_b @ a, J_b @ N @ b]])
-
-    def least(self, row: int) -> float:
-        M = self.blocks(row)
+        M = K * np.block([[J_a @ a, J_a @ N @ b], [J_b @ a, J_b @ N @ b]])
         return float(np.linalg.eigvalsh((M + M.T) / 2.0).min())
 
     def rho(self, row: int) -> float:
@@ -153,10 +147,6 @@ def crossing(s: Seen, at: float) -> int:
     """The first step after which d is on the other side."""
     d = s.col("d")
     return next(k for k in range(len(d) - 1) if (d[k] - at) * (d[k + 1] - at) <= 0.0)
-
-
-def e(s: Seen) -> Array:
-    return s.col("e2") ** 0.5
 
 
 def fall(s: Seen) -> int:
@@ -204,7 +194,7 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "joint_error_beyond": ("slave", {"distance": 0.25}, lambda s: max(sideways(s)[s.col("d") > 0.25]), 1e-12),
     "null_dimension": ("pose", {}, lambda s: 7.0 - 6.0, 1e-6),
     "hand_error_now": ("ball", {}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[-1]))), 1e-3),
-    "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(e(s)[150:]), 1e-12),
+    "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(s.col("e2")[150:]) ** 0.5, 1e-12),
     "hand_error_at": ("tail", {"time": 7.5}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[375]))), 1e-9),
     "elbow_travel": ("elbow", {}, lambda s: float(pdist(s.path("elbow")).max()), 1e-6),
     "mark_miss": ("elbow", {"angle": 0.0}, lambda s: 0.0, 1e-12),
@@ -231,7 +221,12 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "zigzag": ("steep", {}, lambda s: looped_zigzag(s.col("d")), 0.0),
     "eigenvalue_now": ("beside", {}, lambda s: s.least(-1), 0.01),
     "least_eigenvalue": ("beside", {"since": 5.5}, lambda s: min(s.least(k) for k in range(275, 300)), 0.01),
-    "rank_now": ("beside", {}, lambda s: rank_of(s), 0.0),
+    "rank_now": (
+        "beside",
+        {},
+        lambda s: float(np.linalg.matrix_rank(np.vstack([s.lever(-1), s.hand_jacobian(-1)]), tol=1e-4)),
+        0.0,
+    ),
     "survival_now": ("beside", {}, lambda s: 1.0 - s.col("lambda")[-1] * s.rho(-1) ** 2, 1e-6),
     "coupling_now": ("beside", {}, lambda s: float(np.linalg.norm(s.lever(-1) @ np.linalg.pinv(s.hand_jacobian(-1)))), 1e-5),
 }
@@ -242,10 +237,6 @@ def away(s: Seen) -> Array:
     """Unit vector from the ball to the hand at the end."""
     way = s.place(s.q[-1]) - s.q[-1][s.simulation.room.ball]
     return np.asarray(way / np.linalg.norm(way), np.float64)
-
-
-def rank_of(s: Seen) -> float:
-    return float(np.linalg.matrix_rank(np.vstack([s.lever(-1), s.hand_jacobian(-1)]), tol=1e-4))
 
 
 def by_bisection(n: float, v: float, K: float, inside: float) -> float:

@@ -11,19 +11,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike
 
 from controllers.kinematics import Array
-from scenes.person.angles import (
-    MODEL_PROPORTIONS,
-    BodyPoints,
-    Proportions,
-    arm_directions,
-    arm_points,
-    arm_rotation,
-    body_angles,
-    direction_angles,
-    remembered,
-    torso_rotation,
-    wrapped,
-)
+from scenes.person import angles as person
 from scenes.settings import ArmName
 from tests.scenes.person.strategies import SIDES, arms, bodies, plain_arms
 
@@ -33,15 +21,15 @@ EYE = np.eye(3)
 
 def arm_angles(shoulder: Array, elbow: Array, wrist: Array, side: ArmName, previous: Array | None = None) -> Array:
     upper, forearm = (bone / np.linalg.norm(bone) for bone in (elbow - shoulder, wrist - elbow))
-    return direction_angles(upper, forearm, side, previous)
+    return person.direction_angles(upper, forearm, side, previous)
 
 
-def body_points(angles: Array, turn: Array = EYE, place: Array = FORWARD, scale: float = 1.0) -> BodyPoints:
+def body_points(angles: Array, turn: Array = EYE, place: Array = FORWARD, scale: float = 1.0) -> person.BodyPoints:
     """The points of a body with these angles, hips half a metre below the shoulders, moved anywhere."""
-    chains = np.array([arm_points(angles[i], side) for i, side in enumerate(SIDES)])
+    chains = np.array([person.arm_points(angles[i], side) for i, side in enumerate(SIDES)])
     moved = (chains @ turn.T) * scale + place
     hips = turn @ np.array([0.0, 0.0, -0.5]) * scale + place
-    return BodyPoints(moved[:, 0], moved[:, 1], moved[:, 2], hips)
+    return person.BodyPoints(moved[:, 0], moved[:, 1], moved[:, 2], hips)
 
 
 @pytest.mark.parametrize(
@@ -56,14 +44,14 @@ def test_the_words_of_the_docstring(degrees: tuple[float, ...], upper: Array, fo
     angles = np.radians(np.array(degrees, float))
     mirror = np.array([1.0, -1.0, 1.0])
     for side, flip in zip(SIDES, (1.0, mirror), strict=True):
-        found = arm_directions(angles, side)
+        found = person.arm_directions(angles, side)
         assert_allclose(found[0], upper * flip, atol=1e-12)
         assert_allclose(found[1], forearm * flip, atol=1e-12)
 
 
 @given(arms)
 def test_left_and_right_are_mirror_images(angles: Array) -> None:
-    left, right = arm_points(angles, "left"), arm_points(angles, "right")
+    left, right = person.arm_points(angles, "left"), person.arm_points(angles, "right")
     for a, b in zip(left, right, strict=True):
         assert_allclose(a * [1.0, -1.0, 1.0], b, atol=1e-12)
     assert_allclose(arm_angles(*left, "left"), arm_angles(*right, "right"), atol=1e-12)
@@ -71,39 +59,39 @@ def test_left_and_right_are_mirror_images(angles: Array) -> None:
 
 @given(arms, st.sampled_from(SIDES))
 def test_turning_keeps_lengths(angles: Array, side: ArmName) -> None:
-    R = arm_rotation(angles, side)
+    R = person.arm_rotation(angles, side)
     assert_allclose(R @ R.T, EYE, atol=1e-12)
     assert np.linalg.det(R) > 0.0
-    assert_allclose(R @ -UP, arm_directions(angles, side)[0], atol=1e-12)
-    shoulder, elbow, wrist = arm_points(angles, side)
-    assert math.isclose(float(np.linalg.norm(elbow - shoulder)), MODEL_PROPORTIONS.upper_arm)
-    assert math.isclose(float(np.linalg.norm(wrist - elbow)), MODEL_PROPORTIONS.forearm)
+    assert_allclose(R @ -UP, person.arm_directions(angles, side)[0], atol=1e-12)
+    shoulder, elbow, wrist = person.arm_points(angles, side)
+    assert math.isclose(float(np.linalg.norm(elbow - shoulder)), person.MODEL_PROPORTIONS.upper_arm)
+    assert math.isclose(float(np.linalg.norm(wrist - elbow)), person.MODEL_PROPORTIONS.forearm)
 
 
 @given(plain_arms, st.sampled_from(SIDES))
 def test_round_trip_of_the_angles(angles: Array, side: ArmName) -> None:
-    points = arm_points(angles, side)
+    points = person.arm_points(angles, side)
     assert_allclose(arm_angles(*points, side), angles, atol=1e-9)
     assert_allclose(arm_angles(*points, side, angles + 0.05), angles, atol=1e-9)
 
 
 @given(arms, st.sampled_from(SIDES), st.floats(0.05, 3.0))
 def test_round_trip_of_the_points(angles: Array, side: ArmName, scale: float) -> None:
-    person = Proportions(0.4 * scale, 0.3 * scale, 0.25 * scale)
-    points = arm_points(angles, side, person)
-    back = arm_points(arm_angles(*points, side), side, person)
+    lengths = person.Proportions(0.4 * scale, 0.3 * scale, 0.25 * scale)
+    points = person.arm_points(angles, side, lengths)
+    back = person.arm_points(arm_angles(*points, side), side, lengths)
     assert_allclose(back, points, atol=1e-7 * scale)
 
 
 @given(bodies(plain_arms), st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(0.01, 100.0))
 def test_any_frame_and_unit(angles: Array, rotation: tuple[float, float, float], scale: float) -> None:
     a, b, c = rotation
-    turn = arm_rotation(np.array([a, b, c, 0.0]), "left")
+    turn = person.arm_rotation(np.array([a, b, c, 0.0]), "left")
     points = body_points(angles, turn, np.array([5.0, -2.0, 1.0]), scale)
-    R = torso_rotation(points.shoulders[0], points.shoulders[1], points.hips)
+    R = person.torso_rotation(points.shoulders[0], points.shoulders[1], points.hips)
     assert R is not None
     assert_allclose(R, turn, atol=1e-9)
-    found = body_angles(points)
+    found = person.body_angles(points)
     assert found is not None
     assert_allclose(found, angles, atol=1e-7)
 
@@ -112,9 +100,9 @@ def tracked(path: Iterable[ArrayLike], side: ArmName, previous: Array, noise: fl
     """Angles (k, 4) found along a path of true ones, each with the one before as its memory; the first is where it begins."""
     random, found = np.random.default_rng(3), [previous]
     for angles in path:
-        upper, forearm = arm_directions(np.array(angles), side)
+        upper, forearm = person.arm_directions(np.array(angles), side)
         forearm = forearm + random.normal(0.0, noise, 3)
-        found.append(direction_angles(upper, forearm / np.linalg.norm(forearm), side, found[-1]))
+        found.append(person.direction_angles(upper, forearm / np.linalg.norm(forearm), side, found[-1]))
     return np.array(found)
 
 
@@ -125,10 +113,15 @@ def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
     found = tracked(path, side, np.radians([0.0, 10.0, 0.0, 80.0]))
     assert np.abs(np.diff(found, axis=0)).max() < math.radians(5.0)
     for angles, true in zip(found[1:], path, strict=True):
-        assert_allclose(arm_directions(angles, side), arm_directions(np.array(true), side), rtol=0.0, atol=math.radians(3.0))
+        assert_allclose(
+            person.arm_directions(angles, side), person.arm_directions(np.array(true), side), rtol=0.0, atol=math.radians(3.0)
+        )
     assert_allclose(found[-1], path[-1], atol=1e-3)
     # Positive control: without a memory the T is a jump.
-    alone = [direction_angles(*arm_directions(np.radians([0.1, up, 0.0, 80.0]), side), side) for up in np.linspace(80, 100, 41)]
+    alone = [
+        person.direction_angles(*person.arm_directions(np.radians([0.1, up, 0.0, 80.0]), side), side)
+        for up in np.linspace(80, 100, 41)
+    ]
     assert np.abs(np.diff(alone, axis=0)).max() > 2.0
 
 
@@ -157,23 +150,23 @@ def test_memory_of_angles() -> None:
 
 @given(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(0.0, 1.0))
 def test_remembered(angle: float, previous: float, sine: float) -> None:
-    found = remembered(angle, previous, sine)
-    step = wrapped(angle - previous)
+    found = person.remembered(angle, previous, sine)
+    step = person.wrapped(angle - previous)
     assert min(0.0, step) - 1e-12 <= found - previous <= max(0.0, step) + 1e-12
     if sine >= 0.1:
-        assert abs(wrapped(found - angle)) < 1e-9
-    assert remembered(angle, previous, 0.0) == previous
+        assert abs(person.wrapped(found - angle)) < 1e-9
+    assert person.remembered(angle, previous, 0.0) == previous
 
 
 def test_points_that_make_no_body_give_no_angles() -> None:
     whole = body_points(np.radians([[20.0, 10.0, 0.0, 60.0]] * 2))
-    assert body_angles(whole) is not None
+    assert person.body_angles(whole) is not None
     for hips in (whole.shoulders[0], whole.shoulders.mean(axis=0)):
-        assert body_angles(whole._replace(hips=hips)) is None
+        assert person.body_angles(whole._replace(hips=hips)) is None
     elbows, wrists = whole.elbows, whole.wrists
     for place, wrong in ((elbows[0], whole.shoulders[0]), (wrists[1], elbows[1]), (wrists[1], np.nan), (elbows[1], np.inf)):
         right = place.copy()
         place[:] = wrong
-        assert body_angles(whole) is None
+        assert person.body_angles(whole) is None
         place[:] = right
-    assert body_angles(whole) is not None
+    assert person.body_angles(whole) is not None

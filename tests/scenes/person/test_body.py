@@ -35,24 +35,17 @@ def human() -> pin.Model:
     return pin.buildModelFromUrdf(str(body._human_urdf()))
 
 
-def model_points(angles: Array) -> dict[str, Array]:
-    """Shoulders, elbows and wrists of the URDF with these angles, in the torso frame."""
+def model_points(angles: Array) -> Array:
+    """Shoulder, elbow and wrist of both arms (2, 3, 3) of the URDF with these angles, in the torso frame."""
     model = human()
     data, q = model.createData(), pin.neutral(model)
     for i, side in enumerate(SIDES):
         for joint, value in zip(("shoulder_Z", "shoulder_X", "shoulder_Y", "elbow_Z"), angles[i] * [1, 1, -1, 1], strict=True):
             q[model.joints[model.getJointId(f"{side}_{joint}")].idx_q] = value
     pin.framesForwardKinematics(model, data, q)
-
-    def place(name: str) -> Array:
-        return data.oMi[model.getJointId(name)].translation
-
-    middle = (place("left_shoulder_Z") + place("right_shoulder_Z")) / 2.0
-    return {
-        f"{side}_{joint}": body.TORSO_FROM_MODEL @ (place(f"{side}_{joint}_Z") - middle)
-        for side in SIDES
-        for joint in ("shoulder", "elbow", "wrist")
-    }
+    ids = [[model.getJointId(f"{side}_{joint}_Z") for joint in ("shoulder", "elbow", "wrist")] for side in SIDES]
+    points = np.array([[data.oMi[id].translation for id in arm] for arm in ids])
+    return (points - points[:, 0].mean(axis=0)) @ body.TORSO_FROM_MODEL.T
 
 
 def drawn_poses(angles: Array) -> dict[str, pin.SE3]:
@@ -66,10 +59,8 @@ def drawn_poses(angles: Array) -> dict[str, pin.SE3]:
 
 @given(bodies(arms))
 def test_our_angles_are_the_models_joints(angles: Array) -> None:
-    found = model_points(angles)
-    for i, side in enumerate(SIDES):
-        for joint, wanted in zip(("shoulder", "elbow", "wrist"), arm_points(angles[i], side), strict=True):
-            assert_allclose(found[f"{side}_{joint}"], wanted, atol=1e-9)
+    wanted = [arm_points(angles[i], side) for i, side in enumerate(SIDES)]
+    assert_allclose(model_points(angles), wanted, atol=1e-9)
 
 
 def test_the_nodes_go_where_the_arms_go() -> None:

@@ -1,7 +1,5 @@
 """The robots' arms point where the person's do, wherever their joints allow it, and never leap without need."""
 
-from functools import cache
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -16,18 +14,14 @@ from scenes.person.angles import arm_directions
 from scenes.person.clips import CLIP_NAMES, REST, Clip, ClipName
 from scenes.person.retarget import LIMIT_MARGIN, Retargeter, arm_joints, natural_pose
 from scenes.rigs import MIRROR, RIGS
-from scenes.room import Room, build_room
+from scenes.room import build_room
 from scenes.settings import RigName
 from tests.scenes.person.strategies import SIDES, arms, bodies
 
+ROOM = build_room("torso")
 LIMITS = np.array([joint.position_limit for joint in JOINTS[:4]]) - LIMIT_MARGIN
 REACHABLE = float(LIMITS[1])
 """A bone may stand off the axis of what carries it by so much."""
-
-
-@cache
-def room() -> Room:
-    return build_room("torso")
 
 
 def bases(rig: RigName = "torso") -> tuple[pin.SE3, pin.SE3]:
@@ -35,7 +29,7 @@ def bases(rig: RigName = "torso") -> tuple[pin.SE3, pin.SE3]:
 
 
 def pointed(q: Array, arm: int, rig: RigName = "torso") -> tuple[Array, Array]:
-    robot = room().robots[arm]
+    robot = ROOM.robots[arm]
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, np.concatenate([q, np.zeros(3)]))
     base = bases(rig)[arm]
@@ -52,12 +46,12 @@ def reachable(angles: Array, arm: int, rig: RigName = "torso") -> bool:
 
 
 def joint_distance(q: Array) -> float:
-    kinematics = Kinematics(room().model, room().arms)
-    posture = room().start.copy()
-    for arm, joints in zip(room().arms, q, strict=True):
+    kinematics = Kinematics(ROOM.model, ROOM.arms)
+    posture = ROOM.start.copy()
+    for arm, joints in zip(ROOM.arms, q, strict=True):
         posture[arm.joints.start : arm.joints.start + 4] = joints
     kinematics.update(posture)
-    return ProximityDetector(kinematics, room().geometry).detect().distance
+    return ProximityDetector(kinematics, ROOM.geometry).detect().distance
 
 
 @pytest.mark.parametrize("rig", ["torso", "table"])
