@@ -126,7 +126,6 @@ def test_the_nearer_the_faster_away(name: str, distance: float, farther: float, 
 
 @pytest.mark.parametrize("name", sorted(set(LAWS) - {"strict_always", "strict_switched", "unprotected"}))
 def test_smooth_in_the_distance(name: str) -> None:
-    """Half the step of d, half the step of q̇, from 50 mm to .5 m."""
     situation = regular_situation(5)
     situation = situation._replace(nominal=situation.nominal * math.copysign(1.0, situation.pull))
     assert 0.4 < jump_ratio(lambda d: LAWS[name](situation._replace(distance=d)), 0.05, 0.5) < 0.6

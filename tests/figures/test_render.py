@@ -38,7 +38,6 @@ def test_the_view_has_its_middle_its_height_and_its_width_in_the_picture() -> No
     # 0.8 m fill the height at the centre's distance.
     assert_allclose(flat[1:] - flat[0], [(0.1 * HIGH / 0.8, 0.0), (0.0, -0.1 * HIGH / 0.8)], atol=1e-9)
     assert_allclose(depth, 0.4 / np.tan(np.radians(10.0)))
-    # A narrow picture still shows the whole width.
     flat, _ = Viewpoint(CAMERA, 40, 80).project(np.array([(0.0, -0.6, 1.0), (0.0, 0.6, 1.0)]))
     assert_allclose(flat[:, 0], (0.0, 40.0), atol=1e-9)
 

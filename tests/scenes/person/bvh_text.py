@@ -21,18 +21,11 @@ Z_UP: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Style:
-    """A program's habits.
+    """A program's habits: names of joints ("{}" stands for the side) and sides, the order of rotation channels, the rest pose [deg].
 
-    Attributes:
-        hips, spine, collar, shoulder, elbow, wrist, thigh: names of joints; "{}" stands for the side. Without a collar the upper arm
-            hangs on the spine; without a wrist the forearm ends in an End Site.
-        sides: what it calls left and right.
-        order: of the rotation channels.
-        axes: from the torso frame to the file's.
-        unit: file units in a metre.
-        rest: angles of an arm in the skeleton's rest posture [deg].
-        all_positions: write position channels for every joint, as zeros.
-        roll: what names of joints halfway down a bone end in, which twist it; "" for none.
+    Without a collar the upper arm hangs on the spine; without a wrist the forearm ends in an End Site. `axes` lead from the torso
+    frame to the file's, in which `unit` is a metre. `all_positions` are written as zeros. `roll` ends the names of joints halfway
+    down a bone, which twist it.
     """
 
     hips: str = "Hips"
