@@ -3,8 +3,6 @@
 No test sleeps: every wait is for something that can be seen in the page (an element, a pose, a number of drawn frames).
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -38,19 +36,13 @@ _WINDOWS = (r"Google\Chrome\Application\chrome.exe", r"Chromium\Application\chro
 
 # Said by the browser and by three.js about software rendering, and about servers that a test stops on purpose.
 _HARMLESS = (
-    r"GPU stall due to ReadPixels",
-    r"WebGL-.*GL Driver Message",
-    r"Automatic fallback to software WebGL",
-    r"software WebGL",
-    r"WebSocket connection to .* failed",
-    r"net::ERR_CONNECTION_(REFUSED|RESET)",
-    r"THREE\.THREE\.Clock",
+    *(r"GPU stall due to ReadPixels", r"WebGL-.*GL Driver Message", r"Automatic fallback to software WebGL", r"software WebGL"),
+    *(r"WebSocket connection to .* failed", r"net::ERR_CONNECTION_(REFUSED|RESET)", r"THREE\.THREE\.Clock"),
     r"THREE\.WebGLRenderer: (Context Lost|KHR_parallel_shader_compile)",
 )
 
 
 def free_port() -> int:
-    """A free port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
@@ -94,33 +86,24 @@ def launch(playwright: Playwright) -> Browser:
         RuntimeError: none can be had; the message lists all that was tried.
     """
     tried: list[str] = []
-
-    def start(path: str | None) -> Browser | None:
+    may_install = hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None
+    own = [[sys.executable, "-m", "playwright", "install", "chromium"]]
+    packaged = [["apt-get", "update"], ["apt-get", "install", "-y", "--no-install-recommends", "chromium"]] if may_install else []
+    for commands in ([], own, packaged):
+        tried += [_run(command) for command in commands]
+        path = None if commands is own else installed_browser()
         try:
             return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS))
         except Error as error:
             tried.append(f"{path or 'Playwright’s own Chromium'}: {error.message.splitlines()[0]}")
-            return None
-
-    started = start(installed_browser())
-    if started is None:
-        tried.append(_run([sys.executable, "-m", "playwright", "install", "chromium"]))
-        started = start(None)
-    if started is None and hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None:
-        tried.append(_run(["apt-get", "update"]))
-        tried.append(_run(["apt-get", "install", "-y", "--no-install-recommends", "chromium"]))
-        started = start(found) if (found := installed_browser()) else None
-    if started is None:
-        raise RuntimeError(
-            "no browser for the browser tests; install Chrome, Chromium or Edge, or name one in DUET_BROWSER.\nTried:\n  "
-            + "\n  ".join(entry for entry in tried if entry)
-        )
-    return started
+    raise RuntimeError(
+        "no browser for the browser tests; install Chrome, Chromium or Edge, or name one in DUET_BROWSER.\nTried:\n  "
+        + "\n  ".join(entry for entry in tried if entry)
+    )
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """One browser for all tests; a missing browser is a failure, never a skip."""
     with sync_playwright() as playwright:
         try:
             started = launch(playwright)
@@ -207,10 +190,8 @@ def screenshot(page: Page, name: str) -> Path:
 
 
 def wait_frames(page: Page, count: int = 2) -> None:
-    """Wait until the page has drawn `count` more frames."""
     page.evaluate(
-        "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })",
-        count,
+        "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })", count
     )
 
 
@@ -267,7 +248,6 @@ def world_position(page: Page, node: str) -> np.ndarray:
 
 
 def world_to_px(page: Page, point: Sequence[float] | np.ndarray) -> tuple[float, float]:
-    """Where a point of the scene is in the window, in CSS pixels."""
     x, y = page.evaluate(
         """p => { const { camera, nodeRefFromName, canvas } = __viserMutable, box = canvas.getBoundingClientRect();
              const v = camera.position.clone().set(...p); nodeRefFromName[""].localToWorld(v); v.project(camera);
@@ -310,22 +290,3 @@ def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], ob
             page.mouse.up()
             if attempt == attempts:
                 raise
-
-
-def drag_arrow(page: Page, origin: Sequence[float], axis: int, scale: float, distance: float, steps: int = 20) -> None:
-    """Take an arrow of a gizmo, `scale` long, at 0.6 of its length with the mouse, and pull it along by a distance [m]."""
-    along = np.eye(3)[axis]
-    grip = np.asarray(origin, float) + 0.6 * scale * along
-    # The gizmo looks for the pointer when it moves, so it must have seen it on the arrow before the button goes down.
-    x, y = world_to_px(page, grip)
-    page.mouse.move(x - 3, y - 3)
-    wait_frames(page)
-    point_at(page, grip)
-    page.mouse.down()
-    wait_frames(page)
-    for step in range(1, steps + 1):
-        page.mouse.move(*world_to_px(page, grip + along * distance * step / steps))
-        wait_frames(page, 1)
-    wait_frames(page, 3)
-    page.mouse.up()
-    wait_frames(page)

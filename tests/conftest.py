@@ -1,7 +1,5 @@
 """Settings for all tests: one thread for linear algebra (two cores, and repeatable timing), and repeatable examples."""
 
-from __future__ import annotations
-
 import os
 from functools import cache
 from pathlib import Path
@@ -23,7 +21,6 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What draws comes first: it takes longest."""
     items.sort(key=lambda item: not _draws(item.path))
 
 
@@ -37,7 +34,6 @@ class OneBrowser(LoadScopeScheduling):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneBrowser:
-    """Share the tests as `OneBrowser` does."""
     config.option.loadscopereorder = False
     return OneBrowser(config, log)  # type: ignore[arg-type]
 

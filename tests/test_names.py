@@ -1,7 +1,5 @@
 """Names and words: one class name has one meaning, a file has a name of its own, and the texts are plain English."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections import defaultdict
@@ -33,7 +31,6 @@ MOST = 10
 
 
 def test_one_name_one_meaning() -> None:
-    """No two classes share a name, nor do two files: a name makes sense without the folder."""
     where: defaultdict[str, list[str]] = defaultdict(list)
     for path in PRODUCT:
         classes = [node.name for node in ast.parse(path.read_text(encoding="utf-8")).body if isinstance(node, ast.ClassDef)]

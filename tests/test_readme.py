@@ -28,7 +28,6 @@ def test_python_block_runs() -> None:
 
 
 def test_the_two_commands_come_first_and_are_self_contained() -> None:
-    """Each makes its own environment and installs from the lock file."""
     start, test = blocks("sh")[:2]
     for command in (start, test):
         assert command.count("\n") == 1
@@ -44,7 +43,6 @@ def test_every_option_is_in_the_help_of_a_command(option: str) -> None:
 
 @cache
 def help_of(name: str) -> str:
-    """What `lwr-duet NAME --help` prints."""
     command = [sys.executable, "-m", "app", name, "--help"]
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
 

@@ -1,31 +1,26 @@
 """The wheel is complete: built from a clean copy and installed into a new environment, it serves from an empty folder."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
 import sys
 import urllib.request
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
+from tests.blocking_client import BlockingClient
 from tests.test_imports import ROOT
+
+ENVIRONMENT = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")} | {"PYTHONIOENCODING": "utf-8"}
 
 
 def run(*command: str | Path, cwd: Path) -> str:
     """The output of a command that succeeds."""
-    done = subprocess.run(command, cwd=cwd, env=clean_environment(), capture_output=True, text=True, timeout=200, check=False)
+    done = subprocess.run(command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
-
-
-def clean_environment() -> dict[str, str]:
-    return {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")} | {"PYTHONIOENCODING": "utf-8"}
 
 
 @pytest.fixture(scope="module")
@@ -61,18 +56,6 @@ def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place / "bin" / "lwr-duet"
 
 
-@pytest.fixture
-def url(command: Path, tmp_path: Path) -> Iterator[str]:
-    """The address of a server that was started in an empty folder."""
-    serve = [command, "serve", "--no-open", "--port", "0"]
-    with subprocess.Popen(serve, cwd=tmp_path, env=clean_environment(), stdout=subprocess.PIPE, text=True) as server:
-        try:
-            assert server.stdout is not None
-            yield server.stdout.readline().split()[3]
-        finally:
-            server.terminate()
-
-
 def test_the_wheel_has_every_file_of_the_packages(files: list[str], wheel: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
     wanted = {file for file in files if file.startswith(("app/", "controllers/", "scenes/")) and file != "app/i18n/README.md"}
@@ -83,9 +66,16 @@ def test_the_lessons_and_their_pictures_can_be_read(command: Path, tmp_path: Pat
     assert [int(line.split()[0]) for line in run(command, "lessons", cwd=tmp_path).splitlines()] == list(range(1, 11))
 
 
-def test_it_serves_from_an_empty_folder(url: str) -> None:
-    for path, content in (("", b"duet-loading"), ("/documents/model?lang=de", b"<h1"), ("/healthz", b"true")):
-        with urllib.request.urlopen(url + path, timeout=60) as answer:
-            assert answer.status == 200 and content in answer.read(), path
-    with BlockingClient(url, query="lesson=1&lang=sl") as visitor:
-        visitor.wait_for(lambda v: "/arms/arm/base" in v.mirror.nodes and len(v.mirror.commands) >= 14)
+def test_it_serves_from_an_empty_folder(command: Path, tmp_path: Path) -> None:
+    serve = [command, "serve", "--no-open", "--port", "0"]
+    with subprocess.Popen(serve, cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout is not None
+            url = server.stdout.readline().split()[3]
+            for path, content in (("", b"duet-loading"), ("/documents/model?lang=de", b"<h1"), ("/healthz", b"true")):
+                with urllib.request.urlopen(url + path, timeout=60) as answer:
+                    assert answer.status == 200 and content in answer.read(), path
+            with BlockingClient(url, query="lesson=1&lang=sl") as visitor:
+                visitor.wait_for(lambda v: "/arms/arm/base" in v.mirror.nodes and len(v.mirror.commands) >= 14)
+        finally:
+            server.terminate()

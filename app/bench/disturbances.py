@@ -70,8 +70,7 @@ async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
     spec = specs(Settings)["lang"]
     languages = itertools.cycle(("de", "sl", "en"))
 
-    async def send(number: int) -> None:
-        del number
+    async def send(_: int) -> None:
         label = spec.choice_labels[spec.choices.index(next(languages))]
         control = next((e for e in visitor.mirror.gui.values() if label in (e.get("options") or ())), None)
         if control is not None:
@@ -81,7 +80,6 @@ async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
 
 
 async def _press_key(visitor: HeadlessClient, seconds: float, shown: str) -> None:
-    """Press a hotkey."""
     title = next(hotkey.title for hotkey in HOTKEYS if hotkey.shown == shown)
     uuid = next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == title)
     await _paced(FLOOD_RATE, seconds, lambda _: visitor.send({"type": "CommandTriggerMessage", "uuid": uuid}))
@@ -95,7 +93,6 @@ async def _press_button(visitor: HeadlessClient, seconds: float, label: str) -> 
 
 
 async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> None:
-    """Press all buttons of a row in turn."""
     row = next(e for e in visitor.mirror.gui.values() if option in (e.get("options") or ()))
 
     async def press(number: int) -> None:
@@ -107,7 +104,6 @@ async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> No
 
 
 async def _drag(visitor: HeadlessClient, seconds: float) -> None:
-    """Drag the hand to and fro."""
     name = "/gizmo/hand"
     x, y, z = visitor.mirror.nodes[name]["position"]
     await visitor.move_gizmo(name, phase="start")
@@ -122,8 +118,7 @@ async def _send_heavy(visitor: HeadlessClient, seconds: float, content: bytes) -
     assert head.endswith(b"\xc0")
     message = head[:-1] + content
 
-    async def send_one(number: int) -> None:
-        del number
+    async def send_one(_: int) -> None:
         other = await HeadlessClient(visitor.url, decode=False).connect(TIMEOUT)
         with contextlib.suppress(Exception):
             # The server closes the connection in the middle of the message.

@@ -133,7 +133,6 @@ class HeadlessClient:
             self._news.set()
 
     def reset_counters(self) -> None:
-        """Set the counters to zero."""
         self.received = Received()
 
     async def send(self, message: dict[str, Any]) -> None:
@@ -141,18 +140,8 @@ class HeadlessClient:
         await self.send_raw(msgspec.msgpack.encode(message))
 
     async def send_raw(self, data: bytes | str) -> None:
-        """Send raw data."""
         assert self._socket is not None
         await self._socket.send(data)
-
-    async def set_value(self, label: str, value: object) -> None:
-        """Operate the GUI element with this label."""
-        await self.send({"type": "GuiUpdateMessage", "uuid": self.mirror.labelled(label)["uuid"], "updates": {"value": value}})
-
-    async def click(self, label: str) -> None:
-        """Press the button with this label."""
-        uuid = self.mirror.labelled(label, "GuiButtonMessage")["uuid"]
-        await self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
 
     async def move_gizmo(
         self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
@@ -183,16 +172,6 @@ class HeadlessClient:
             await asyncio.wait_for(until(), timeout)
         except TimeoutError as error:
             raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}") from error
-
-    async def break_off(self, unfinished: bytes = b"") -> None:
-        """End the connection like a lost line, without a closing handshake; `unfinished`: a message of which only a part is sent before."""
-        assert self._socket is not None
-        if unfinished:
-            # A masked binary frame (RFC 6455, section 5.2) that promises all, and half of it.
-            head = b"\x82\xfe" + len(unfinished).to_bytes(2, "big") + b"\0\0\0\0"
-            self._socket.transport.write(head + unfinished[: len(unfinished) // 2])
-            await asyncio.sleep(0)
-        self._socket.transport.abort()
 
     async def close(self) -> None:
         """Close the connection. May be called twice."""

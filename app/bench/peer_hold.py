@@ -57,7 +57,6 @@ class Method(Protocol):
 
     def prepare(self, step: int) -> None:
         """Do what is not to be timed."""
-        ...
 
     def advance(self, step: int) -> Array:
         """Make one step and return q̇ (nv,) of it [rad/s], which may be reused."""
@@ -121,7 +120,6 @@ class PeerArm(ABC):
     """The avoiding arm moved by a peer.
 
     Args:
-        configuration: the peer's.
         motion: of the guided arm.
         unsolvable: raised where there is no solution.
     """
@@ -145,7 +143,6 @@ class PeerArm(ABC):
         self._motion.displacement = baked.guided_velocities[step] * self._dt
 
     def advance(self, step: int) -> Array:
-        """Make one step."""
         self._configuration.update(self.positions)
         try:
             velocities = self.solve()
@@ -158,7 +155,7 @@ class PeerArm(ABC):
 
 
 class BakedArm:
-    """The guided arm, moving as it did: a task for `Simulation` instead of the arm that follows a person's hand."""
+    """The guided arm, moving as it did: an `ArmTask` for `Simulation` instead of the arm that follows a person's hand."""
 
     def __init__(self, baked: Baked) -> None:
         self.joints = baked.guided
@@ -169,26 +166,22 @@ class BakedArm:
         self._step = 0
 
     def begin(self) -> None:
-        """Start from the first step."""
         self._step = 0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
-        """Return q̇ (n,) of the next step [rad/s]."""
         del target, settings, time
         self._step += 1
         return self._way[self._step - 1]
 
     def memory(self) -> Memory:
-        """Return which step is next."""
         return (np.array([self._step]),)
 
     def remember(self, memory: Memory) -> None:
-        """Go on with that step."""
         self._step = int(memory[0][0])
 
 
 class Ours:
-    """Our own simulation with a law of ours."""
+    """Our own simulation with a law of ours; a `Method`."""
 
     def __init__(self, baked: Baked, law: LawSettings) -> None:
         self._simulation = simulation = Simulation(replace(baked.settings, law=law), baked.steps)
@@ -199,14 +192,12 @@ class Ours:
 
     @property
     def positions(self) -> Array:
-        """q (nv,) [rad]."""
         return self._simulation.positions
 
     def prepare(self, step: int) -> None:
         """Do nothing."""
 
     def advance(self, step: int) -> Array:
-        """Make one step."""
         del step
         self._simulation.step(None)
         return self._simulation.velocities
@@ -224,20 +215,18 @@ def our_laws(base: LawSettings) -> dict[str, LawSettings]:
 
 
 class OurEngine:
-    """Our own detector."""
+    """Our own detector; an `Engine`."""
 
     def __init__(self, baked: Baked) -> None:
         self._world = World(baked.room, 1.0)
         self._hand = baked.hand
 
     def distances(self, positions: Array) -> dict[tuple[str, str], float]:
-        """Return every pair's distance [m]."""
         self._world.kinematics.update(positions)
         self._world.detector.detect()
         return dict(zip(self._world.detector.pair_names, self._world.detector.distances().tolist(), strict=True))
 
     def hand_pose(self, positions: Array) -> tuple[Array, Array]:
-        """Return place and rotation of the avoiding hand."""
         self._world.kinematics.update(positions)
         pose = self._world.kinematics.data.oMf[self._hand]
         return pose.translation.copy(), pose.rotation.copy()

@@ -103,7 +103,6 @@ class MinkArm(PeerArm):
         ]
 
     def solve(self) -> Array:
-        """Return q̇ (nv,) of the next step [rad/s]."""
         posture, tasks, given = self._configuration, [self._task], self.constraints
         return mink.solve_ik(posture, tasks, self._dt, SOLVER, damping=DAMPING, limits=self._limits, constraints=given)
 
@@ -122,7 +121,7 @@ def collision_limit(baked: Baked, model: mujoco.MjModel, gain: float, reach: flo
 
 
 class MinkEngine:
-    """Distances as mink and MuJoCo see them, of the pairs that mink has kept."""
+    """An `Engine`: distances as mink and MuJoCo see them, of the pairs that mink has kept."""
 
     def __init__(self, baked: Baked) -> None:
         self._model = mujoco_model(baked)
@@ -131,7 +130,6 @@ class MinkEngine:
         self._order = [body.name for body in baked.room.geometry.geometryObjects]
 
     def distances(self, positions: Array) -> dict[tuple[str, str], float]:
-        """Return every pair's distance [m]."""
         self._configuration.update(positions)
         model, data, ends = self._model, self._configuration.data, np.empty(6)
         found: dict[tuple[str, str], float] = {}
@@ -141,7 +139,6 @@ class MinkEngine:
         return found
 
     def hand_pose(self, positions: Array) -> tuple[Array, Array]:
-        """Return place and rotation of the avoiding hand."""
         self._configuration.update(positions)
         site = self._configuration.data.site("hand")
         return site.xpos.copy(), site.xmat.reshape(3, 3).copy()

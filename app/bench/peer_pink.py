@@ -48,7 +48,6 @@ class PinkArm(PeerArm):
         ]
 
     def solve(self) -> Array:
-        """Return q̇ (nv,) of the next step [rad/s]."""
         posture, tasks, given = self._configuration, [self._task], self.constraints
         return pink.solve_ik(posture, tasks, self._dt, SOLVER, limits=self._limits, barriers=[self._barrier], constraints=given)
 
@@ -63,7 +62,7 @@ def free_model(baked: Baked) -> pin.Model:
 
 
 class PinkEngine:
-    """Distances as pink sees them."""
+    """An `Engine`: distances as pink sees them."""
 
     def __init__(self, baked: Baked) -> None:
         model, self._geometry = free_model(baked), baked.room.geometry
@@ -71,7 +70,6 @@ class PinkEngine:
         self._configuration = pink.Configuration(model, model.createData(), baked.room.start, collision_model=self._geometry)
 
     def distances(self, positions: Array) -> dict[tuple[str, str], float]:
-        """Return every pair's distance [m]."""
         self._configuration.update(positions)
         bodies, results = self._geometry.geometryObjects, self._configuration.collision_data.distanceResults
         return {
@@ -80,7 +78,6 @@ class PinkEngine:
         }
 
     def hand_pose(self, positions: Array) -> tuple[Array, Array]:
-        """Return place and rotation of the avoiding hand."""
         self._configuration.update(positions)
         pose = self._configuration.get_transform_frame_to_world(self._frame)
         return pose.translation, pose.rotation

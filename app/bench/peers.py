@@ -184,7 +184,6 @@ def _summary(record: _Record, baked: Baked) -> dict[str, float]:
 
 
 def peers_table(result: dict[str, Any]) -> str:
-    """Return the figures as a table."""
     header = f"{'':34s} {'step µs':>8s} {'ratio':>6s} {'d_min mm':>9s} {'< d_m':>7s} {'e²max m²':>9s} {'q̈max rad/s²':>12s}"
     lines = [f"hold, {result['pairs']} pairs, {result['steps']} steps, interleaved", header]
     for name, row in result["figures"].items():

@@ -53,12 +53,7 @@ def own_address() -> str:
 
 @lru_cache(maxsize=8)
 def qr_svg(text: str, label: str = "QR code of the address") -> str:
-    """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need.
-
-    Args:
-        text: to encode.
-        label: for screen readers.
-    """
+    """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need."""
     out = io.BytesIO()
     # Error correction M, as a projector blurs.
     segno.make(text, error="m", micro=False).save(

@@ -15,7 +15,6 @@ class Tally(NamedTuple):
 
     @property
     def answered(self) -> int:
-        """How many answers there are."""
         return sum(self.counts)
 
     @property
@@ -39,11 +38,9 @@ class Ballots:
         return True
 
     def answer_of(self, question: QuestionId, student: str) -> int | None:
-        """Return a student's answer; None if there is none."""
         return self._answers.get(question, {}).get(student)
 
     def answers_of(self, student: str) -> dict[QuestionId, int]:
-        """Return all answers of a student."""
         return {question: answers[student] for question, answers in self._answers.items() if student in answers}
 
     def tally(self, question: QuestionId, choices: int, here: Collection[str]) -> Tally:

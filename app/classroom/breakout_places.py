@@ -16,7 +16,6 @@ class BreakoutPlaces:
 
     @property
     def taken(self) -> int:
-        """How many places are taken."""
         return len(self._holders)
 
     def holds(self, student: str) -> bool:
@@ -27,7 +26,6 @@ class BreakoutPlaces:
         """Give the free places to the present students in this order, after taking those of students who are gone for `HOLD`.
 
         Args:
-            here: the present students.
             now: the clock [s].
         """
         here = list(dict.fromkeys(here))
@@ -43,5 +41,4 @@ class BreakoutPlaces:
             self._holders.setdefault(student, now)
 
     def take_all(self) -> None:
-        """Take every place."""
         self._holders.clear()

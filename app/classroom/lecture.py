@@ -35,7 +35,6 @@ class LectureHost:
 
     Attributes:
         control: carries out the teacher's actions.
-        participants: all browsers, by client id.
     """
 
     def __init__(self, context: AppContext) -> None:
@@ -75,7 +74,6 @@ class LectureHost:
         return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
     def close(self) -> None:
-        """Close every session."""
         self.admission.close()
         for session in (self.session, *self.sessions.values()):
             session.close()

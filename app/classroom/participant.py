@@ -22,12 +22,10 @@ class Participant:
     """One browser.
 
     Args:
-        client: the browser's.
         teacher: whether it may lead.
         audience: with which it watches the stage; None for a page of its own.
 
     Attributes:
-        query: of its link.
         id: of its tab, or of its connection if the tab has none.
         lasting: whether the id outlives a reload.
         screen: whether it is a projector, and no student's.
@@ -58,7 +56,6 @@ class Participant:
 
         Args:
             poll: the question on the stage.
-            mine: the student's own answer to it.
             view, lessons: the stage's, or the student's own ones.
         """
         if self.visitor is not None and self._view is not view:

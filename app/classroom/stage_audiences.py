@@ -23,10 +23,6 @@ class StageAudiences:
 
     Args:
         control: takes the students' answers.
-        participants: by client id.
-
-    Attributes:
-        pages: the stage's page for every audience.
     """
 
     def __init__(

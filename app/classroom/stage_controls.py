@@ -40,7 +40,6 @@ class StageControls:
         self.address: Address | None = None
 
     def release(self) -> None:
-        """Take the controls from the operator."""
         if self.operation is not None:
             self.operation.close()
         self.operator, self.operation = None, None
@@ -58,7 +57,6 @@ class StageControls:
             self._build_page(teacher)
 
     def hand_over(self, teacher: Participant) -> None:
-        """Give a teacher the controls."""
         self.operator, self._browser = teacher, browser_language(teacher.client)
         is_back, self._last_operator = teacher.id == self._last_operator, teacher.id
         if not is_back:

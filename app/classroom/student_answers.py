@@ -110,7 +110,6 @@ class Answers:
         return command
 
     def show(self, poll: Poll | None, mine: int | None) -> None:
-        """Update buttons, keys and texts."""
         asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts)
         if self._panel.tab is None or (asked, mine) == self._shown:
             return

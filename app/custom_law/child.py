@@ -36,11 +36,7 @@ class Child:
     """A process that runs `app.custom_law.worker`. It ends at the latest when this object is collected, or when this process ends.
 
     Args:
-        path: of the law's file.
         memory: that the law may take [bytes].
-
-    Attributes:
-        line: the connection to it.
     """
 
     def __init__(self, path: Path, memory: int) -> None:
@@ -147,7 +143,6 @@ def _line_in(trace: bytes) -> int | None:
 
 
 def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
-    """End a process and its descendants, and close its streams."""
     line.close()
     _kill(process)
     with contextlib.suppress(subprocess.TimeoutExpired):

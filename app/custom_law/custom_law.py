@@ -47,8 +47,6 @@ class CustomLaw:
     The same situations give the same bits if the law keeps no state between two calls.
 
     Args:
-        path: of the file.
-        limits: of time and memory.
         waits: whether a call waits for its answer as long as the limits allow. If not, all calls until the next `allow` wait no longer
             than that says, and one that is not answered by then raises `Unanswered`: it is to be made again, and does not ask again.
         text: of the file, if it is known already; None to read it.

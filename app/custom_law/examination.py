@@ -41,7 +41,6 @@ class Examination:
     """The tests of one visitor's file; all methods belong to one thread.
 
     Args:
-        path: of the file.
         background: where they are made.
         wake: called, from any thread, when there is news.
     """

@@ -27,8 +27,6 @@ def examine(
     """Return the verdicts of the tests on a file; a law that fails in one of them is restarted for the next one.
 
     Args:
-        path: of the file.
-        limits: of time and memory.
         only: names of the tests to be made; None for all six.
         text: the file as it is to be tested, whatever it holds by now; None for what it holds.
         stopped: asked before every call whether to give up.

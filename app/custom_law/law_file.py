@@ -34,7 +34,6 @@ class Wrong(Exception):
     Args:
         text: what, and what was expected; or with parts its template, see `LazyText`.
         line: where; None if unknown.
-        parts: what is filled in.
     """
 
     def __init__(self, text: str, /, line: int | None = None, **parts: object) -> None:
@@ -167,28 +166,22 @@ class LawFile:
         Raises:
             Wrong: an exception, or no number from 0 to 1.
         """
-        function = self._activation
+        function, line = self._activation, _line_of(self._activation)
         assert function is not None
         try:
             result = function(distance)
         except BaseException as error:
-            raise self._explained(error, _line_of(function)) from None
+            raise self._explained(error, line) from None
         try:
             lam = float(result)
         except Exception:
             if result is None:
-                raise Wrong("activation returned None; expected a number from 0 to 1.", line=_line_of(function)) from None
+                raise Wrong("activation returned None; expected a number from 0 to 1.", line) from None
             kind = type(result).__name__
-            raise Wrong(
-                "activation returned a {kind}; expected a number from 0 to 1.", line=_line_of(function), kind=kind
-            ) from None
+            raise Wrong("activation returned a {kind}; expected a number from 0 to 1.", line, kind=kind) from None
         if not 0.0 <= lam <= 1.0:
-            raise Wrong(
-                "activation returned {lam} at d = {distance} m; expected 0 to 1.",
-                line=_line_of(function),
-                lam=f"{lam:g}",
-                distance=f"{distance:g}",
-            )
+            text = "activation returned {lam} at d = {distance} m; expected 0 to 1."
+            raise Wrong(text, line, lam=f"{lam:g}", distance=f"{distance:g}")
         return lam
 
     def activations(self, distances: Array) -> Array:

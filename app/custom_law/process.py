@@ -23,11 +23,7 @@ _R = TypeVar("_R", bound=Reply)
 
 
 class LawFailed(Exception):
-    """The law failed; its process is gone.
-
-    Args:
-        problem: why.
-    """
+    """The law failed; its process is gone."""
 
     def __init__(self, problem: LawProblem) -> None:
         super().__init__(problem.text)
@@ -36,11 +32,6 @@ class LawFailed(Exception):
 
 class LawProcess:
     """A process with one version of a file.
-
-    Args:
-        path: of the file.
-        text: of it, as it is.
-        limits: of time and memory.
 
     Attributes:
         wants_all_pairs, has_activation: what the file says, once it is ready.
@@ -62,7 +53,6 @@ class LawProcess:
         return self._child.pid
 
     def end(self) -> None:
-        """End it; can be called again."""
         self._child.end()
 
     def ready(self, wait: bool) -> bool:
@@ -95,7 +85,6 @@ class LawProcess:
         return bool(self._asked)
 
     def asked(self, kind: type[Question]) -> bool:
-        """Return whether a question of a kind waits for its answer."""
         return any(type(question) is kind for question in self._asked)
 
     def ask(self, question: Question) -> None:
@@ -176,7 +165,6 @@ class LawProcess:
             raise self._died() from None
 
     def _lost(self, what: str, line: int | None = None) -> LawFailed:
-        """End the process; return the failure."""
         self.end()
         return LawFailed(problem_of(self._name, what, line))
 
@@ -197,7 +185,6 @@ class LawProcess:
         return self._lost(what, line)
 
     def _died(self) -> LawFailed:
-        """Return why the connection is broken."""
         code, words, line = self._child.last_words()
         if self._phase == "starting":
             why = words.splitlines()[-1] if words else LazyText("exit code {code}", code=code)

@@ -12,8 +12,6 @@ class TrialResult:
     """Of one test.
 
     Attributes:
-        name: of the test.
-        passed: whether the inequality holds.
         reason: which one, and by how much it holds or fails; a `Message`.
         numbers: behind it, SI units.
     """

@@ -10,20 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from app.custom_law.arena import (
-    CRITICAL_DISTANCE,
-    DT,
-    TOP_SPEED,
-    TrialStopped,
-    enter,
-    error_of_the_task_alone,
-    hard_situations,
-    largest_error,
-    overlapping,
-    play,
-    put_the_ball_away,
-    stop_if_failed,
-)
+from app.custom_law import arena
 from app.custom_law.trial_result import Candidate, TrialResult
 from app.i18n.speaking import N_
 from controllers.errors import LazyText
@@ -65,7 +52,7 @@ def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: 
         again()
         try:
             passed, reason, numbers = TRIALS[name](law)
-        except TrialStopped as stopped:
+        except arena.TrialStopped as stopped:
             passed, reason, numbers = False, str(stopped), {}
         verdicts.append(TrialResult(name, passed, reason, numbers))
     return verdicts
@@ -82,15 +69,19 @@ def _outcome(passed: bool, held: str, failed: str, numbers: dict[str, float], **
 
 def keeps_its_distance(law: Candidate) -> Outcome:
     """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
-    simulation = enter("hold", law)
+    simulation = arena.enter("hold", law)
     source = simulation.source()
-    table = play(simulation, law, (source.target(i * DT) for i in range(round(APPROACH / DT))))
+    table = arena.play(simulation, law, (source.target(i * arena.DT) for i in range(round(APPROACH / arena.DT))))
     d = table[:, COLUMN["d"]]
     i = int(d.argmin())
     pair = pair_label(simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
-    parts = {"limit": _mm(CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
-    numbers = {"d_min": float(d[i]), "d_m": CRITICAL_DISTANCE, "time_below": float(np.count_nonzero(d < CRITICAL_DISTANCE)) * DT}
-    missing = CRITICAL_DISTANCE - float(d[i])
+    parts = {"limit": _mm(arena.CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
+    numbers = {
+        "d_min": float(d[i]),
+        "d_m": arena.CRITICAL_DISTANCE,
+        "time_below": float(np.count_nonzero(d < arena.CRITICAL_DISTANCE)) * arena.DT,
+    }
+    missing = arena.CRITICAL_DISTANCE - float(d[i])
     held = N_("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.")
     failed = N_("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.")
     return _outcome(missing <= SLACK, held, failed, numbers, by=_mm(missing), **parts)
@@ -98,18 +89,18 @@ def keeps_its_distance(law: Candidate) -> Outcome:
 
 def leaves_the_task_alone(law: Candidate) -> Outcome:
     """|e| stays small where nothing is near: in an empty room (d = ∞), and beside a ball that is 2.5 d_m away."""
-    empty = enter("solo", law, path="circle")
-    error = largest_error(play(empty, law, [None] * round(2.0 / DT)))
-    task_alone = error_of_the_task_alone()
+    empty = arena.enter("solo", law, path="circle")
+    error = arena.largest_error(arena.play(empty, law, [None] * round(2.0 / arena.DT)))
+    task_alone = arena.error_of_the_task_alone()
     numbers = {"empty_room": error, "task_alone": task_alone}
     if error > task_alone + UNTOUCHED:
         limit = task_alone + UNTOUCHED
         parts = {"limit": _mm(limit), "by": _mm(error - limit)}
         return False, LazyText("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **parts), numbers
-    beside = enter("ball", law)
-    put_the_ball_away(beside)
-    table = play(beside, law, [None] * round(REST / DT))
-    error, d = largest_error(table), float(table[0, COLUMN["d"]])
+    beside = arena.enter("ball", law)
+    arena.put_the_ball_away(beside)
+    table = arena.play(beside, law, [None] * round(REST / arena.DT))
+    error, d = arena.largest_error(table), float(table[0, COLUMN["d"]])
     numbers |= {"beside_a_ball": error, "d": d}
     parts = {"limit": _mm(UNHARMED), "by": _mm(error - UNHARMED), "d": _mm(d), "error": _mm(error)}
     held = N_("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.")
@@ -119,18 +110,24 @@ def leaves_the_task_alone(law: Candidate) -> Outcome:
 
 def gets_out(law: Candidate) -> Outcome:
     """From 50 mm of overlap to d_m within 2 s, and out of it for good."""
-    simulation = enter("hold", law)
-    simulation.reset(np.array(overlapping()))
-    d = play(simulation, law, [None] * round(STAY / DT))[:, COLUMN["d"]]
-    late = d[round(ESCAPE / DT) :]
-    inside = np.flatnonzero(d < CRITICAL_DISTANCE - SLACK)
+    simulation = arena.enter("hold", law)
+    simulation.reset(np.array(arena.overlapping()))
+    d = arena.play(simulation, law, [None] * round(STAY / arena.DT))[:, COLUMN["d"]]
+    late = d[round(ESCAPE / arena.DT) :]
+    inside = np.flatnonzero(d < arena.CRITICAL_DISTANCE - SLACK)
     numbers = {
         "d_start": float(d[0]),
         "d_min_after": float(late.min()),
-        "time": (int(inside[-1]) + 1) * DT if len(inside) else 0.0,
+        "time": (int(inside[-1]) + 1) * arena.DT if len(inside) else 0.0,
     }
-    missing = CRITICAL_DISTANCE - numbers["d_min_after"]
-    parts = {"start": _mm(d[0]), "limit": _mm(CRITICAL_DISTANCE), "after": ESCAPE, "by": _mm(missing), "time": numbers["time"]}
+    missing = arena.CRITICAL_DISTANCE - numbers["d_min_after"]
+    parts = {
+        "start": _mm(d[0]),
+        "limit": _mm(arena.CRITICAL_DISTANCE),
+        "after": ESCAPE,
+        "by": _mm(missing),
+        "time": numbers["time"],
+    }
     held = N_("from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.")
     failed = N_("from d = {start}, d ≥ {limit} after {after:g} s fails by {by}: d = {d}.")
     return _outcome(missing <= SLACK, held, failed, numbers, d=_mm(numbers["d_min_after"]), **parts)
@@ -139,9 +136,9 @@ def gets_out(law: Candidate) -> Outcome:
 def is_smooth(law: Candidate) -> Outcome:
     """Half the time step, half the largest step of q̇, past a ball with one control point (Fig. 1)."""
     largest: list[float] = []
-    for dt in (2.0 * DT, DT):
-        simulation = enter("ball", law, dt=dt)
-        table = play(simulation, law, [None] * round(PASSAGE / dt))
+    for dt in (2.0 * arena.DT, arena.DT):
+        simulation = arena.enter("ball", law, dt=dt)
+        table = arena.play(simulation, law, [None] * round(PASSAGE / dt))
         velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
         largest.append(float(np.abs(np.diff(velocities, axis=0)).max()))
     share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
@@ -156,27 +153,27 @@ def is_smooth(law: Candidate) -> Outcome:
 def is_bounded(law: Candidate) -> Outcome:
     """Finite, and lower ≤ q̇ ≤ upper, as |J_d| goes to 0 with an obstacle inside d_m, at d = 0, in overlap, and at d = ∞."""
     worst, where = 0.0, ""
-    for situation in hard_situations():
+    for situation in arena.hard_situations():
         velocities = law(situation)
-        stop_if_failed(law)
+        arena.stop_if_failed(law)
         speed = float(np.abs(velocities).max())
         if speed > worst:
             worst = speed
             where = f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
-    numbers = {"dq_max": worst, "bound": TOP_SPEED}
-    parts = {"limit": TOP_SPEED, "worst": worst, "by": worst - TOP_SPEED, "where": where}
+    numbers = {"dq_max": worst, "bound": arena.TOP_SPEED}
+    parts = {"limit": arena.TOP_SPEED, "worst": worst, "by": worst - arena.TOP_SPEED, "where": where}
     held = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.")
     failed = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.")
-    return _outcome(worst <= TOP_SPEED * (1.0 + 1e-9), held, failed, numbers, **parts)
+    return _outcome(worst <= arena.TOP_SPEED * (1.0 + 1e-9), held, failed, numbers, **parts)
 
 
 def is_quick(law: Candidate) -> Outcome:
     """The median call takes less than 1 ms, so that a tick has time for everything else."""
-    situations = hard_situations()
+    situations = arena.hard_situations()
     taken: list[float] = []
     for i in range(300):
         law(situations[i % len(situations)])
-        stop_if_failed(law)
+        arena.stop_if_failed(law)
         taken.append(law.seconds)
     median = float(np.median(taken))
     numbers = {"median": median, "largest": max(taken)}

@@ -13,22 +13,8 @@ from multiprocessing import connection
 
 import numpy as np
 
+from app.custom_law import wire
 from app.custom_law.law_file import LawFile, Wrong
-from app.custom_law.wire import (
-    BROKEN,
-    ActivationQuestion,
-    ActivationsQuestion,
-    Failure,
-    FileLoaded,
-    LoadFile,
-    Numbers,
-    Question,
-    Started,
-    TextParts,
-    VelocityQuestion,
-    decode_question,
-    encode,
-)
 
 
 def main() -> None:
@@ -39,13 +25,13 @@ def main() -> None:
     # A neighbour of the file may be imported, but it cannot take the place of a library.
     sys.path.append(os.path.dirname(path))
     try:
-        line.send_bytes(encode(Started()))
+        line.send_bytes(wire.encode(wire.Started()))
         _serve(line, path, memory)
     except EOFError:
         pass
     except OSError:
         # The file closed it, or the page is gone.
-        sys.exit(BROKEN)
+        sys.exit(wire.BROKEN)
 
 
 def _inherited(handle: int) -> "connection.Connection":
@@ -96,29 +82,29 @@ def _limit(memory: int) -> None:
 def _serve(line: "connection.Connection", path: str, memory: int) -> None:
     law: LawFile | None = None
     while True:
-        question = decode_question(line.recv_bytes())
+        question = wire.decode_question(line.recv_bytes())
         try:
-            if isinstance(question, LoadFile):
+            if isinstance(question, wire.LoadFile):
                 law = LawFile(path, question.text, memory)
-                reply = FileLoaded(law.wants_all_pairs, law.has_activation)
+                reply = wire.FileLoaded(law.wants_all_pairs, law.has_activation)
             else:
                 assert law is not None
                 reply = _answer(law, question)
         except Wrong as wrong:
-            reply = Failure(TextParts.of(wrong.text), wrong.line)
-        line.send_bytes(encode(reply))
+            reply = wire.Failure(wire.TextParts.of(wrong.text), wrong.line)
+        line.send_bytes(wire.encode(reply))
 
 
-def _answer(law: LawFile, question: Question) -> Numbers:
-    if isinstance(question, VelocityQuestion):
+def _answer(law: LawFile, question: wire.Question) -> wire.Numbers:
+    if isinstance(question, wire.VelocityQuestion):
         velocities, seconds = law.velocities(question.situation())
-        return Numbers(velocities.tobytes(), seconds)
-    if isinstance(question, ActivationQuestion):
-        return Numbers(np.float64(law.activation(question.distance)).tobytes())
+        return wire.Numbers(velocities.tobytes(), seconds)
+    if isinstance(question, wire.ActivationQuestion):
+        return wire.Numbers(np.float64(law.activation(question.distance)).tobytes())
     distances = np.frombuffer(question.distances)
-    if isinstance(question, ActivationsQuestion):
-        return Numbers(law.activations(distances).tobytes())
-    return Numbers(law.rates(distances, question.pull, question.approach, question.square).tobytes())
+    if isinstance(question, wire.ActivationsQuestion):
+        return wire.Numbers(law.activations(distances).tobytes())
+    return wire.Numbers(law.rates(distances, question.pull, question.approach, question.square).tobytes())
 
 
 if __name__ == "__main__":

@@ -63,7 +63,6 @@ class ExportQueue:
     """All methods belong to the thread that advances the session.
 
     Args:
-        session: the live session.
         background: runs the jobs.
 
     Attributes:

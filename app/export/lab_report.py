@@ -29,9 +29,6 @@ class Done:
     """One step of a lesson, and what a student did in it. Plain data, so that it can be sent to another process.
 
     Attributes:
-        lesson: to which it belongs.
-        index: of the step.
-        progress: what was done.
         seen: the run that answered the student's question; None if it was not stored.
     """
 
@@ -58,7 +55,6 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
     """Return the report as one HTML file.
 
     Args:
-        done: the steps, in order.
         language: in which the report speaks.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
 

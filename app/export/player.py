@@ -20,13 +20,14 @@ from app.export.csv_table import newest
 from app.export.recorded_curves import Curves, Panel
 from app.export.scene_film import PLACE, RATE, TURN, Filmed, film_scene
 from app.i18n.speaking import spoken, tr
+from app.lessons.runs import page_value
 from app.recording.provenance import made_here
 from app.settings import PageSettings
 from app.web.page_assets import PageAssets, software_rendering, translation
 from app.web.viser_internals import VISER_VERSION, client_html
 from scenes.inputs import Recorded
 from scenes.rerun import never, rerun
-from scenes.settings import RunSettings, specs
+from scenes.settings import RunSettings
 
 LOCKED: Final = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval' blob: data:; style-src 'unsafe-inline'; "
@@ -57,20 +58,11 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped:
 
 
 def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark: bool) -> str:
-    """Return the page.
-
-    Args:
-        filmed: the scene.
-        panels: the plots.
-        run: what it says above them.
-        dark: colours.
-    """
+    """Return the page."""
     client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
     film = base64.b64encode(packed_film(filmed, panels)).decode()
-    known = specs(RunSettings)
-    title = tr(known["scene"].choice_labels[known["scene"].choices.index(run.scene)])
-    law = tr(known["law"].choice_labels[known["law"].choices.index(run.law.law)]).replace("d_m", "dₘ")
+    title, law = page_value("scene", run.scene), page_value("law", run.law.law).replace("d_m", "dₘ")
     numbers = (
         f"{law}; dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {run.law.order:g}, v = {run.law.nominal_velocity:g} m/s, "
         f"K = {run.gain:g}/s; Duet {made_here()['duet']}"

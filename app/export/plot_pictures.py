@@ -14,6 +14,7 @@ from app.export.csv_table import changes, newest
 from app.export.recorded_curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
 from app.figures.figure_style import COLOURS, DPI, FAINT, INK, STYLE, sheet
 from app.i18n.speaking import tr
+from app.lessons.runs import page_value
 from app.plots.activation_curve import FAR, ORDERS, distances
 from app.plots.laws_chart import LAW_NAMES, all_laws
 from app.recording.provenance import made_here
@@ -27,7 +28,7 @@ from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.rerun import Stopped, never, rerun
-from scenes.settings import LawSettings, RunSettings, specs
+from scenes.settings import LawSettings, RunSettings
 
 WIDTH: Final = 7.2
 HEIGHT: Final = 1.85
@@ -59,7 +60,6 @@ def picture_bytes(
     Args:
         recorded: the piece; its last `seconds` are shown, inf for all.
         details: what is shown beside the first two plots.
-        kind: of file.
         table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
         only: names of plots that stand for the first two, as in a step of a lesson.
@@ -227,13 +227,11 @@ def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
 
 def caption(run: RunSettings) -> str:
     """Return one line that says what was run."""
-    law, known = run.law, specs(RunSettings)
-    scene = tr(known["scene"].choice_labels[known["scene"].choices.index(run.scene)])
-    name = tr(known["law"].choice_labels[known["law"].choices.index(law.law)])
+    law, begin = run.law, f"Duet {made_here()['duet']} · {page_value('scene', run.scene)}"
     if run.scene not in OBSTACLE:
-        return f"Duet {made_here()['duet']} · {scene} · K = {run.gain:g}/s, dt = {1000.0 * run.dt:g} ms"
+        return f"{begin} · K = {run.gain:g}/s, dt = {1000.0 * run.dt:g} ms"
     return (
-        f"Duet {made_here()['duet']} · {scene} · {mathtext(name).replace('d_m', '$d_m$')} · $d_m$ = "
+        f"{begin} · {mathtext(page_value('law', law.law)).replace('d_m', '$d_m$')} · $d_m$ = "
         f"{1000.0 * law.critical_distance:g} mm, n = {law.order:g}, v = {law.nominal_velocity:g} m/s, K = {run.gain:g}/s, "
         f"dt = {1000.0 * run.dt:g} ms"
     )

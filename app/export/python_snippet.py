@@ -22,7 +22,6 @@ class Snippet(NamedTuple):
     """A program, and what it reads.
 
     Attributes:
-        text: of it.
         inputs: content of the file that it names, beside which it is to be run; None if it needs none.
     """
 

@@ -66,7 +66,6 @@ class Panel:
     """One plot over time.
 
     Attributes:
-        title: plain text.
         unit: of the axis, "" for none.
         times: (k,) [s].
         strokes: in the order drawn.
@@ -174,19 +173,17 @@ class Curves:
             case "elbow":
                 swivel = Swivel(simulation.room, simulation.avoiding)
                 return np.array([swivel.angle(np.ascontiguousarray(q)) for q in history.positions(table)])
-        kinds = (
-            ("other_qd", history.desired, other, DRIVEN),
-            ("other_q", history.positions, other, DRIVEN),
-            ("qd", history.desired, own, DRIVEN),
-            ("dq", history.velocities, own, JOINTS),
-            ("q", history.positions, own, JOINTS),
-        )
-        for stem, of_table, joints, most in kinds:
-            if name.startswith(stem) and name[len(stem) :].isdigit():
-                number = int(name[len(stem) :]) - 1
-                inside = number < min(joints.stop - joints.start, most)
-                return of_table(table)[:, joints.start + number].copy() if inside else np.full(len(table), np.nan)
-        raise KeyError(name)
+        stem = name.rstrip("0123456789")
+        of_table, joints, most = {
+            "other_qd": (history.desired, other, DRIVEN),
+            "other_q": (history.positions, other, DRIVEN),
+            "qd": (history.desired, own, DRIVEN),
+            "dq": (history.velocities, own, JOINTS),
+            "q": (history.positions, own, JOINTS),
+        }[stem]
+        number = int(name.removeprefix(stem)) - 1
+        inside = number < min(joints.stop - joints.start, most)
+        return of_table(table)[:, joints.start + number].copy() if inside else np.full(len(table), np.nan)
 
     def _of_settings(self, what: Callable[[RunSettings], float]) -> Array:
         there = np.array([what(stretch.settings) for stretch in self._recorded.stretches])

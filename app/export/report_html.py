@@ -6,14 +6,15 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from app.i18n.speaking import spoken, tr
+from app.lessons.runs import page_value
 from app.recording.provenance import made_here
 from app.session.relevant_settings import matters
 from app.settings import Settings
 from app.theme import PALETTES
-from scenes.settings import RunSettings, Spec, specs, values
+from scenes.settings import RunSettings, specs, values
 
 LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 """The page may load nothing and run nothing."""
@@ -24,8 +25,6 @@ class ReportEntry:
     """One step of a lesson. What is empty is left out.
 
     Attributes:
-        title: of the step.
-        question: what was asked.
         prediction: the answer that was chosen, before anything was seen.
         right: whether it was the right one; None if nothing is known yet, or nothing was asked.
         verdict: what was said to it.
@@ -65,7 +64,6 @@ def report_html(
     """Return the page. Nothing in it loads anything or runs, and everything that a person wrote is escaped.
 
     Args:
-        title: of the report.
         entries: the steps, in order.
         settings: of the last run; None to leave them out.
         about: one line under the title, such as a name and a date.
@@ -157,7 +155,7 @@ def _table(settings: Settings) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in (tr("setting"), tr("value"), tr("meaning")))
     present = values(settings.run)
     rows = "".join(
-        f"<tr><td>{lowered(html.escape(tr(spec.label)))}</td><td>{html.escape(_shown(spec, present[key]))}</td>"
+        f"<tr><td>{lowered(html.escape(tr(spec.label)))}</td><td>{html.escape(page_value(key, present[key]))}</td>"
         f"<td>{html.escape(tr(spec.help))}</td></tr>"
         for key, spec in specs(RunSettings).items()
         if matters(key, settings)
@@ -168,12 +166,3 @@ def _table(settings: Settings) -> str:
 def lowered(escaped: str) -> str:
     """Return text with its subscripts: d_m → d<sub>m</sub>."""
     return re.sub(r"(?<!\w)([^\W\d_])_([A-Za-z0-9]{1,5})(?!\w)", r"\1<sub>\2</sub>", escaped)
-
-
-def _shown(spec: Spec, value: Any) -> str:
-    if spec.choices:
-        return tr(spec.choice_labels[spec.choices.index(value)]) if spec.choice_labels else str(value)
-    if isinstance(value, bool):
-        return tr("on") if value else tr("off")
-    number = f"{value * spec.page_scale:.6g}" if isinstance(value, float) else str(value)
-    return f"{number} {spec.page_unit}".strip()

@@ -87,7 +87,6 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
     """Return the stage of the last `seconds` of a recorded piece, inf for all of it.
 
     Args:
-        recorded: the piece.
         seconds: inf for all.
         page: theme, profile and kind of picture.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
@@ -221,7 +220,6 @@ def _hide_before(track: Track, frame: int) -> None:
 
 
 def _before(message: dict[str, Any], what: str, arrays: list[bytes]) -> Any:
-    """Return the value of a node's property before its first change."""
     if what == SEEN:
         return bool(message.get("visible", True))
     if what == TURN:

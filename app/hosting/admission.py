@@ -39,7 +39,6 @@ class Admission:
         return self._current is not None or bool(self._waiting)
 
     def come(self, client: viser.ClientHandle) -> None:
-        """Append a client to the queue."""
         self._waiting.append(client)
 
     def leave(self, client_id: int) -> None:

@@ -37,11 +37,9 @@ class FrameLoop:
         self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
 
     def start(self) -> None:
-        """Start the thread."""
         self._thread.start()
 
     def is_at_work(self) -> bool:
-        """Return whether frames are being made."""
         return perf_counter() - self._began < STUCK
 
     def stop(self) -> None:

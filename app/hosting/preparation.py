@@ -43,7 +43,6 @@ class Preparation:
         self._thread.join()
 
     def close(self) -> None:
-        """Stop after the present item."""
         self._ended.set()
         self._thread.join()
 

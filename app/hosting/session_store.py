@@ -84,7 +84,6 @@ class SessionStore:
 
     @property
     def parked(self) -> int:
-        """How many live sessions are kept."""
         return len(self._parked)
 
     def save(self, record: VisitorRecord) -> None:
@@ -137,7 +136,6 @@ class SessionStore:
             self._close(tab)
 
     def close(self) -> None:
-        """Close every live session."""
         for tab in list(self._parked):
             self._close(tab)
 

@@ -27,7 +27,6 @@ class Visitor:
 
     Args:
         problems: what is wrong with the visitor's link.
-        record: what the visitor left behind.
         parked: the visitor's own session and lessons, claimed from the store; None for new ones.
 
     Attributes:

@@ -26,7 +26,6 @@ class RunWatch:
         self._seen: tuple[int, RunSettings] | None = None
 
     def begin(self) -> None:
-        """Forget the run before."""
         self._seen, self.mixed = None, False
 
     def see(self, simulation: Simulation) -> None:
@@ -52,8 +51,6 @@ def attempted(
     """Return how a run stands up to a challenge; it does not count if settings were mixed in it, or before its end.
 
     Args:
-        challenge: of the step.
-        simulation: the run.
         said: the student's forecasts, where the challenge asks for any.
         language: of what is said.
         yours: whether the student moves, so that any moment may be the end.

@@ -125,7 +125,6 @@ class Table:
         return tuple(value)
 
     def table(self, key: str) -> "Table | None":
-        """Take a table; None if there is none."""
         value = self.any(key)
         if value is None:
             return None
@@ -136,7 +135,6 @@ class Table:
         return self._sub(key, value, 0)
 
     def tables(self, key: str) -> "list[Table]":
-        """Take a list of tables, perhaps none."""
         value = self.any(key, ())
         if isinstance(value, dict) or not isinstance(value, (list, tuple)) or not all(isinstance(x, dict) for x in value):
             raise self.fault(key, f"{key} = {shown(value)} is not a list of tables; begin each with [[{self._child(key)}]].")

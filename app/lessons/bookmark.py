@@ -20,12 +20,10 @@ class Bookmark(NamedTuple):
 
     @property
     def lesson(self) -> Lesson:
-        """Return the lesson."""
         return self.book.lessons[self.lesson_index]
 
     @property
     def step(self) -> Step:
-        """Return the step."""
         return self.lesson.steps[self.step_index]
 
     def after(self) -> "Bookmark | None":

@@ -7,7 +7,7 @@ from typing import Final, get_args
 from app.lessons.blocks import Table, is_number, shown
 from app.lessons.law_challenge import TESTS
 from app.lessons.lesson import Challenge, Compared, Criterion, Forecast, Measurement, Trial
-from app.lessons.measures import QUANTITIES, checked_parameters, read_parameters
+from app.lessons.measures.quantity import QUANTITIES, checked_parameters, read_parameters
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, read_start

@@ -25,12 +25,9 @@ class Walk:
     """One path through a lesson.
 
     Attributes:
-        lesson, step: where.
         kind: the reference, a wrong answer, a challenge with nothing changed, a declared attempt, or what holds for the lesson as a whole.
-        name: of the path.
         wrong: whether it is meant to fail.
         ok: whether it went as declared.
-        text: what happened.
         seconds: wall time.
     """
 

@@ -21,7 +21,6 @@ class Evidence:
     """What a run has left behind.
 
     Args:
-        simulation: the run.
         until: rows from this time on do not count [s].
         newest: only so many rows, the newest; None for all.
 
@@ -40,7 +39,6 @@ class Evidence:
 
     @property
     def rows(self) -> int:
-        """How many steps there are."""
         return len(self.table)
 
     @property
@@ -74,7 +72,6 @@ class Evidence:
 
     @property
     def room(self) -> Room:
-        """Where."""
         return self._simulation.room
 
     @property
@@ -92,7 +89,6 @@ class Evidence:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """Of its own."""
         return Kinematics(self.room.model, self.room.arms)
 
     @cached_property

@@ -21,11 +21,7 @@ TESTS: Final = tuple(TRIALS)
 
 
 class StandIn:
-    """A law that never fails, as the tests want one.
-
-    Args:
-        law: what it does.
-    """
+    """A law that never fails, as the tests want one."""
 
     wants_all_pairs: ClassVar[bool] = True
     wants_task: ClassVar[bool] = True
@@ -37,7 +33,6 @@ class StandIn:
         self._law = law
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]."""
         return self._law(situation)
 
     def activation(self, distance: float) -> float:

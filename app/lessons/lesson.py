@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from app.lessons.measures import Value, shown_value
+from app.lessons.measures.quantity import Value, shown_value
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
 from app.settings import Language
@@ -37,7 +37,6 @@ class Compared:
     start: Start | None = None
 
     def setup(self, base: Setup) -> Setup:
-        """Return that run."""
         setup = base.with_changes(self.changes)
         return setup if self.start is None else replace(setup, start=self.start)
 
@@ -72,7 +71,6 @@ class Choice:
     """A possible answer.
 
     Attributes:
-        text: as it is read.
         reply: what is said to it when the outcome is known.
         why: a run that shows why it is wrong; None for the right one, and where the step's own run shows it.
         otherwise: whether that run shows the case in which the answer would be right, rather than that it is wrong here.
@@ -93,7 +91,6 @@ class Question:
     """What is to be predicted.
 
     Attributes:
-        text: the question.
         choices: two to six.
         right: index of the right one.
         expects: one for each choice, or none: then the outcome does not decide between them by itself.
@@ -154,7 +151,6 @@ class Challenge:
     """What the software checks.
 
     Attributes:
-        text: what is asked for.
         setup: with what it begins; the student may change the settings.
         criteria: all must hold.
         forecasts: all must be near enough.
@@ -175,8 +171,6 @@ class Trial:
     """A way to try a challenge, declared with the lesson so that `check` can walk it.
 
     Attributes:
-        name: of the way.
-        setup: how the run goes.
         forecasts: what is said beforehand, in the order of the challenge's; a text names a measurement that gives the number.
         law: name of the law that stands in for the student's own.
         fails: identities of the inequalities that are missed, all of them; empty if it passes.
@@ -196,7 +190,6 @@ class Step:
     Attributes:
         id: unique in its lesson.
         title, goal, do, observe, explain: texts in Markdown with LaTeX; observe and explain may be "".
-        setup: the run.
         question: None if there is nothing to predict.
         measurements: what is measured in the run; the first one answers the question.
         challenge: None if there is none.
@@ -227,7 +220,6 @@ class Step:
 
     @property
     def yours(self) -> bool:
-        """Return whether the student moves."""
         return self.setup.input.kind == "yours"
 
 
@@ -240,7 +232,6 @@ class Lesson:
         number: where it stands.
         file: name of its file.
         language: of its texts.
-        title, goal: texts.
         equations: of the paper, as a person reads them, such as "1–6".
         minutes: how long it takes.
         steps: at least one.

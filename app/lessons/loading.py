@@ -32,7 +32,6 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
     teacher reads, see `load_notes`. Files with a name that does not begin with a digit are left alone.
 
     Args:
-        folder: where the files are.
         language: of the texts; what is not translated stays English.
     """
     try:

@@ -12,7 +12,6 @@ class StepNotes(NamedTuple):
     Attributes:
         number: of the step, from 1.
         title: as the teacher reads it; may be empty.
-        text: Markdown.
     """
 
     number: int

@@ -8,7 +8,7 @@ from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
-from app.lessons.measures import Value, measure
+from app.lessons.measures.quantity import Value, measure
 from app.lessons.reference_runs import comparisons, measured, wanted
 from app.lessons.runs import Pairs, Setup, page_value, settings_text
 from app.lessons.texts import Measured
@@ -63,7 +63,6 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
 
     Args:
         setup: of the run: the step's own, or one that shows why an answer is wrong.
-        evidence: of the run so far.
         time: simulated so far [s].
     """
     own = setup == step.setup
@@ -95,7 +94,6 @@ class AnswerVerdict:
     """What is said to a prediction.
 
     Attributes:
-        right: whether it is the right one.
         headline: in a word.
         reply: why, in Markdown, with the numbers of this run.
         lines: the outcome, measured.
@@ -112,8 +110,6 @@ class Judgement:
     """One inequality of a challenge.
 
     Attributes:
-        id: which.
-        passed: whether it holds.
         text: what was measured, what was asked, and by how much it is missed.
         value: measured, SI.
     """

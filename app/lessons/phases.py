@@ -24,7 +24,6 @@ class Phase(StrEnum):
 
 
 def phases_of(step: Step) -> tuple[Phase, ...]:
-    """Return the phases of a step, in their order."""
     return (
         *((Phase.PREDICT,) if step.question is not None else ()),
         Phase.DO,

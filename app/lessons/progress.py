@@ -5,7 +5,7 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
-from app.lessons.measures import Value
+from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import Attempt, Judgement, StepOutcome
 from app.lessons.runs import Pairs
 from app.settings import Settings
@@ -22,13 +22,10 @@ class StepProgress:
 
     Attributes:
         choice: index of the answer; None before the first.
-        outcome: of the step's run.
         why: of the run that shows why the answer is wrong.
         hints: how many are open.
         attempts: how often the challenge was tried.
-        passed: whether it was ever passed.
         last: the newest attempt.
-        words: what the student wrote.
     """
 
     choice: int | None = None

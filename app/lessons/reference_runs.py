@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Compared, Measurement
-from app.lessons.measures import Value, measure
+from app.lessons.measures.quantity import Value, measure
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Input, Pairs, Setup
 from app.lessons.scripts import script
@@ -82,6 +82,5 @@ def comparisons(setup: Setup, measurement: Measurement, compared: tuple[Compared
 
 
 def forget() -> None:
-    """Forget every run."""
     simulated.cache_clear()
     measured.cache_clear()

@@ -46,7 +46,6 @@ class Setup:
 
     Attributes:
         changes: settings by key that are not as they are at first, of the run and of the page.
-        input: who moves.
         start: where everything begins; None for the room's start.
         seconds: after which the outcome is measured [s].
         folder: where its files are.
@@ -67,11 +66,9 @@ class Setup:
 
     @property
     def run(self) -> RunSettings:
-        """Return the settings of the run."""
         return self.settings(Settings()).run
 
     def with_changes(self, changes: Pairs) -> "Setup":
-        """Return the same run with further settings."""
         return replace(self, changes=merged(self.changes, changes))
 
 

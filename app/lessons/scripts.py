@@ -8,7 +8,7 @@ from typing import Any, Final, Literal
 import numpy as np
 import pinocchio as pin
 
-from app.lessons.measures import read_parameters
+from app.lessons.measures.quantity import read_parameters
 from app.lessons.room_places import RoomPlace, ball_centre
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
@@ -29,7 +29,6 @@ class ScriptedSource:
     motion: Motion
 
     def target(self, time: float) -> Target | None:
-        """Return the target at a time [s]."""
         return self.motion(time)
 
 
@@ -166,7 +165,6 @@ class ScriptEntry:
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
-        """Return its parameters by name."""
         return dict(list(inspect.signature(self.make).parameters.items())[1:])
 
 

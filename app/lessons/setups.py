@@ -51,7 +51,6 @@ def read_setup(table: Table, folder: Path, changes: Pairs, base: Setup | None = 
 
     Args:
         table: of the step, a wrong answer, the challenge or an attempt.
-        folder: of the lesson.
         changes: settings to begin with.
         base: a run that gives what the table does not say.
 

@@ -22,7 +22,6 @@ class StepView:
     """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in.
 
     Attributes:
-        lesson, step: which.
         index, count: of the step, from 0, and how many the lesson has.
         phase, phases: where, and which the step has.
         texts: (phase or "goal", text), those that may be seen by now, in order.
@@ -73,8 +72,6 @@ class StepPosition:
 
     Attributes:
         lesson, step, index: which, and the step's place in the lesson.
-        phase: where in the step.
-        done: what was done there.
         showing: whether the run that shows why is on.
     """
 
@@ -130,7 +127,6 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
 
 
 def knows_outcome(phase: Phase) -> bool:
-    """Return whether the outcome may be seen in a phase."""
     return phase not in (Phase.PREDICT, Phase.DO)
 
 

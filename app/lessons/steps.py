@@ -21,7 +21,7 @@ from app.lessons.lesson import (
     Step,
 )
 from app.lessons.markdown import ITEM, Fault, Sheet, SheetPart, StepPart, read_items
-from app.lessons.measures import QUANTITIES
+from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.runs import Pairs, Setup
 from app.lessons.setups import read_changes, read_setup
 from app.lessons.texts import placeholder_problems

@@ -8,7 +8,7 @@ from typing import Final
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.lessons.lesson import Measurement, Step
-from app.lessons.measures import Value
+from app.lessons.measures.quantity import Value
 from app.lessons.runs import Setup, page_value
 from app.settings import Language, Settings
 from scenes.settings import specs, values
@@ -27,7 +27,6 @@ def _parts(name: str) -> tuple[str, str, bool]:
 
 
 def asks_for_numbers(text: str) -> bool:
-    """Return whether a text has a measured number in it."""
     return any(kind == "measured" for kind, _ in _HOLE.findall(text))
 
 

@@ -12,7 +12,7 @@ from app.lessons.attempts import RunWatch, attempted
 from app.lessons.bookmark import Bookmark
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
-from app.lessons.measures import measure
+from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement, StepOutcome, observed, reference
 from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
 from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
@@ -40,7 +40,6 @@ class Walkthrough:
 
     Attributes:
         run_id: goes up whenever a fresh run has to begin.
-        phase: where in the step.
         showing: whether the run that shows why the answer is wrong is on.
 
     Raises:
@@ -67,31 +66,25 @@ class Walkthrough:
 
     @property
     def lesson(self) -> Lesson:
-        """Return the present lesson."""
         return self._at.lesson
 
     @property
     def step(self) -> Step:
-        """Return the present step."""
         return self._at.step
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """Return which phases the present step has."""
         return phases_of(self.step)
 
     @property
     def done(self) -> StepProgress:
-        """Return the progress in the present step."""
         return self._progress.at(self.lesson.id, self.step.id)
 
     def done_in(self, lesson: str, step: str) -> StepProgress:
-        """Return the progress in any step."""
         return self._progress.steps.get((lesson, step), StepProgress())
 
     @property
     def begun(self) -> bool:
-        """Return whether anything was done in any lesson."""
         return any(not done.untouched for done in self._progress.steps.values())
 
     @property
@@ -196,7 +189,6 @@ class Walkthrough:
 
     @property
     def setup(self) -> Setup:
-        """Return the present run."""
         question, choice = self.step.question, self.done.choice
         if self.showing and question is not None and choice is not None:
             return question.choices[choice].why or self.step.setup

@@ -40,7 +40,6 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
     Args:
         simulation: with the law that is drawn.
         ghost: its law is drawn dashed; None for no ghost.
-        sample: of the newest step.
         height: [CSS px].
     """
     law = simulation.settings.law

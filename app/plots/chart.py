@@ -36,11 +36,7 @@ class ChartAxes:
 
 @dataclass
 class Chart:
-    """A chart to which lines and marks are added.
-
-    Args:
-        frame: its axes.
-    """
+    """A chart to which lines and marks are added."""
 
     frame: ChartAxes
     _lines: list[str] = field(default_factory=list)
@@ -68,7 +64,6 @@ class Chart:
         self._lines.append(f'<path class="{kind}" d="{path}" stroke-width="{width:g}"{dashes}/>')
 
     def level(self, y: float, kind: str, width: float, dash: str = "") -> None:
-        """Add a line across the whole chart."""
         self.line(np.array(self.frame.x), np.array([y, y]), kind, width, dash)
 
     def mark(self, x: float, y: float, kind: str, text: str = "") -> None:

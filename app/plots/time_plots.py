@@ -104,7 +104,6 @@ class TimePlot:
     positive: bool = True
 
     def columns(self, run: str) -> tuple[int, ...]:
-        """Return the columns of one run, in the order of the lines."""
         return tuple(COLUMNS[line.column] for line in self.lines if line.run == run)
 
     def legend(self, others: Collection[str] = ()) -> tuple[LegendEntry, ...]:

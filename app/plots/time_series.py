@@ -56,7 +56,6 @@ def resting(settings: RunSettings, pull: float, approach: float, second_pull: fl
     """Return d* [m] of the present law, inf if nothing pulls, nan if it has none in closed form or d falls for ever.
 
     Args:
-        settings: of the run.
         pull: u of the arm that keeps clear, or of both as one if they are coupled [m/s].
         approach: w [m/s].
         second_pull: u of the second arm if it keeps clear by a row of its own, else None [m/s].

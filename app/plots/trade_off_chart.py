@@ -10,12 +10,8 @@ from app.plots.chart import Chart, ChartAxes
 from scenes.settings import RunSettings
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
 
-FRAME: Final = ChartAxes(
-    (0.0, 0.4),
-    (0.0, 0.4),
-    tuple((d, f"{d:g}") for d in (0.0, 0.1, 0.2, 0.3, 0.4)),
-    tuple((e, f"{e:g}") for e in (0.0, 0.1, 0.2, 0.3, 0.4)),
-)
+_TICKS: Final = tuple((value, f"{value:g}") for value in (0.0, 0.1, 0.2, 0.3, 0.4))
+FRAME: Final = ChartAxes((0.0, 0.4), (0.0, 0.4), _TICKS, _TICKS)
 """d_min over the largest |e|, both in m."""
 
 

@@ -59,7 +59,6 @@ class Difference:
     Attributes:
         step: from 0.
         time: simulated [s].
-        column: name.
         then, now: the number; nan for one that is not there.
         by: how much [unit of the column], inf if one of the two is not there.
     """
@@ -113,7 +112,6 @@ def columns_of(simulation: Simulation) -> tuple[str, ...]:
 
 
 def unit_of(column: str, error_unit: str) -> str:
-    """Return the SI unit of a column."""
     known = {"t": "s", "d": "m", "law_d": "m", "e2": error_unit, "e2_b": error_unit}
     known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), "m/s")
     if column in known or column in SCALARS:
@@ -129,7 +127,6 @@ def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
 
     Args:
         table: (steps ≥ 1, columns), a history table.
-        columns: their names.
     """
     table = _plain(table)
     stride = -(-len(table) // MOST_ROWS)

@@ -38,14 +38,11 @@ class Past:
 
     @property
     def pace(self) -> Pace:
-        """How fast the replay goes."""
         return Pace(not self._replay.playing, self._replay.speed, False)
 
     @property
     def replay_time(self) -> float:
-        """The moment [s], on the clock of the run."""
         return self._replay.time
 
     def target(self) -> Target | None:
-        """Return the target of that moment, or None."""
         return self._replay.target

@@ -51,7 +51,6 @@ class RecordedFilm:
     """A recorded piece of a run, with what is needed to stand anywhere in it.
 
     Attributes:
-        recorded: the piece.
         marks: (m,) number of steps before each snapshot, ascending from 0.
         states: each of them, packed.
         rows: (k, columns of `scenes.history`) one every `PERIOD`.
@@ -69,7 +68,6 @@ def film(recorded: Recorded, stopped: Callable[[], bool] = never) -> RecordedFil
     """Make a recorded piece again, and keep what `Replay` needs.
 
     Args:
-        recorded: the piece.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
@@ -114,11 +112,9 @@ class Replay:
     """A player of a recorded run.
 
     Args:
-        recorded: the piece; at least one step.
         kept: its film; None to compute it now, which takes as long as simulating the run.
 
     Attributes:
-        recorded: the piece.
         simulation: as it was at this moment, with the history before it; read only.
         playing: whether `advance` goes on.
         speed: simulated over wall time.

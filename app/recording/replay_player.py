@@ -21,7 +21,6 @@ class ReplayPlayer:
     """All methods belong to the thread that advances the session.
 
     Args:
-        session: the live session.
         jobs: compute the replay's film.
         notify: gives the visitor a message: title and text, in English, for `tr`.
 

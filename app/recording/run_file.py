@@ -13,17 +13,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.recording.outcome import (
-    ARRAYS,
-    CLOSE,
-    Comparison,
-    RunOutcome,
-    columns_of,
-    compare,
-    outcome_arrays,
-    outcome_from,
-    outcome_of,
-)
+from app.recording import outcome as outcomes
 from app.recording.provenance import made_from, made_here, unlike
 from controllers.errors import BadInputFile, BadSetting, LazyText, joined
 from scenes.inputs import Recorded
@@ -48,13 +38,11 @@ class SavedRun:
     """The content of a run file.
 
     Attributes:
-        recorded: inputs and settings.
-        outcome: what came out.
         made: with what, see `app.recording.provenance`.
     """
 
     recorded: Recorded
-    outcome: RunOutcome
+    outcome: outcomes.RunOutcome
     made: dict[str, str]
 
 
@@ -71,7 +59,7 @@ class Verification:
 
     verdict: Verdict
     words: LazyText
-    comparison: Comparison
+    comparison: outcomes.Comparison
     unlike: tuple[str, ...]
 
 
@@ -97,11 +85,11 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
     table = rerun(recorded, stopped=stopped).table
     if last is not None and table[-1].tobytes() != last:
         raise BadSetting("Computed again, this run comes out differently, so it was not saved. Restart it with R.")
-    outcome = outcome_of(table, columns_of(Simulation(recorded.settings, 1)))
+    outcome = outcomes.outcome_of(table, outcomes.columns_of(Simulation(recorded.settings, 1)))
     made = np.frombuffer(json.dumps(made_here()).encode(), np.uint8)
     out = io.BytesIO(recorded_bytes(recorded))
     with zipfile.ZipFile(out, "a", zipfile.ZIP_DEFLATED) as archive:
-        for name, array in {MADE: made, **outcome_arrays(outcome)}.items():
+        for name, array in {MADE: made, **outcomes.outcome_arrays(outcome)}.items():
             # Every part gets the same date, and the file the same bytes.
             info = zipfile.ZipInfo(f"{name}.npy")
             info.compress_type = zipfile.ZIP_DEFLATED
@@ -112,10 +100,6 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
 
 def saved_from(data: bytes, name: str) -> SavedRun:
     """Return the content of a run file.
-
-    Args:
-        data: its content.
-        name: for messages.
 
     Raises:
         BadInputFile: it is not a file of a run, is damaged, or is of something impossible.
@@ -131,17 +115,16 @@ def saved_from(data: bytes, name: str) -> SavedRun:
     try:
         # All parts have been unpacked once by now, within limits.
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            missing = [part for part in (MADE, *ARRAYS) if part not in arrays.files]
-            if missing:
+            if any(part not in arrays.files for part in (MADE, *outcomes.ARRAYS)):
                 raise BadInputFile(
                     "{name}: holds inputs but not what came out, so that nothing can be compared; use it with --inputs.",
                     name=name,
                 )
-            parts = {part: arrays[part] for part in (MADE, *ARRAYS)}
+            parts = {part: arrays[part] for part in (MADE, *outcomes.ARRAYS)}
     except (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, KeyError, TypeError, SyntaxError) as error:
         raise BadInputFile("{name}: is damaged ({reason}).", name=name, reason=str(error)[:80]) from None
     try:
-        outcome = outcome_from(parts, recorded.steps)
+        outcome = outcomes.outcome_from(parts, recorded.steps)
     except BadInputFile as error:
         raise BadInputFile("{name}: {reason}.", name=name, reason=str(error)) from None
     try:
@@ -160,7 +143,7 @@ def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification
     """
     simulation = Simulation(saved.recorded.settings, 1)
     table = rerun(saved.recorded, stopped=stopped).table
-    comparison = compare(saved.outcome, table, columns_of(simulation))
+    comparison = outcomes.compare(saved.outcome, table, outcomes.columns_of(simulation))
     changes = unlike(saved.made, made_here())
     verdict: Verdict = "exact" if comparison.exact else "close" if comparison.close else "differs"
     return Verification(verdict, _words(verdict, comparison, changes, simulation.error_unit), comparison, changes)
@@ -180,7 +163,7 @@ def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loa
         raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
 
 
-def _words(verdict: Verdict, comparison: Comparison, changes: tuple[str, ...], error_unit: str) -> LazyText:
+def _words(verdict: Verdict, comparison: outcomes.Comparison, changes: tuple[str, ...], error_unit: str) -> LazyText:
     steps = comparison.steps_then
     if verdict == "exact":
         return LazyText("Made again: all {steps} steps are the same, to the last bit.", steps=steps)
@@ -188,7 +171,9 @@ def _words(verdict: Verdict, comparison: Comparison, changes: tuple[str, ...], e
     if verdict == "close":
         parts.append(
             LazyText(
-                "Made again: all {steps} steps are the same within {limit:g}, but not to the last bit.", steps=steps, limit=CLOSE
+                "Made again: all {steps} steps are the same within {limit:g}, but not to the last bit.",
+                steps=steps,
+                limit=outcomes.CLOSE,
             )
         )
     else:

@@ -32,12 +32,10 @@ class JobWatch:
         self._jobs[self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=self._wake)] = done
 
     def drop(self, kind: str) -> None:
-        """Cancel the job of a kind."""
         self._background.cancel(self, kind)
         self._jobs = {job: done for job, done in self._jobs.items() if job.kind != kind}
 
     def collect(self) -> None:
-        """Hand over what is finished."""
         for job, done in list(self._jobs.items()):
             # Handing over one result may drop another job.
             if job.state in ("waiting", "running") or self._jobs.pop(job, None) is None:
@@ -48,6 +46,5 @@ class JobWatch:
                 self._failed(job)
 
     def close(self) -> None:
-        """Cancel all jobs."""
         self._background.cancel(self)
         self._jobs.clear()

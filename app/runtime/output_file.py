@@ -18,8 +18,14 @@ def written(path: Path, option: str) -> Iterator[Path]:
     Raises:
         BadSetting: it cannot be written.
     """
+    with writable(path, option), replacing(path) as draft:
+        yield draft
+
+
+@contextmanager
+def writable(path: Path, option: str) -> Iterator[None]:
+    """Turn an `OSError` about a path into the `BadSetting` of the option that names it."""
     try:
-        with replacing(path) as draft:
-            yield draft
+        yield
     except OSError as error:
         raise BadSetting(f"{option} = {path}: cannot be written ({error.strerror or error}).") from None

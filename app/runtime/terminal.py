@@ -101,7 +101,6 @@ class _Raw(io.RawIOBase):
         self._raises, self._lost = raises, False
 
     def write(self, data: "Buffer", /) -> int | None:
-        """Write bytes; return their number."""
         if not self._lost:
             try:
                 return self._stream.write(data)

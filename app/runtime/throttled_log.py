@@ -20,7 +20,6 @@ class ThrottledLog:
     """Logs an event when it is new, and then how often it has happened at intervals.
 
     Args:
-        log: where lines are written.
         intervals: shortest times from one line about the same event to the next [s]; the last one stays.
         clock: returns the time [s].
     """
@@ -43,7 +42,6 @@ class ThrottledLog:
 
         Args:
             what: the line; exceptions are the same if their line, source, class and the place that raised them are.
-            error: as caught.
             source: session or browser.
         """
         due = self._due((source, what, type(error), *_place(error)))

@@ -81,7 +81,6 @@ class _Plan:
         return np.where(np.isfinite(field), field, np.nan)
 
     def named(self, name: str) -> str:
-        """Return a figure's symbol and unit."""
         _, symbol, unit, _ = _SHOWN[name]
         if not unit:
             units = {EXPERIMENTS[self.grid.at(point).scene].error_unit for point in self.grid.points()}
@@ -99,7 +98,6 @@ class _Plan:
         return np.atleast_2d(np.transpose(field[tuple(at)], [free.index(axis.key) for axis in kept]))
 
     def title(self, panel: tuple[int, ...]) -> str:
-        """Return the title of a panel: its values of the settings side by side."""
         return ", ".join(f"{self.symbol(axis)} = {self.shown(axis, i)}" for axis, i in zip(self.beside, panel, strict=True))
 
     def spec(self, axis: Axis) -> Spec:
@@ -118,7 +116,6 @@ class _Plan:
         return f"{self.symbol(axis)} [{unit}]" if unit else self.symbol(axis)
 
     def shown(self, axis: Axis, i: int) -> str:
-        """Return a value of an axis as a person reads it."""
         value = axis.values[i]
         if isinstance(value, bool):
             return "on" if value else "off"

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from app.runtime.output_file import written
+from app.runtime.output_file import writable, written
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import read_file
 from scenes.grids import Grid
@@ -52,7 +52,7 @@ class SweepFiles:
         self.folder, self.grid, self.form = folder, grid, form
         self.table = folder / f"sweep.{form}"
         self.part = folder / "sweep.part.csv"
-        with _written(folder):
+        with writable(folder, "out"):
             folder.mkdir(parents=True, exist_ok=True)
         self._points = grid.points()
         self.rows: dict[int, Figures] = {}
@@ -68,11 +68,11 @@ class SweepFiles:
         """Yield a function that writes a point's row to disk at once."""
         # Rewritten: after a power failure the last row may be incomplete.
         self._write_csv(self.part, self.rows)
-        with _written(self.part):
+        with writable(self.part, "out"):
             out = self.part.open("a", encoding="utf-8", newline="\n")
 
         def add(index: int, figures: Figures) -> None:
-            with _written(self.part):
+            with writable(self.part, "out"):
                 out.write(self._line(index, figures))
                 out.flush()
             self.rows[index] = figures
@@ -179,11 +179,3 @@ def _readable(path: Path) -> Iterator[None]:
         raise BadInputFile(f"{path}: cannot be read ({error.strerror or error}).") from None
     except ValueError:
         raise BadInputFile(f"{path}: is not a table that a sweep has written; remove it, or give another --out.") from None
-
-
-@contextmanager
-def _written(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise BadSetting(f"out = {path}: cannot be written ({error.strerror or error}).") from None

@@ -54,7 +54,6 @@ class ConnectionOwner(Protocol):
 
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
         """Notify a browser of a refusal if its visitor can do something about it."""
-        ...
 
 
 class FilteredConnection(ServerConnection):
@@ -165,7 +164,6 @@ class Forwarder(logging.Handler):
         self._log = log
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Log a record."""
         error = record.exc_info[1] if record.exc_info else None
         self._log.warning(
             record.getMessage()[:120], f"{type(error).__name__}: {error!s:.200}" if error else record.levelname.lower()

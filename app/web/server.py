@@ -27,6 +27,7 @@ from app.i18n.speaking import N_
 from app.runtime.throttled_log import ThrottledLog
 from app.settings import Language
 from app.version import duet_version
+from app.web import viser_internals
 from app.web.connection import BufferChoice, FilteredConnection, Forwarder
 from app.web.http_methods import ALLOWED
 from app.web.index_page import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query, patched_index
@@ -37,15 +38,6 @@ from app.web.page_assets import NO_ASSETS, PageAssets
 from app.web.refusal import UPLOAD_TOO_LARGE, Refused
 from app.web.responses import HTML, OWN_HEADERS, respond
 from app.web.traffic_limits import TrafficLimits
-from app.web.viser_internals import (
-    GuiRegistry,
-    adapt_viser,
-    client_html,
-    client_id_of,
-    client_of,
-    remove_share_handlers,
-    serving_with,
-)
 from controllers.errors import BadSetting
 
 log = logging.getLogger("duet.server")
@@ -117,19 +109,19 @@ class DuetServer(viser.ViserServer):
         self.max_clients = max_clients
         self.always_admits: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.run = secrets.token_hex(8)
-        self.gate = Gate(GuiRegistry(self), self.limits)
+        self.gate = Gate(viser_internals.GuiRegistry(self), self.limits)
         self.log = ThrottledLog(log, (_LOG_EVERY,))
         self.is_at_work: Callable[[], bool] = lambda: True
         self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
         self._documents, self._turn_away = documents, turn_away
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
-        page = patched_index(client_html(), title="Duet", run=self.run, assets=assets, body=body).encode()
+        page = patched_index(viser_internals.client_html(), title="Duet", run=self.run, assets=assets, body=body).encode()
         self._pages = {"plain": page, "packed": gzip.compress(page, 6), "full": full_page(max_clients or 0).encode()}
-        adapt_viser()
-        with serving_with(partial(self._serve, listener)), contextlib.redirect_stdout(io.StringIO()):
+        viser_internals.adapt_viser()
+        with viser_internals.serving_with(partial(self._serve, listener)), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=self._origins.port, label="Duet", verbose=False)
-        remove_share_handlers(self)
+        viser_internals.remove_share_handlers(self)
         self._ready.set()
 
     @property
@@ -250,12 +242,10 @@ class DuetServer(viser.ViserServer):
         return reason
 
     def client_id(self, connection: ServerConnection) -> int:
-        """Return the client id of a connection, −1 for none."""
-        return client_id_of(self, connection)
+        return viser_internals.client_id_of(self, connection)
 
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
-        """Notify a browser of a refusal if its visitor can do something about it."""
-        client, request = client_of(self, client_id), connection.request
+        client, request = viser_internals.client_of(self, client_id), connection.request
         if refused.kind == UPLOAD_TOO_LARGE and client is not None and request is not None:
             words, size = words_of(_language_of(request)), f"{self.limits.upload_bytes / 1e6:g}"
             title, body = words(N_("This file is too large")), words(N_("Files of up to {size} MB can be read."), size=size)

@@ -30,36 +30,29 @@ SILVER: Final = "#c3c8ce"
 ANTHRACITE: Final = "#2b2f35"
 SLATE: Final = "#56616d"
 
+PARTS: Final = ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
+
+
+def _painted(body: Material, cover: Material, mark: Material) -> glb.Palette:
+    """Return the palette of an arm of which only these parts have colours of their own."""
+    return {
+        "body": body,
+        "cover": cover,
+        "trim": cover,
+        "ring": Material("#24272c", 0.5, 0.2),
+        "dark": Material(ANTHRACITE, 0.42, 0.1),
+        "metal": Material("#aeb4bb", 0.3, 0.8),
+        "grip": Material("#1d2024", 0.6, 0.05),
+        "mark": mark,
+    }
+
+
 PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
     {
-        "orange": {
-            "body": Material(ORANGE, 0.4, 0.05),
-            "cover": Material(SILVER, 0.34, 0.55),
-            "trim": Material(SILVER, 0.34, 0.55),
-            "ring": Material("#24272c", 0.5, 0.2),
-            "dark": Material(ANTHRACITE, 0.42, 0.1),
-            "metal": Material("#aeb4bb", 0.3, 0.8),
-            "grip": Material("#1d2024", 0.6, 0.05),
-            "mark": Material(ORANGE, 0.4, 0.05),
-        },
-        "silver": {
-            "body": Material("#cdd2d7", 0.36, 0.1),
-            "cover": Material(SLATE, 0.38, 0.2),
-            "trim": Material(SLATE, 0.38, 0.2),
-            "ring": Material("#24272c", 0.5, 0.2),
-            "dark": Material(ANTHRACITE, 0.42, 0.1),
-            "metal": Material("#aeb4bb", 0.3, 0.8),
-            "grip": Material("#1d2024", 0.6, 0.05),
-            "mark": Material(SLATE, 0.4, 0.2),
-        },
-        "ghost": {
-            name: Material("#2f7dff", 0.5, 0.0, 0.36)
-            for name in ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
-        },
-        "wish": {
-            name: Material("#d0246f", 0.5, 0.0, 0.24)
-            for name in ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
-        },
+        "orange": _painted(Material(ORANGE, 0.4, 0.05), Material(SILVER, 0.34, 0.55), Material(ORANGE, 0.4, 0.05)),
+        "silver": _painted(Material("#cdd2d7", 0.36, 0.1), Material(SLATE, 0.38, 0.2), Material(SLATE, 0.4, 0.2)),
+        "ghost": dict.fromkeys(PARTS, Material("#2f7dff", 0.5, 0.0, 0.36)),
+        "wish": dict.fromkeys(PARTS, Material("#d0246f", 0.5, 0.0, 0.24)),
     }
 )
 """Material of every part by the name of the palette."""
@@ -150,7 +143,6 @@ class Casting:
         return surfaces.skin(self.form, spine, np.zeros(len(height)), SECTIONS, 0.15, dome=20)
 
     def cover(self, coarse: bool) -> trimesh.Trimesh:
-        """The round lid on the bulge."""
         return moved(_lid(self.ball - SKIN, coarse), Y_UP, (0, 0, self.length))
 
     def seam(self, coarse: bool) -> trimesh.Trimesh:
@@ -189,12 +181,8 @@ def _band(z: float, radius: float, height: float, coarse: bool) -> trimesh.Trime
     """A thin raised band on a tube, from z upwards."""
     if coarse:
         return revolve([(radius + 0.0007, z), (radius + 0.0007, z + height)], FEW)
-    return revolve(
-        rounded(
-            [(radius - 0.002, z), (radius + 0.0007, z), (radius + 0.0007, z + height), (radius - 0.002, z + height)], 0.0006, 1
-        ),
-        SECTIONS,
-    )
+    inner, outer, top = radius - 0.002, radius + 0.0007, z + height
+    return revolve(rounded([(inner, z), (outer, z), (outer, top), (inner, top)], 0.0006, 1), SECTIONS)
 
 
 UPPER: Final = Casting(length=0.2, tube=0.0565, drum=0.0590, ball=0.070, wall=0.070)
@@ -223,19 +211,9 @@ def _cast(casting: Casting, turn: Array, ring: bool, band: bool, coarse: bool) -
 
 def _base(coarse: bool) -> Parts:
     """Link 0: a foot with bolts, and a pedestal up to the first roll joint."""
-    foot = rounded(
-        [
-            (0, 0),
-            (0.0742, 0),
-            (0.0742, 0.010),
-            (0.066, 0.0125),
-            (0.0615, 0.022),
-            (0.0585, 0.060),
-            (0.0585, 0.102),
-            (0.0545, 0.106),
-        ],
-        0.004,
-    )
+    edge = [(0, 0), (0.0742, 0), (0.0742, 0.010), (0.066, 0.0125)]
+    pedestal = [(0.0615, 0.022), (0.0585, 0.060), (0.0585, 0.102), (0.0545, 0.106)]
+    foot = rounded([*edge, *pedestal], 0.004)
     bolt = revolve(rounded([(0.0032, 0.008), (0.0032, 0.0135), (0, 0.0135)], 0.0008, 2), 12)
     turns = np.arange(8) * np.pi / 4 + np.pi / 8
     bolts = [moved(bolt, shift=(0.0695 * np.cos(a), 0.0695 * np.sin(a), 0)) for a in turns]
@@ -266,15 +244,8 @@ def _tool(coarse: bool) -> Parts:
     """Link 7: the 80 mm flange disc, and beyond it a slim handle to guide the hand by; it fills part of the hand capsule."""
     disc = rounded([(0.030, -0.019), (0.040, -0.019), (0.040, 0.0), (0.0, 0.0)], 0.0018, 3)
     neck = rounded([(0.031, 0.0), (0.031, 0.006), (0.0235, 0.010), (0.0185, 0.019), (0.0185, 0.022)], 0.004, 3)
-    grip_line = [
-        (0.0200, 0.0255),
-        (0.0212, 0.030),
-        (0.0190, 0.040),
-        (0.0182, 0.050),
-        (0.0194, 0.060),
-        (0.0215, 0.069),
-        (0.0205, 0.075),
-    ]
+    palm = [(0.0200, 0.0255), (0.0212, 0.030), (0.0190, 0.040), (0.0182, 0.050)]
+    grip_line = [*palm, (0.0194, 0.060), (0.0215, 0.069), (0.0205, 0.075)]
     knob = [(0.0215 * np.cos(a), 0.076 + 0.0105 * np.sin(a)) for a in np.linspace(0, np.pi / 2, 8)]
     mark = rounded([(0.015, 0.0215), (0.0202, 0.0215), (0.0202, 0.0255), (0.015, 0.0255)], 0.0008, 2)
     grip = np.vstack([[(0.017, 0.0255)], rounded(grip_line, 0.006, 3), knob])
@@ -284,11 +255,8 @@ def _tool(coarse: bool) -> Parts:
             "mark": revolve(mark[::3], FEW),
             "grip": revolve(np.vstack([grip_line, knob[2::2], knob[-1:]]), FEW // 2),
         }
-    return {
-        "metal": join([revolve(disc, SECTIONS), revolve(neck, 36)]),
-        "mark": revolve(mark, 40),
-        "grip": revolve(grip, 36),
-    }
+    metal = join([revolve(disc, SECTIONS), revolve(neck, 36)])
+    return {"metal": metal, "mark": revolve(mark, 40), "grip": revolve(grip, 36)}
 
 
 @functools.cache
@@ -336,7 +304,6 @@ def palette_named(name: str) -> glb.Palette:
 
 
 def packed(parts: Parts, palette: str, coarse: bool) -> bytes:
-    """One link as a GLB file."""
     materials = PALETTES[palette]
     if palette not in SEEN_THROUGH:
         return (glb.merged_glb if coarse else glb.glb)(parts, materials)

@@ -51,7 +51,6 @@ class CameraSource:
 
     @property
     def running(self) -> bool:
-        """Whether the thread is at work."""
         return self._thread.is_alive()
 
     @property

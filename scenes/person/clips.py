@@ -132,23 +132,9 @@ def _reach(random: np.random.Generator) -> list[Key]:
     high = _about(random, (122.0, 8.0, 0.0, 22.0), 6.0)
     across = _about(random, (66.0, -2.0, -38.0, 30.0), 4.0)
     back = random.uniform(1.6, 2.0)
-    return _loop(
-        random,
-        [
-            Key(2.0, ahead, idle),
-            Key(back, idle, aside),
-            Key(2.6, high, idle),
-            Key(2.6, across, idle),
-            Key(back, idle, ahead),
-            Key(2.0, ahead, ahead),
-            _home(2.0),
-        ],
-    )
+    keys = [Key(2.0, ahead, idle), Key(back, idle, aside), Key(2.6, high, idle), Key(2.6, across, idle)]
+    return _loop(random, [*keys, Key(back, idle, ahead), Key(2.0, ahead, ahead), _home(2.0)])
 
 
-_GESTURES: Final[dict[str, Callable[[np.random.Generator], list[Key]]]] = {
-    "wave": _wave,
-    "clap": _clap,
-    "cross": _cross,
-    "reach": _reach,
-}
+_Gesture = Callable[[np.random.Generator], list[Key]]
+_GESTURES: Final[dict[str, _Gesture]] = {"wave": _wave, "clap": _clap, "cross": _cross, "reach": _reach}

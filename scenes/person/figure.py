@@ -31,7 +31,6 @@ class Figure:
         self._angles = start.copy()
 
     def reset(self) -> None:
-        """Stand as at the start."""
         self._angles = self._start.copy()
 
     def angles(self, time: float = 0.0) -> Array:

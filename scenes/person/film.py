@@ -34,7 +34,6 @@ class Film(Protocol):
 
     def close(self) -> None:
         """Release the device or the file."""
-        ...
 
 
 class Detector(Protocol):
@@ -46,7 +45,6 @@ class Detector(Protocol):
 
     def close(self) -> None:
         """Release the model."""
-        ...
 
 
 def open_camera(index: int) -> Film:

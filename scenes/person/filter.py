@@ -68,13 +68,11 @@ class AngleFilter:
         return self.values.copy(), self.rates.copy(), self._goal.copy(), np.array(self.lost_for)
 
     def remember(self, memory: tuple[Array, ...]) -> None:
-        """Go on from what `memory` returned."""
         self.values, self.rates, self._goal = (array.copy() for array in memory[:3])
         self.lost_for = float(memory[3])
         self.lost = self.lost_for > 0.0
 
     def _gap_after(self, gap: Array, dt: float) -> Array:
-        """Return x − y after dt."""
         knee = self._top_rate / self._omega
         size = np.abs(gap)
         straight = np.minimum(np.maximum(size - knee, 0.0) / self._top_rate, dt)

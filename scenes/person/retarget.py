@@ -144,5 +144,4 @@ class Retargeter:
         return () if self._previous is None else (self._previous.copy(),)
 
     def remember(self, memory: tuple[Array, ...]) -> None:
-        """Go on from what `memory` returned."""
         self.reset(memory[0] if memory else None)

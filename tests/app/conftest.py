@@ -1,6 +1,6 @@
 """Apps and visitors that are closed at the end, and a way to ask a session something between two frames."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
@@ -8,16 +8,15 @@ from typing import Any, TypeVar
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.lessons.session.lesson_session import LessonSession
-from app.runtime.job_pool import JobPool
 from app.session import session as session_module
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
 from scenes import rerun as rerun_module
+from tests.blocking_client import BlockingClient
 
 T = TypeVar("T")
 HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"
@@ -81,14 +80,6 @@ def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """However busy this machine is, no step takes any time."""
     monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
     monkeypatch.setattr(rerun_module, "perf_counter", lambda: 0.0)
-
-
-@pytest.fixture(scope="module")
-def background() -> Iterator[JobPool]:
-    """One real worker."""
-    made = JobPool(1)
-    yield made
-    made.close()
 
 
 OpenHouse = Callable[..., App]

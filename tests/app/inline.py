@@ -1,6 +1,5 @@
 """A job pool that computes in this process, when `work` is called."""
 
-import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -9,31 +8,18 @@ from controllers.errors import DuetError
 
 
 class Inline(JobPool):
-    """Jobs wait for `work`.
-
-    Attributes:
-        jobs: all that were ever submitted, in order.
-    """
+    """Jobs wait for `work`; `jobs` are all that were ever submitted, in order."""
 
     def __init__(self) -> None:
         super().__init__(1)
         self.jobs: list[Job] = []
-        self._count = itertools.count(1)
 
-    def submit(
-        self,
-        owner: object,
-        kind: str,
-        function: Callable[..., Any],
-        *arguments: Any,
-        urgent: bool = False,
-        wake: Callable[[], None] = lambda: None,
-    ) -> Job:
+    def submit(self, owner: object, kind: str, function: Callable[..., Any], *arguments: Any, **options: Any) -> Job:
         """Note a job; an older one of the same owner and kind is dropped."""
         self.cancel(owner, kind)
-        job = Job(next(self._count), owner, kind, function, arguments, urgent, wake)
-        self.jobs.append(job)
-        return job
+        urgent, wake = options.get("urgent", False), options.get("wake", lambda: None)
+        self.jobs.append(Job(len(self.jobs) + 1, owner, kind, function, arguments, urgent, wake))
+        return self.jobs[-1]
 
     def cancel(self, owner: object, kind: str | None = None) -> None:
         for job in self.waiting():

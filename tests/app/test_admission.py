@@ -1,13 +1,11 @@
 """New pages are built one at a time and piece by piece, and what a tab asked for goes with it. Every frame is made by hand here."""
 
 import itertools
-import threading
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.classroom.lecture import LectureHost
 from app.hosting import admission
 from app.hosting.private_host import PrivateHost
@@ -15,10 +13,11 @@ from app.hosting.visitor import Visitor
 from app.settings import Settings
 from app.start import App
 from scenes.settings import specs
-from tests.app.conftest import OpenHouse, lecture_of
+from tests.app.conftest import OpenHouse
+from tests.app.runtime.processes import until
+from tests.blocking_client import BlockingClient
 
 FRAME = 1.0 / 32.0
-PAUSE = threading.Event()
 
 
 class ByHand:
@@ -43,11 +42,7 @@ class ByHand:
         """The browser is gone, and the next frame knows."""
         before = len(self.host.connections._departures)
         visitor.close()
-        for _ in range(6000):
-            if len(self.host.connections._departures) > before:
-                return
-            PAUSE.wait(0.01)
-        raise TimeoutError
+        until(lambda: len(self.host.connections._departures) > before)
 
     def frames(self) -> None:
         self.frame()
@@ -143,31 +138,21 @@ def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: 
     patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
 
 
-def test_what_a_tab_asked_for_goes_with_it(by_hand: Made) -> None:
-    opened = by_hand()
-    assert isinstance(opened.host, PrivateHost)
-    visitor = opened.let_in("resume=0123456789abcdef0123456789abcdef")
-    (session,) = opened.host.sessions.values()
+@pytest.mark.parametrize("lecture", [False, True])
+def test_what_a_tab_asked_for_goes_with_it_but_no_answer_of_a_student(by_hand: Made, lecture: bool) -> None:
+    opened = by_hand(lecture=lecture)
+    visitor, host = opened.let_in("resume=0123456789abcdef0123456789abcdef"), opened.host
+    session = host.session if isinstance(host, LectureHost) else next(iter(host.sessions.values()))
     settings = session.settings
     visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
     visitor.set_value(specs(Settings)["scene"].label, "A ball in the way (Fig. 1)")
     visitor.wait_for(lambda _: len(session.posts))
+    if isinstance(host, LectureHost):
+        host.control.post_answer("a student", 0)
+        host.control.post_answer("a student", 1)
     opened.leave(visitor)
+    assert not isinstance(host, LectureHost) or len(host.control.answers) == 1
     opened.frame()
-    assert not len(session.posts)
+    assert not len(session.posts) and not (isinstance(host, LectureHost) and len(host.control.answers))
     session.advance(FRAME)
     assert session.settings == settings
-
-
-def test_what_the_lecturer_asked_for_goes_with_the_tab_but_no_answer_of_a_student(by_hand: Made) -> None:
-    opened = by_hand(lecture=True)
-    lecturer, host = opened.let_in(), lecture_of(opened.house)
-    session, decisions = host.session, host.control
-    settings = session.settings
-    session.post(lambda: session.change("dm", 0.2), "dm")
-    decisions.post_answer("a student", 0)
-    decisions.post_answer("a student", 1)
-    opened.leave(lecturer)
-    assert len(decisions.answers) == 1
-    opened.frame()
-    assert session.settings == settings and not len(session.posts) and not len(decisions.answers)

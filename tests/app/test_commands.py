@@ -27,7 +27,6 @@ SUMMARY = """d_min d_min_pair share_below e2_max e2_end dq_step_max ddq_max pair
     steps step_us_median"""
 JOINTS = [f"{side}_{what}{i}" for what in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
 HEADER = ["t", "d", "lambda", "e2", "u", "w", "pair", *JOINTS]
-SHORT = ["--seconds", "0.5"]
 
 
 def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
@@ -73,32 +72,28 @@ def test_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
 
 
 def test_the_same_run_writes_the_same_bytes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    files = [tmp_path / name for name in ("a.csv", "b.csv", "c.csv")]
-    for file, seed in zip(files, ("3", "3", "4"), strict=True):
-        run(capsys, "--seconds", "2", "--seed", seed, "--csv", str(file))
-    a, b, c = (file.read_bytes() for file in files)
-    assert a == b
-    assert a != c
+    written: list[bytes] = []
+    for seed in ("3", "3", "4"):
+        run(capsys, "--seconds", "2", "--seed", seed, "--csv", str(tmp_path / "out.csv"))
+        written.append((tmp_path / "out.csv").read_bytes())
+    assert written[0] == written[1] != written[2]
 
 
-@pytest.mark.parametrize("turn", [False, True])
-def test_inputs_drive_the_hand(capsys: pytest.CaptureFixture[str], tmp_path: Path, turn: bool) -> None:
+def test_inputs_drive_the_hand(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     room = build_room("torso")
     data, hand = room.model.createData(), room.arm("right").hand
     pin.framesForwardKinematics(room.model, data, room.start)
     start = data.oMf[hand].copy()
-    goal = start.translation + np.array([0.05, -0.10, 0.05])
-    quaternion = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, 0.0, 0.3) @ start.rotation)
-    tail = (quaternion.w, quaternion.x, quaternion.y, quaternion.z) if turn else ()
-    lines = [",".join(map(str, (t, *place, *tail))) for t, place in ((0, start.translation), (1.5, goal))]
+    goal = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 0.3) @ start.rotation, start.translation + np.array([0.05, -0.10, 0.05]))
+    q = pin.Quaternion(goal.rotation)
+    lines = [",".join(map(str, (t, *p, q.w, q.x, q.y, q.z))) for t, p in ((0, start.translation), (1.5, goal.translation))]
     inputs, out = tmp_path / "in.csv", tmp_path / "out.csv"
-    inputs.write_text("\n".join(("# a person", f"t,x,y,z{',qw,qx,qy,qz' if turn else ''}", *lines, "")), encoding="utf-8")
+    inputs.write_text("\n".join(("# a person", "t,x,y,z,qw,qx,qy,qz", *lines, "")), encoding="utf-8")
     run(capsys, "--seconds", "4", "--inputs", str(inputs), "--csv", str(out))
     settings, _, rows = read(out)
     assert settings["inputs"] == "in.csv"
     pin.framesForwardKinematics(room.model, data, np.array([float(rows[-1][name]) for name in JOINTS[:14]]))
-    assert np.linalg.norm(data.oMf[hand].translation - goal) < 2e-3
-    assert not turn or np.linalg.norm(pin.log3(data.oMf[hand].rotation.T @ quaternion.toRotationMatrix())) < 0.01
+    assert np.abs(pin.log6(data.oMf[hand].actInv(goal)).vector).max() < 2e-3
 
 
 def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -111,64 +106,49 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
     assert set(given) | set(flags) == set(specs(RunSettings))
     out = tmp_path / "out.csv"
     options = [part for key, text in given.items() for part in (f"--{key}", text)]
-    run(capsys, *SHORT, *options, *(f"--{key.replace('_', '-')}" for key in flags), "--csv", str(out))
+    run(capsys, "--seconds", "0.5", *options, *(f"--{key.replace('_', '-')}" for key in flags), "--csv", str(out))
     settings, _, rows = read(out)
     assert len(rows) == 50
     for key, text in (given | flags).items():
         assert settings[key] == text or float(settings[key]) == float(text), key
 
 
-ERRORS: list[tuple[list[str], list[str]]] = [
-    (["run", "--dm", "9"], ["dm = ", "0.03", "0.3"]),
-    (["run", "--dm", "nan"], ["dm = ", "0.03"]),
-    (["run", "--dm", "wide"], ["dm = 'wide'", "0.03"]),
-    (["run", "--law", "strict"], ["law = 'strict'", "smooth_priority", "unprotected"]),
-    (["run", "--rig", "ceiling"], ["rig = 'ceiling'", "torso", "table"]),
-    (["run", "--seed", "1.5"], ["seed = '1.5'", "whole number"]),
-    (["run", "--seconds", "0"], ["seconds = 0", "5000"]),
-    (["run", "--seconds", "nan"], ["seconds = nan", "5000"]),
-    (["run", "--seconds", "-3"], ["seconds = -3", "5000"]),
-    (["run", "--seconds", "inf"], ["seconds = inf", "5000"]),
-    (["run", *SHORT, "--inputs", "/no/such/file.csv"], ["/no/such/file.csv", "cannot be read"]),
-    (["run", *SHORT, "--csv", "/no/such/folder/out.csv"], ["/no/such/folder", "make it first"]),
-    (["serve", "--sessions", "0"], ["--sessions must be at least 1"]),
-    (["serve", "--watchers", "0"], ["--watchers must be at least 1"]),
-    (["serve", "--key", "  chalk   "], ["key has fewer than 8 characters", "--key auto"]),
-    (["serve", "--no-open", "--n", "0"], ["n = ", "1 to 20"]),
-    (["serve", "--no-open", "--theme", "pink"], ["theme = 'pink'", "light", "dark"]),
-    (["serve", "--no-open", "--port", "70000"], ["port 70000"]),
-    (["serve", "--no-open", "--port", "0", "--host", "no.such.host.invalid"], ["no.such.host.invalid", "127.0.0.1"]),
-    (["serve", "--no-open", "--port", "0", "--allow-origin", "duet.example.org"], ["duet.example.org", "https://"]),
-    (
-        ["serve", "--no-open", "--allow-origin", "https://b.org/duet"],
-        ["'https://b.org/duet' has a path", "give https://b.org"],
-    ),
-]
+ERRORS = {
+    "run --dm 9": "dm = |0.03|0.3",
+    "run --dm nan": "dm = |0.03",
+    "run --dm wide": "dm = 'wide'|0.03",
+    "run --law strict": "law = 'strict'|smooth_priority|unprotected",
+    "run --seed 1.5": "seed = '1.5'|whole number",
+    "run --seconds 0": "seconds = 0|5000",
+    "run --seconds nan": "seconds = nan|5000",
+    "run --seconds -3": "seconds = -3|5000",
+    "run --seconds inf": "seconds = inf|5000",
+    "run --inputs /no/such/file.csv": "/no/such/file.csv|cannot be read",
+    "run --csv /no/such/folder/out.csv": "/no/such/folder|make it first",
+    "run --csv {}": "cannot be written",
+    "run --inputs {}": "cannot be read",
+    "run --inputs {}/short.csv": "short.csv|line 1|t,x,y,z",
+    "run --inputs {}/zero.csv": "zero.csv|line 2|'zero'",
+    "run --inputs {}/noise.csv": "noise.csv|not a text",
+    "serve --sessions 0": "--sessions must be at least 1",
+    "serve --watchers 0": "--watchers must be at least 1",
+    "serve --key chalk": "key has fewer than 8 characters|--key auto",
+    "serve --n 0": "n = |1 to 20",
+    "serve --theme pink": "theme = 'pink'|light|dark",
+    "serve --port 70000": "port 70000",
+    "serve --port 0 --host no.such.host.invalid": "no.such.host.invalid|127.0.0.1",
+    "serve --port 0 --allow-origin duet.example.org": "duet.example.org|https://",
+    "serve --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
+    "lessons --only nonsense": "redundancy",
+}
 
 
-@pytest.mark.parametrize(("arguments", "named"), ERRORS, ids=[" ".join(arguments) for arguments, _ in ERRORS])
-def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], arguments: list[str], named: list[str]) -> None:
-    line = refused(capsys, *arguments)
-    assert all(part in line for part in named), line
-
-
-@pytest.mark.parametrize(
-    ("content", "named"),
-    [
-        (b"t,x,y\n0,0,0\n", ["bad.csv", "line 1", "t,x,y,z"]),
-        (b"t,x,y,z\n0,0.3,zero,1\n", ["bad.csv", "line 2", "'zero'"]),
-        (bytes(range(256)), ["bad.csv", "not a text"]),
-        (None, ["bad.csv", "cannot be read"]),
-    ],
-)
-def test_one_line_says_what_is_wrong_with_a_file_or_a_folder(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, content: bytes | None, named: list[str]
-) -> None:
-    path = tmp_path / "bad.csv"
-    path.mkdir() if content is None else path.write_bytes(content)
-    line = refused(capsys, "run", *SHORT, "--inputs", str(path))
-    assert all(part in line for part in named), line
-    assert "cannot be written" in refused(capsys, "run", *SHORT, "--csv", str(tmp_path))
+@pytest.mark.parametrize("arguments", ERRORS)
+def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str) -> None:
+    for name, content in ("short", b"t,x,y\n0,0,0\n"), ("zero", b"t,x,y,z\n0,0.3,zero,1\n"), ("noise", bytes(range(256))):
+        (tmp_path / f"{name}.csv").write_bytes(content)
+    line = refused(capsys, *arguments.replace("{}", str(tmp_path)).split())
+    assert all(part in line for part in ERRORS[arguments].split("|")), line
 
 
 def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
@@ -271,7 +251,6 @@ def test_the_template_of_a_law_is_the_papers_and_a_mistake_in_it_is_named_with_i
     assert "ZeroDivisionError" in line and "my_law.py, line" in line
 
 
-def test_ten_lessons_are_listed_in_order_and_an_unknown_one_is_refused_with_the_names(capsys: pytest.CaptureFixture[str]) -> None:
+def test_ten_lessons_are_listed_in_order(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lessons"]) == 0
     assert [int(line.split()[0]) for line in capsys.readouterr().out.splitlines()] == list(range(1, 11))
-    assert "redundancy" in refused(capsys, "lessons", "--only", "nonsense")

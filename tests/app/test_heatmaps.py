@@ -9,7 +9,6 @@ import pytest
 from app.cli.sweep import Sweep, sweep
 from app.sweep import heatmaps
 from app.sweep.heatmaps import MOST_PANELS, _drawn, _Plan, draw_maps
-from app.sweep.sweep_files import SweepFiles, columns_of, head_of
 from scenes.grids import Grid, read_grid
 from scenes.settings import RunSettings, changed
 from scenes.sweep import FIGURES, Figures
@@ -55,13 +54,10 @@ def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatc
         for again in draw_maps(grid, rows, second):
             assert again.read_bytes() == (first / again.name).read_bytes()
     assert len(list(second.iterdir())) == 2
-    for path in drawn:
-        if path.suffix == ".png":
-            with Image.open(path) as image:
-                assert image.width > 600 and image.height > 400
-                assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 20
-        else:
-            assert path.read_text(encoding="utf-8").count("<svg") == 1
+    for png, svg in zip(drawn[::2], drawn[1::2], strict=True):
+        with Image.open(png) as image:
+            assert image.width > 600 and image.height > 400 and len(np.unique(np.asarray(image.convert("L")))) > 20
+        assert svg.read_text(encoding="utf-8").count("<svg") == 1
 
 
 def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
@@ -118,9 +114,7 @@ def test_choices_stand_side_by_side_or_are_lines() -> None:
     # They differ by more than their colour.
     assert single.get_linestyle() != soft.get_linestyle() and single.get_marker() != soft.get_marker()
     assert {text.get_text() for text in legend.get_texts()} == {"single", "soft", "$d_m$"}
-
-
-def test_a_choice_alone_has_dots_without_a_line() -> None:
+    # A choice alone has dots without a line.
     (ax,) = _drawn(_Plan(*made_up(["rig=torso,table"], lambda point: 0.1)), "ddq_max").axes
     (dots,) = ax.get_lines()
     assert dots.get_linestyle() == "None" and dots.get_marker() != "None" and list(dots.get_ydata()) == [1.0, 2.0]
@@ -143,16 +137,3 @@ def test_too_many_panels_are_not_drawn_but_said(tmp_path: Path, capsys: pytest.C
     assert sweep(Sweep(over=over, seconds=0.005, workers=1, out=tmp_path)) == 0
     assert [path.name for path in tmp_path.iterdir()] == ["sweep.csv"]
     assert "No maps" in capsys.readouterr().err
-
-
-def test_the_files_know_their_grid(tmp_path: Path) -> None:
-    grid, rows = made_up(["n=1:3"], lambda point: 0.1)
-    files = SweepFiles(tmp_path, grid, "csv")
-    assert files.missing() == [0, 1, 2]
-    with files.recording() as add:
-        add(1, rows[1])
-        # It is there at once.
-        assert SweepFiles(tmp_path, grid, "csv").rows == {1: rows[1]}
-    assert files.missing() == [0, 2]
-    assert columns_of(grid) == ("n", *FIGURES)
-    assert head_of(grid)[-2:] == ("seconds = 1.0", "over n = 1.0, 2.0, 3.0")

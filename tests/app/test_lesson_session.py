@@ -18,7 +18,7 @@ from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.roles import NoSource
-from scenes.settings import Spec, changed, specs, values
+from scenes.settings import changed, specs, values
 from scenes.targets import BallTarget, HandTarget
 
 BOOK = load_lessons()
@@ -38,11 +38,7 @@ class Student:
         assert np.isfinite(self.session.simulation.positions).all()
 
     def frames_until(self, true: Callable[[], object], elapsed: float = 0.05) -> None:
-        for _ in range(4000):
-            self.frame(elapsed)
-            if true():
-                return
-        raise AssertionError("the run does not end")
+        assert any(self.frame(elapsed) or true() for _ in range(4000)), "the run does not end"
 
     def finish(self) -> None:
         self.run.act(do.StartOrPause())
@@ -59,11 +55,10 @@ class Student:
 
     def swing(self) -> None:
         """Swing the elbow as a drag would, mark to mark, until the present run is long enough."""
-        session = self.session
-        trial = next(trial for trial in self.run.walk.step.trials if not trial.fails)
-        person = person_of(session.simulation, trial.setup)
-        while session.simulation.time < trial.setup.seconds:
-            session.hold(person.target(session.simulation.time))
+        setup = next(trial.setup for trial in self.run.walk.step.trials if not trial.fails)
+        person = person_of(self.session.simulation, setup)
+        while self.session.simulation.time < setup.seconds:
+            self.session.hold(person.target(self.session.simulation.time))
             self.frame(0.02)
 
 
@@ -156,6 +151,7 @@ def test_reset_is_a_fresh_start_and_another_experiment_begins_the_run_again() ->
 def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_settings() -> None:
     one = Student(0, 2)
     session, run = one.session, one.run
+    assert reaches(run.walk.step) == (0.015, 0.015) and reaches(BOOK.lessons[0].steps[0]) == (), "how near a mark is touched"
     one.to_challenge()
     assert run.walk.yours and not run.hands_off and not session.paused
     for _ in range(40):
@@ -180,12 +176,6 @@ def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_s
     run.act(do.ResetStep())
     run.act(do.GoOn())
     assert session.settings.run.gain == run.walk.setup.run.gain != 5.0
-
-
-def test_marks_are_touched_as_near_as_the_challenge_asks() -> None:
-    step = BOOK.lessons[0].steps[2]
-    assert reaches(step) == (0.015, 0.015) and len(step.marks) == 2
-    assert reaches(BOOK.lessons[0].steps[0]) == ()
 
 
 def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
@@ -235,9 +225,10 @@ class WildStudent(Student):
             case "reset":
                 session.reset()
             case "setting":
-                key = rng.choice(list(specs(Settings)))
+                key, spec = rng.choice(list(specs(Settings).items()))
+                number = rng.uniform(spec.low, spec.high) if math.isfinite(spec.high - spec.low) else rng.random() < 0.5
                 with contextlib.suppress(BadSetting):
-                    session.change(key, some_value(rng, specs(Settings)[key]))
+                    session.change(key, rng.choice(spec.choices) if spec.choices else number)
             case "hold" if not self.run.hands_off:
                 session.hold(rng.choice((HandTarget(place), BallTarget(place))))
             case "let go":
@@ -253,15 +244,6 @@ class WildStudent(Student):
             case _:
                 for _ in range(rng.randrange(1, 60)):
                     self.frame(0.1)
-
-
-def some_value(rng: random.Random, spec: Spec) -> object:
-    """A value that a control could give, or nearly."""
-    if spec.choices:
-        return rng.choice(spec.choices)
-    if math.isinf(spec.low) or math.isinf(spec.high):
-        return rng.random() < 0.5
-    return rng.uniform(spec.low, spec.high)
 
 
 @pytest.mark.parametrize("seed", [3, 7])

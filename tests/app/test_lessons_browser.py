@@ -1,6 +1,7 @@
 """Lessons in a real browser: steps of every kind, by clicks or by keys; `python -m tests.tools.walk_lessons` walks all of them."""
 
 import pytest
+from playwright.sync_api import Browser
 
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_actions import Choose, GoOn
@@ -8,7 +9,8 @@ from app.lessons.session.lesson_session import LessonSession
 from app.settings import Settings
 from scenes.settings import changed, values
 from tests.app.conftest import OpenHouse, ask
-from tests.browser import PageAt, screenshot, until
+from tests.app.page.by_hand import hand, see_plots
+from tests.browser import FLAGS, PageAt, installed_browser, screenshot, until
 from tests.tools.lesson_hands import Clicks, Keys, press
 from tests.tools.lesson_walker import Walker, enter, named, shown_step
 
@@ -22,7 +24,7 @@ def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageA
     page = page_at(1440, 900)
     session, run = enter(page, opened, "lesson=4&step=3")
     walked = Walker(page, session, run, Clicks(page)).step()
-    assert at_the_end(run) and walked.answers == 2 and walked.whys == 1 and walked.challenge == "passed"
+    assert at_the_end(run) and len(walked.said) == 2 and walked.whys == 1 and walked.challenge == "passed"
     assert walked.said[0] != walked.said[1], "a wrong answer is answered otherwise than the right one"
     box = page.locator(".duet-l-head").bounding_box()
     canvas = page.evaluate("(() => { const b = __viserMutable.canvas.getBoundingClientRect(); return [b.left, b.right]; })()")
@@ -100,3 +102,33 @@ def test_on_a_phone_a_lesson_begins_at_its_top(house: OpenHouse, page_at: PageAt
     box = head.bounding_box()
     assert box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= 391.0
     screenshot(page, "lesson-phone")
+
+
+WITHOUT_WEBGL = ("--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis")
+
+
+def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, browser: Browser) -> None:
+    flags = [flag for flag in FLAGS if "gl" not in flag] + list(WITHOUT_WEBGL)
+    with browser.browser_type.launch(executable_path=installed_browser(), args=flags) as without:
+        page = without.new_page(locale="de-AT", viewport={"width": 1200, "height": 720})
+        errors: list[str] = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        session, run = enter(page, house(), "lang=en&lesson=1&step=1")
+        assert page.evaluate("document.createElement('canvas').getContext('webgl')") is None
+        note = page.get_by_role("note")
+        assert "WebGL is switched off" in note.inner_text()
+        walked = Walker(page, session, run, Keys(page)).step()
+        assert len(walked.said) == 4 and walked.said[-1] == "You predicted it."
+        see_plots(page, ("hand error |e| [mm]", "elbow angle"))
+        page.keyboard.press("x")
+        until(page, lambda: not run.open, "leaving")
+        place = hand(session)
+        page.keyboard.press("ArrowUp")
+        until(page, lambda: hand(session)[2] > place[2] + 0.01, "a hand that goes up")
+        assert float(page.locator(".duet-tiles b").first.inner_text()) >= 0.0
+        ask(session, lambda s: s.change("lang", "auto"))
+        note.get_by_text("WebGL ist in diesem Browser ausgeschaltet").wait_for()
+        box = note.bounding_box()
+        plots = page.locator("[data-floating-window]:has(.duet-plots)").bounding_box()
+        assert box is not None and plots is not None and box["y"] + box["height"] <= plots["y"]
+        assert errors == []

@@ -8,8 +8,7 @@ from playwright.sync_api import Browser
 
 from app.session.session import Session
 from app.settings import Settings
-from tests.tools.monkey.visitor import let_loose
-from tests.tools.monkey.watch import Trouble, assert_sound, watching
+from tests.tools.monkey.visitor import Trouble, assert_sound, let_loose, watching
 
 
 def test_five_seconds_of_anything(browser: Browser) -> None:
@@ -22,18 +21,16 @@ def test_five_seconds_of_anything(browser: Browser) -> None:
 def test_what_must_never_happen_is_seen() -> None:
     session = Session(Settings())
     assert_sound(session)
-    session.simulation.positions[3] = np.nan
-    with pytest.raises(Trouble, match="not finite"):
-        assert_sound(session)
-    session.simulation.positions[3] = 9.0
-    with pytest.raises(Trouble, match=r"out of its bounds by [67]\."):
-        assert_sound(session)
+    for position, message in ((np.nan, "not finite"), (9.0, r"out of its bounds by [67]\.")):
+        session.simulation.positions[3] = position
+        with pytest.raises(Trouble, match=message):
+            assert_sound(session)
+    log = logging.getLogger("duet.session")
     with watching() as watch:
+        log.warning("this is no error")
         watch.check()
-        logging.getLogger("duet.session").warning("this is no error")
-        watch.check()
-        logging.getLogger("duet.session").error("this is one")
+        log.error("this is one")
         with pytest.raises(Trouble, match="this is one"):
             watch.check()
-    logging.getLogger("duet.session").error("this comes too late")
+    log.error("this comes too late")
     assert len(watch.complaints) == 1

@@ -52,17 +52,16 @@ def test_wrong_sources_are_refused(wave: Path, tmp_path: Path) -> None:
 
 
 def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    outs = []
-    for name, options in (("file", ["--bvh", str(wave)]), ("clip", ["--clip", "clap"])):
-        out = tmp_path / f"{name}.csv"
+    out, bvh = tmp_path / "out.csv", ["--bvh", str(wave)]
+    last: list[str] = []
+    for options in (bvh, ["--clip", "clap"]):
         assert main(["run", "--scene", "imitation", "--seconds", "3", "--csv", str(out), *options]) == 0
         assert json.loads(capsys.readouterr().out)["steps"] == 600
-        outs.append([line for line in out.read_text(encoding="utf-8").splitlines() if not line.startswith("#")][-1])
-    assert outs[0] != outs[1]
-    assert main(["run", "--bvh", str(wave), "--seconds", "1"]) == 2
-    assert "--scene imitation" in capsys.readouterr().err
-    assert main(["run", "--scene", "imitation", "--bvh", str(wave), "--inputs", str(wave), "--seconds", "1"]) == 2
-    assert "one of them" in capsys.readouterr().err
+        last.append(out.read_text(encoding="utf-8").splitlines()[-1])
+    assert last[0] != last[1]
+    for wrong, named in (bvh, "--scene imitation"), (["--scene", "imitation", *bvh, "--inputs", str(wave)], "one of them"):
+        assert main(["run", "--seconds", "1", *wrong]) == 2
+        assert named in capsys.readouterr().err
 
 
 def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips(
@@ -82,20 +81,3 @@ def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips
     guest.visitor.wait_for(lambda _: session.target() is not None)
     shown = angles_of(session.target())
     assert min(np.abs(shown - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
-
-
-def test_a_law_file_is_loaded_again_and_a_mistake_in_it_is_named(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
-    path = tmp_path / "my_law.py"
-    assert main(["new-law", str(path)]) == 0
-    text = path.read_text(encoding="utf-8")
-    with pytest.raises(BadInputFile, match="new-law"):
-        find_input_sources(None, None, None, None, tmp_path / "none.py")
-    guest = arrive(house(Settings(), sources=find_input_sources(None, None, None, None, path)))
-    session = guest.session
-    guest.visitor.wait_for(lambda _: session.student_law.problem == "" and session.simulation.time > 0.5)
-    path.write_text(text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8")
-    guest.visitor.wait_for(lambda _: "ZeroDivisionError" in session.student_law.problem)
-    path.write_text(text, encoding="utf-8")
-    guest.visitor.wait_for(lambda _: session.student_law.problem == "")
-    guest.ask(lambda s: s.change("law", "unprotected"))
-    assert session.student_law.file == "my_law.py" and session.simulation.law.activation(0.1) >= 0.0

@@ -21,9 +21,6 @@ LESSONS = cast(LessonSession, None)
 class NotedSession(Session):
     closed = False
 
-    def __init__(self) -> None:
-        super().__init__(Settings())
-
     def close(self) -> None:
         self.closed = True
 
@@ -33,7 +30,7 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     store = SessionStore(clock=lambda: now)
 
     def park(query: dict[str, str]) -> NotedSession:
-        session = NotedSession()
+        session = NotedSession(Settings())
         store.park(query, session, LESSONS)
         return session
 

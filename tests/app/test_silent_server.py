@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
 from tests.app.conftest import HAND, Arrive, OpenHouse
 from tests.app.web.conftest import get
@@ -34,8 +34,11 @@ addEventListener("DOMContentLoaded", () => new MutationObserver(() => {
 """What the page says of its connection, how often it was connected, and how many answers without news it got."""
 
 
+Server = tuple[subprocess.Popen[str], str]
+
+
 @pytest.fixture
-def server() -> Iterator[tuple[subprocess.Popen[str], str]]:
+def server() -> Iterator[Server]:
     port = free_port()
     command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", str(port)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
@@ -45,20 +48,17 @@ def server() -> Iterator[tuple[subprocess.Popen[str], str]]:
         process.terminate()
 
 
-def answers(page: Page, more: int) -> None:
-    """Return when the page has asked and been answered so often again."""
-    page.wait_for_function("([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more])
-
-
-def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(
-    server: tuple[subprocess.Popen[str], str], page_at: PageAt
-) -> None:
+def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(server: Server, page_at: PageAt) -> None:
     process, url = server
     page = page_at(700, 500, locale="de-DE")
     page.add_init_script(WATCH)
     page.goto(url)
     wait_ready(page, HAND)
     note = page.locator("#duet-connection")
+
+    def answers(more: int) -> None:
+        """Return when the page has asked and been answered so often again."""
+        page.wait_for_function("([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more])
 
     def hang_and_go_on() -> None:
         process.send_signal(signal.SIGSTOP)
@@ -72,10 +72,10 @@ def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(
     # Nothing moves any more, so that it is an answer that takes the note away.
     hang_and_go_on()
     page.evaluate("seen.said.length = 0")
-    answers(page, 3)
+    answers(3)
     # A page that was held up itself has heard nothing for long.
     page.evaluate("const end = performance.now() + 4000; while (performance.now() < end);")
-    answers(page, 1)
+    answers(1)
     assert page.evaluate("seen.said") == [] and page.evaluate("seen.connected") == 1
 
 

@@ -1,20 +1,15 @@
 """`lwr-duet sweep`: what it writes, how it goes on after an interruption, and how it says no."""
 
-import os
 import re
-import select
-import signal
-import subprocess
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-import tyro
 
+from app.cli.main import main
 from app.cli.options import RunOptions
 from app.cli.sweep import INTERRUPTED, Sweep, sweep
 from app.sweep.sweep_files import SweepFiles
@@ -39,7 +34,8 @@ def read(path: Path) -> tuple[list[str], list[str], list[list[str]]]:
 
 def test_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "new" / "folder"
-    assert sweep(replace(SMALL, out=folder, seconds=8.0, settings=RunOptions(k="3", one_sided=True))) == 0
+    options = ["--over", "n=2,8", "--over", "pairs=single,soft", "--no-maps", "--workers", "1", "--k", "3", "--one-sided"]
+    assert main(["sweep", *options, "--seconds", "8", "--out", str(folder)]) == 0
     assert capsys.readouterr().out.splitlines() == [str(folder / "sweep.csv")]
     assert [path.name for path in folder.iterdir()] == ["sweep.csv"]
     head, columns, rows = read(folder / "sweep.csv")
@@ -53,13 +49,6 @@ def test_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         summary = run(settings, 8.0).summary
         assert [float(cell) for cell in cells] == [getattr(summary, name) for name in FIGURES]
     assert rows[0][2:] != rows[1][2:] != rows[2][2:]
-
-
-def test_the_same_bytes_whatever_the_number_of_workers(tmp_path: Path) -> None:
-    base = replace(SMALL, over=("n=1,4,16", "pairs=single,soft"), seconds=1.0)
-    for workers in (1, 2):
-        assert sweep(replace(base, workers=workers, out=tmp_path / str(workers))) == 0
-    assert (tmp_path / "1" / "sweep.csv").read_bytes() == (tmp_path / "2" / "sweep.csv").read_bytes()
 
 
 def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
@@ -146,14 +135,15 @@ def test_a_spoilt_file_is_named(tmp_path: Path, spoil: Callable[[str], str], nam
 
 def test_foreign_files_and_places_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "sweep.csv").write_bytes(bytes(range(256)))
-    with pytest.raises(BadInputFile, match=r"sweep\.csv"):
-        sweep(replace(SMALL, out=tmp_path))
     (tmp_path / "file").write_text("")
-    with pytest.raises(BadSetting, match="cannot be written"):
-        sweep(replace(SMALL, out=tmp_path / "file"))
     (tmp_path / "taken" / "sweep.part.csv").mkdir(parents=True)
-    with pytest.raises(BadInputFile, match="cannot be read"):
-        sweep(replace(SMALL, out=tmp_path / "taken"))
+    for out, error, named in (
+        ("", BadInputFile, r"sweep\.csv"),
+        ("file", BadSetting, "cannot be written"),
+        ("taken", BadInputFile, "cannot be read"),
+    ):
+        with pytest.raises(error, match=named):
+            sweep(replace(SMALL, out=tmp_path / out))
 
 
 @pytest.mark.parametrize(
@@ -216,50 +206,3 @@ def test_ctrl_c_between_a_line_and_its_count(tmp_path: Path) -> None:
         files.rows = InterruptedOnce(files.rows)
         add(2, figures)
     assert files.rows == {1: figures, 2: figures} and files.missing() == [0, 3]
-
-
-CTRL_C = """
-import signal
-import sys
-from pathlib import Path
-# A shell that runs the tests in the background has it ignored, and children would, too.
-signal.signal(signal.SIGINT, signal.default_int_handler)
-from app.cli.sweep import Sweep, sweep
-sys.exit(sweep(Sweep(over=("seed=1:200",), seconds=20.0, workers=2, maps=False, out=Path(sys.argv[1]))))
-"""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="Ctrl+C reaches a group of processes on POSIX only")
-def test_ctrl_c_ends_workers_and_all_and_loses_no_row(tmp_path: Path) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-c", CTRL_C, str(tmp_path)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=Path(__file__).parents[2],
-        start_new_session=True,
-        env=os.environ | {"TQDM_DISABLE": "1"},
-    )
-    part, deadline = tmp_path / "sweep.part.csv", time.monotonic() + 60.0
-    with process:
-        assert process.stdout is not None
-        try:
-            while process.poll() is None and not (part.exists() and len(read(part)[2]) >= 2):
-                assert time.monotonic() < deadline
-                # Nothing is printed meanwhile: this waits until it ends, but not for long.
-                select.select([process.stdout], [], [], 0.02)
-            # As a terminal does it: everybody in the group gets the signal.
-            os.killpg(process.pid, signal.SIGINT)
-            out, errors = process.communicate(timeout=60)
-        finally:
-            process.kill()
-    assert process.returncode == INTERRUPTED, errors
-    assert out == "" and "Traceback" not in errors and "same command" in errors
-    rows = read(part)[2]
-    assert 2 <= len(rows) < 200 and f"{len(rows)} of 200 runs" in errors
-
-
-def test_options() -> None:
-    parsed = tyro.cli(Sweep, args=["--over", "n=1:20", "--over", "v=0.05:0.6:12", "--dm", "0.1", "--ff", "--format", "parquet"])
-    assert parsed.over == ("n=1:20", "v=0.05:0.6:12") and parsed.format == "parquet" and parsed.maps
-    assert parsed.settings == RunOptions(dm="0.1", ff=True)

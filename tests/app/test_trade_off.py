@@ -15,14 +15,10 @@ RUN = RunSettings(dt=0.02)
 """Coarse steps, for speed."""
 
 
-def whole(power: float = 1.0) -> tuple[TradeOff, ...]:
-    """A map whose numbers are easily known: d_min = n/100, |e| = v ** power."""
-    return tuple(TradeOff(n, v, n / 100.0, v ** (2.0 * power)) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES)
-
-
-def test_the_map_grows_and_is_computed_once(background: JobPool) -> None:
+def test_the_map_grows_and_is_computed_once(request: pytest.FixtureRequest) -> None:
     """Every point of every n in the end; n and v themselves do not begin it again, anything else does."""
-    news = threading.Event()
+    news, background = threading.Event(), JobPool(1)
+    request.addfinalizer(background.close)
     made = TradeOffMap(background, news.set)
     assert made.points(RUN) == () and made.size == 0.0
     seen = [0]
@@ -43,15 +39,17 @@ def test_the_map_grows_and_is_computed_once(background: JobPool) -> None:
 @pytest.mark.parametrize(("n", "v"), [(1.0, 0.1), (4.0, 0.3), (16.0, 0.7)])
 def test_the_present_settings_lie_on_the_map(n: float, v: float) -> None:
     """On a point of the grid, at that point; beside it, between; beyond it, at its edge; nowhere while points are missing."""
+    # A map whose numbers are easily known: d_min = n/100, |e| = v.
+    whole = tuple(TradeOff(n, v, n / 100.0, v**2) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES)
 
     def run(n: float, v: float) -> RunSettings:
         return RunSettings(law=LawSettings(order=n, nominal_velocity=v))
 
-    assert place_of(whole(), run(n, v)) == pytest.approx((n / 100.0, v))
-    between = place_of(whole(), run(3.0, 0.25))
+    assert place_of(whole, run(n, v)) == pytest.approx((n / 100.0, v))
+    between = place_of(whole, run(3.0, 0.25))
     assert between is not None and 0.02 < between[0] < 0.04 and 0.2 < between[1] < 0.3
-    assert place_of(whole(), run(20.0, 1.0)) == pytest.approx((0.16, 0.7))
-    assert place_of(whole()[:-1], run(n, v)) is None
-    text = map_html(whole(), 1.0, run(n, v), 200)
+    assert place_of(whole, run(20.0, 1.0)) == pytest.approx((0.16, 0.7))
+    assert place_of(whole[:-1], run(n, v)) is None
+    text = map_html(whole, 1.0, run(n, v), 200)
     assert text.count("n = ") == len(TRADE_OFF_ORDERS) and "computed" not in text
-    assert "40 % computed" in map_html(whole()[:10], 0.4, run(n, v), 200)
+    assert "40 % computed" in map_html(whole[:10], 0.4, run(n, v), 200)

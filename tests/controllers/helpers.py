@@ -18,7 +18,6 @@ def bodies(rig: RigName) -> tuple[Room, Kinematics, ProximityDetector]:
 
 
 def random_postures(room: Room, count: int, seed: int) -> Array:
-    """Return postures (count, nv) anywhere inside the joint limits."""
     model = room.model
     return np.random.default_rng(seed).uniform(model.lowerPositionLimit, model.upperPositionLimit, (count, model.nv))
 
@@ -35,7 +34,6 @@ def derivative(function: Callable[[Array], Array], at: Array, step: float = 1e-6
 
 
 def overlapping_postures(rig: RigName, depth: float, count: int, seed: int) -> list[Array]:
-    """Return random postures at which two bodies overlap by more than `depth` [m]."""
     room, kinematics, detector = bodies(rig)
     found: list[Array] = []
     for q in random_postures(room, 20_000, seed):

@@ -1,4 +1,4 @@
-"""The distance budget ḋ = λ v − (1 − λ) u − w: its closed forms against each other, the paper's numbers and the line itself."""
+"""λ(d), eq. (31), and the distance budget ḋ = λ v − (1 − λ) u − w: closed forms against each other, and the paper's numbers."""
 
 import math
 
@@ -7,8 +7,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from controllers import budget
-from controllers.activation import activation
+from controllers.activation import activation, activation_slope
 
+DISTANCES = st.floats(-0.5, 5.0)
 CRITICAL = st.floats(0.03, 0.30)
 ORDERS = st.floats(1.0, 20.0)
 NOMINAL = st.floats(0.05, 1.0)
@@ -24,7 +25,6 @@ def rate_at(d: float, dm: float, n: float, v: float, u: float, w: float) -> floa
 
 
 def euler(d: float, dt: float, steps: int, dm: float, n: float, v: float, u: float, w: float = 0.0) -> list[float]:
-    """Return the distances that explicit Euler makes of line (R)."""
     path = [d]
     for _ in range(steps):
         path.append(path[-1] + dt * budget.distance_rate(activation(path[-1], dm, n), v, u, w))
@@ -66,8 +66,7 @@ def test_nothing_moves_at_rest(dm: float, n: float, v: float, u: float, share: f
     """At d* the rate is 0 and λ is λ*; nearer it is positive, further away negative; the time constant is −1 over its slope."""
     w = share * v
     rest = budget.resting_distance(dm, n, v, u, w)
-    assert rest >= dm
-    assert rate_at(rest, dm, n, v, u, w) == pytest.approx(0.0, abs=1e-9)
+    assert rest >= dm and rate_at(rest, dm, n, v, u, w) == pytest.approx(0.0, abs=1e-9)
     assert activation(rest, dm, n) == pytest.approx(budget.resting_activation(v, u, w), rel=1e-9)
     assert rate_at(0.99 * rest, dm, n, v, u, w) > 0.0 > rate_at(1.01 * rest, dm, n, v, u, w)
     h = 1e-6 * rest
@@ -125,5 +124,43 @@ def test_the_limits_of_explicit_euler(dm: float, n: float, v: float, u: float, s
 
 @pytest.mark.parametrize(("d", "n", "speed"), [(0.15, 6, 0.3), (0.10, 6, 0.3), (0.30, 1, 0.15), (0.30, 2, 0.075)])
 def test_far_bias(d: float, n: float, speed: float) -> None:
-    """An arm with nothing to do is pushed away at λ v, even at twice d_m."""
     assert budget.far_bias_speed(d, 0.15, n, 0.3) == pytest.approx(speed)
+
+
+@given(DISTANCES, CRITICAL, ORDERS, st.floats(0.0, 1.0), st.floats(0.0, 5.0))
+def test_it_is_a_share_that_falls_with_distance_and_order(d: float, dm: float, n: float, further: float, more: float) -> None:
+    """λ is in (0, 1]; above d_m it falls strictly with d and n, so that a larger n takes over later."""
+    lam = activation(d, dm, n)
+    assert 0.0 < activation(d + further, dm, n) <= lam <= 1.0 and activation(d, dm, n + more) <= lam
+    if d > dm and further > 1e-6:
+        assert activation(d + further, dm, n) < lam
+    if d > 1.001 * dm and more > 1e-3:
+        assert activation(d, dm, n + more) < lam
+
+
+@given(st.floats(-2.0, 1.0), CRITICAL, ORDERS, st.floats(1e-9, 1e-3))
+def test_it_is_one_up_to_the_critical_distance_and_continuous_there(share: float, dm: float, n: float, off: float) -> None:
+    """λ = 1 for d ≤ d_m, overlap included; above, 1 − λ grows like n (d − d_m)/d_m, so that the slope jumps from 0 to −n/d_m."""
+    assert activation(share * dm, dm, n) == activation(dm, dm, n) == 1.0
+    assert activation(1.001 * dm, dm, n) < 1.0
+    gap = 1.0 - activation(dm * (1.0 + off), dm, n)
+    assert 0.0 <= gap <= n * off + 1e-12
+    assert gap == pytest.approx(n * off, rel=0.5 * (n + 1.0) * off + 1e-6)
+    assert activation_slope(share * dm, dm, n) == 0.0
+    assert activation_slope(dm * (1.0 + 1e-9), dm, n) == pytest.approx(-n / dm, rel=1e-6)
+
+
+@given(st.floats(1.001, 20.0), CRITICAL, ORDERS)
+def test_slope_against_finite_differences(ratio: float, dm: float, n: float) -> None:
+    d, h = ratio * dm, 1e-6 * dm
+    numeric = (activation(d + h, dm, n) - activation(d - h, dm, n)) / (2.0 * h)
+    assert activation_slope(d, dm, n) == pytest.approx(numeric, rel=1e-5, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("order", "expected"),
+    [(1, (1, 1, 0.8, 0.5, 0.2, 0.1)), (2, (1, 1, 0.64, 0.25, 0.04, 0.01)), (10, (1, 1, 0.1073741824, 2**-10, 1.024e-7, 1e-10))],
+)
+def test_figure_2(order: float, expected: tuple[float, ...]) -> None:
+    curve = [activation(d, 0.1, order) for d in (0.05, 0.1, 0.125, 0.2, 0.5, 1.0)]
+    assert curve == pytest.approx(expected, rel=1e-12)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 
 from controllers.kinematics import Array
 from controllers.laws.barrier_qp import BarrierQP
@@ -96,8 +96,7 @@ def test_finite_whatever_comes(name: str, seed: int, n: int, length: float, dist
     hard = situation._replace(row=row, distance=distance, rows=rows, distances=distances, task_jacobian=J)
     for case in (hard, hard._replace(task_jacobian=np.zeros((3, n))), hard._replace(lower=None, upper=None)):
         velocities = LAWS[name](case)
-        assert velocities.shape == (n,)
-        assert np.isfinite(velocities).all()
+        assert velocities.shape == (n,) and np.isfinite(velocities).all()
         # Nothing explodes either: |J_d^#| ≤ 11 rad/m of the damped row, the task's way round it up to some times that.
         assert np.abs(velocities).max() < 100.0 * max(1.0, abs(getattr(LAWS[name], "push", float)(distance)))
 
@@ -108,20 +107,10 @@ def test_without_obstacles_the_task_alone_counts(name: str, seed: int, n: int) -
     law, zeros = LAWS[name], np.zeros((12, n))
     situation = with_pairs(regular_situation(seed, n), seed)
     alone = situation._replace(row=zeros[0], distance=math.inf, approach=0.0, rows=zeros, distances=np.full(12, math.inf))
-    assert law.activation(math.inf) == 0.0
-    assert law.line_rate(math.inf, 0.2, 0.0, 0.0) == -0.2
+    assert law.activation(math.inf) == 0.0 and law.line_rate(math.inf, 0.2, 0.0, 0.0) == -0.2
     assert_array_equal(law(alone), alone.nominal)
     none = alone._replace(rows=zeros[:0], distances=np.zeros(0), approaches=np.zeros(0))
     assert_array_equal(law(none), alone.nominal)
-
-
-def test_positive_control_with_an_obstacle_it_does_not() -> None:
-    """The same, 50 mm from an obstacle that the task approaches: every law but the unprotected one changes something."""
-    situation = regular_situation(3)._replace(distance=0.05)
-    if situation.pull < 0.0:
-        situation = situation._replace(nominal=-situation.nominal)
-    changed = {name for name, law in LAWS.items() if np.abs(law(situation) - situation.nominal).max() > 1e-3}
-    assert changed == set(LAWS) - {"unprotected"}
 
 
 @given(ANY_LAW, SEEDS, SIZES)
@@ -150,18 +139,9 @@ def test_the_nearer_the_faster_away(name: str, distance: float, farther: float, 
 
 @pytest.mark.parametrize("name", sorted(set(LAWS) - JUMPING - {"strict_always", "unprotected"}))
 def test_smooth_in_the_distance(name: str) -> None:
-    """Half the step of d, half the step of q̇, from 50 mm to .5 m."""
     situation = regular_situation(5)
     situation = situation._replace(nominal=situation.nominal * math.copysign(1.0, situation.pull))
     assert 0.4 < jump_ratio(lambda d: LAWS[name](situation._replace(distance=d)), 0.05, 0.5) < 0.6
-
-
-def test_positive_control_the_switch_is_not_smooth() -> None:
-    """Strict priority, switched: the step at d_m is the same on every grid, and |J_d Δq̇| there is v + u."""
-    law, situation = LAWS["strict_switched"], regular_situation(5)
-    assert jump_ratio(lambda d: law(situation._replace(distance=d)), 0.05, 0.5) == pytest.approx(1.0)
-    below, above = (law(situation._replace(distance=d)) for d in (0.15 - 1e-12, 0.15 + 1e-12))
-    assert float(situation.row @ (below - above)) == pytest.approx(0.30 + situation.pull)
 
 
 def rest(law: Law, pull: float, square: float) -> float:
@@ -194,7 +174,6 @@ def test_resting_distances() -> None:
 
 @given(ANY_LAW, SEEDS)
 def test_coupled_both_arms_give_way(name: str, seed: int) -> None:
-    """One row over 14 joints, a task for each hand: the rate is that of any row, and each arm does its share of it."""
     law = LAWS[name]
     one, other = regular_situation(seed), regular_situation(seed + 1)
     row, nominal = np.concatenate([one.row, other.row]), np.concatenate([one.nominal, other.nominal])
@@ -236,21 +215,10 @@ def test_what_a_law_reads() -> None:
     situation.distances[1] = 0.0
     for name, unseen in (("barrier", {"rows": None}), ("null_space", {"task_jacobian": None})):
         assert not np.array_equal(LAWS[name](situation._replace(**unseen)), LAWS[name](situation))
-    # Columns cut out of the Jacobians of both arms are as good as arrays of their own.
-    situation = with_pairs(regular_situation(9)._replace(distance=0.1), 9)
-    assert situation.rows is not None and situation.task_jacobian is not None
-    wide = situation._replace(
-        rows=np.concatenate([situation.rows, situation.rows], axis=1)[:, :7],
-        task_jacobian=np.concatenate([situation.task_jacobian, situation.task_jacobian], axis=1)[:, :7],
-    )
-    assert wide.rows is not None and not wide.rows.flags.c_contiguous
-    for law in LAWS.values():
-        assert_allclose(law(wide), law(situation), atol=1e-12)
 
 
 @given(ANY_LAW, SEEDS, SIZES)
 def test_pure(name: str, seed: int, n: int) -> None:
-    """Read-only inputs suffice, stay as they are, and give the same bits again, whatever the law has solved in between."""
     law = LAWS[name]
     situation = with_pairs(regular_situation(seed, n), seed)
     arrays = [value for value in situation if isinstance(value, np.ndarray)]

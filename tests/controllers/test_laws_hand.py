@@ -34,7 +34,6 @@ def near_situation(seed: int, m: int) -> Situation:
 
 
 def task(situation: Situation) -> Array:
-    """J (m, n) of a situation that has one."""
     assert situation.task_jacobian is not None
     return situation.task_jacobian
 
@@ -144,7 +143,6 @@ def test_how_much_the_hand_gives_way(turn: float, share: float) -> None:
 
 
 def test_the_hand_gives_way_smoothly() -> None:
-    """As the row turns into the task's row space, q̇ has no jump, neither with the hand first nor with intermediate values."""
     for law in (HAND_FIRST, INTERMEDIATE):
         assert 0.4 < jump_ratio(lambda turn, law=law: law(row_under_task(turn)), 0.0, np.pi / 2.0) < 0.6
 

@@ -15,19 +15,29 @@ TOP_SPEED = np.radians([100.0, 110.0, 100.0, 130.0, 130.0, 180.0, 180.0])
 
 
 def lwr_box(positions: Array, gain: float = 10.0) -> VelocityBox:
-    """The LWR's box at q (7,)."""
     box = VelocityBox(-STOPS, STOPS, TOP_SPEED, gain)
     box.update(positions)
     return box
 
 
 def shares(size: int = 7) -> st.SearchStrategy[Array]:
-    """Vectors (size,) in [−1, 1]."""
     return st.lists(st.floats(-1.0, 1.0), min_size=size, max_size=size).map(lambda numbers: np.array(numbers, float))
 
 
 # An entry is either none at all or clearly felt; what lies between has a test of its own.
 ROWS = shares().map(lambda row: np.where(np.abs(row) < 1e-3, 0.0, row)).filter(lambda row: float(np.abs(row).max()) >= 0.05)
+
+
+@st.composite
+def boxed(draw: st.DrawFn) -> tuple[VelocityBox, Array, Array]:
+    """A box, a task's velocity in it, and a row, all read-only."""
+    box = lwr_box(draw(shares()) * STOPS)
+    nominal, row = box.clip(draw(shares()) * TOP_SPEED), draw(ROWS).copy()
+    nominal.flags.writeable = row.flags.writeable = False
+    return box, nominal, row
+
+
+BOXED = boxed()
 
 
 def nearest_by_least_squares(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Array:
@@ -47,7 +57,6 @@ def reach(row: Array, box: VelocityBox) -> tuple[float, float]:
 
 @given(shares(), st.integers(0, 1000), st.floats(1.0, 40.0), st.floats(0.00125, 0.020))
 def test_the_box_keeps_the_stops(share: Array, seed: int, gain: float, dt: float) -> None:
-    """q + clip(q̇) dt stays inside the stops for as long as one likes while g dt ≤ 1, however wild q̇ is."""
     random = np.random.default_rng(seed)
     box = VelocityBox(-STOPS, STOPS, TOP_SPEED, gain)
     q = share * STOPS
@@ -55,8 +64,7 @@ def test_the_box_keeps_the_stops(share: Array, seed: int, gain: float, dt: float
     for _ in range(60):
         box.update(q)
         dq = box.clip(push + random.normal(size=7))
-        assert box.contains(dq)
-        assert (np.abs(dq) <= TOP_SPEED + 1e-12).all()
+        assert box.contains(dq) and (np.abs(dq) <= TOP_SPEED + 1e-12).all()
         q = q + dq * dt
         assert (np.abs(q) <= STOPS + 1e-12).all()
 
@@ -69,8 +77,7 @@ def test_the_box_by_example() -> None:
             box.update(q)
             q = q + box.clip(np.full(7, 1e6)) * 0.02
             furthest = np.maximum(furthest, q)
-        assert bool((furthest <= STOPS + 1e-12).all()) is inside
-        assert (furthest > 0.99 * STOPS).all()
+        assert bool((furthest <= STOPS + 1e-12).all()) is inside and (furthest > 0.99 * STOPS).all()
     # A joint a tenth of a radian before its upper stop has lost top − 1 rad/s upwards and nothing downwards.
     q = np.zeros(7)
     q[1] = STOPS[1] - 0.1
@@ -94,7 +101,6 @@ def test_the_box_is_top_speed_or_the_way_left(share: Array, gain: float) -> None
 
 @given(shares(), shares())
 def test_clip_is_the_nearest_velocity_in_the_box(share: Array, wish: Array) -> None:
-    """Clipping lands in the box, leaves what is inside alone, and does not write to its input."""
     box = lwr_box(share * STOPS)
     wish = 5.0 * wish
     wish.flags.writeable = False
@@ -105,11 +111,10 @@ def test_clip_is_the_nearest_velocity_in_the_box(share: Array, wish: Array) -> N
     assert box.contains(wish) is bool(np.array_equal(clipped, wish))
 
 
-@given(shares(), shares(), ROWS, st.floats(0.0, 1.0))
-def test_it_solves_the_quadratic_programme(place: Array, task: Array, row: Array, part: float) -> None:
+@given(BOXED, st.floats(0.0, 1.0))
+def test_it_solves_the_quadratic_programme(case: tuple[VelocityBox, Array, Array], part: float) -> None:
     """For every rate that the box can reach: in the box, at the rate, and as near to the task as a general solver gets."""
-    box = lwr_box(place * STOPS)
-    nominal = box.clip(task * TOP_SPEED)
+    box, nominal, row = case
     least, most = reach(row, box)
     assume(most - least > 1e-3)
     rate = least + (0.001 + 0.998 * part) * (most - least)
@@ -118,13 +123,13 @@ def test_it_solves_the_quadratic_programme(place: Array, task: Array, row: Array
     assert float(row @ bounded.velocities) == pytest.approx(rate, abs=1e-9)
     assert (bounded.authority, bounded.shortfall, bounded.joint) == (Authority.FULL, 0.0, -1)
     assert_allclose(bounded.velocities, nearest_by_least_squares(nominal, row, rate, box), atol=1e-6)
+    # A rate that the task has already changes nothing.
+    assert_allclose(bounded_row(nominal, row, float(row @ nominal), box).velocities, nominal, atol=1e-12)
 
 
-@given(shares(), shares(), ROWS, st.sampled_from([-1.0, 1.0]), st.floats(1e-4, 2.0))
-def test_beyond_its_reach_it_gives_all_it_has(place: Array, task: Array, row: Array, side: float, beyond: float) -> None:
-    """A rate above (below) what the box can reach gets the largest (smallest) there is, and the shortfall is the rest."""
-    box = lwr_box(place * STOPS)
-    nominal = box.clip(task * TOP_SPEED)
+@given(BOXED, st.sampled_from([-1.0, 1.0]), st.floats(1e-4, 2.0))
+def test_beyond_its_reach_it_gives_all_it_has(case: tuple[VelocityBox, Array, Array], side: float, beyond: float) -> None:
+    box, nominal, row = case
     furthest = reach(row, box)[1 if side > 0.0 else 0]
     bounded = bounded_row(nominal, row, furthest + side * beyond, box)
     assert box.contains(bounded.velocities)
@@ -135,37 +140,13 @@ def test_beyond_its_reach_it_gives_all_it_has(place: Array, task: Array, row: Ar
     assert_array_equal(bounded.velocities[idle], nominal[idle])
 
 
-@given(shares(), shares(), ROWS)
-def test_a_rate_that_the_task_has_already_changes_nothing(place: Array, task: Array, row: Array) -> None:
-    """r = J_d q̇_n: the nearest velocity is the task's own."""
-    box = lwr_box(place * STOPS)
-    nominal = box.clip(task * TOP_SPEED)
-    bounded = bounded_row(nominal, row, float(row @ nominal), box)
-    assert_allclose(bounded.velocities, nominal, atol=1e-12)
-    assert bounded.authority is Authority.FULL
-
-
-@given(shares(), shares(), ROWS, st.floats(-2.0, 2.0), st.floats(0.0, 1e-6))
-def test_continuous_in_the_rate(place: Array, task: Array, row: Array, rate: float, change: float) -> None:
-    """A rate larger by δ moves q̇ by at most δ over the smallest lever that is still felt, also across the edge of reach."""
-    box = lwr_box(place * STOPS)
-    nominal = box.clip(task * TOP_SPEED)
+@given(BOXED, st.floats(-2.0, 2.0), st.floats(0.0, 1e-6))
+def test_continuous_in_the_rate(case: tuple[VelocityBox, Array, Array], rate: float, change: float) -> None:
+    box, nominal, row = case
     before, after = bounded_row(nominal, row, rate, box), bounded_row(nominal, row, rate + change, box)
     lever = float(np.abs(row[row != 0.0]).min())
     assert np.abs(after.velocities - before.velocities).max() <= change / lever + 1e-8
     assert abs(after.shortfall - before.shortfall) <= change + 2.0 * TOLERANCE
-
-
-@given(shares(), shares(), ROWS, shares())
-def test_inputs_are_left_alone(place: Array, task: Array, row: Array, rates: Array) -> None:
-    """Read-only inputs suffice, and the same inputs give the same bits."""
-    box = lwr_box(place * STOPS)
-    nominal, row = box.clip(task * TOP_SPEED), row.copy()
-    nominal.flags.writeable = row.flags.writeable = False
-    first = bounded_row(nominal, row, float(rates[0]), box)
-    second = bounded_row(nominal, row, float(rates[0]), box)
-    assert_array_equal(first.velocities, second.velocities)
-    assert first[1:] == second[1:]
 
 
 NOISY_ROW = np.array([0.31, -0.47, 0.0, 0.23, 0.0, 0.11, 0.0])
@@ -206,7 +187,6 @@ def test_the_reason_is_the_costliest_joint() -> None:
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_the_reason_is_a_stop_at_a_stop(side: float) -> None:
-    """The elbow at the stop that it would have to pass is named; at its other stop it is not in the way."""
     row = np.array([0.05, 0.1, 0.0, 0.5 * side, 0.0, 0.1, 0.0])
     q = np.zeros(7)
     q[3] = side * STOPS[3]

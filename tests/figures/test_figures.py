@@ -1,25 +1,65 @@
-"""What the figures show: their numbers repeat the paper's claims and our closed forms, and are the same each time."""
+"""`lwr-duet figures`: its numbers repeat the paper's claims and our closed forms, and are the same each time."""
 
 import io
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from PIL import Image
 
+from app.cli.figures import Figures, figures
 from app.figures import laws_compared as laws
 from app.figures.drawn_figure import write_csv
 from app.figures.fig4_scheme import BLOCKS
-from app.figures.figure_list import CATALOGUE, FigureEntry
+from app.figures.figure_list import CATALOGUE, FigureEntry, chosen
 from app.figures.run_plan import Plan
 from controllers import budget
 from controllers.activation import activation
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
 from scenes.settings import LawSettings, RunSettings, specs
-from tests.figures.conftest import Table, entry, read
+
+
+def entry(name: str) -> FigureEntry:
+    return next(entry for entry in CATALOGUE if entry.name == name)
+
+
+@dataclass(frozen=True)
+class Table:
+    settings: dict[str, str]
+    columns: dict[str, list[str]]
+
+    def __getitem__(self, name: str) -> Array:
+        return np.array([float(cell) if cell else np.nan for cell in self.columns[name]])
+
+
+def read(text: str) -> Table:
+    """The content of a CSV file whose cells hold no commas."""
+    lines = text.splitlines()
+    head = [line for line in lines if line.startswith("# ")]
+    rows = [line.split(",") for line in lines[len(head) :]]
+    assert all(len(row) == len(rows[0]) for row in rows)
+    settings = {key: value for key, _, value in (line[2:].partition(" = ") for line in head)}
+    return Table(settings, {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])})
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("figures")
+    assert figures(Figures(out=out, quick=True)) == 0
+    return out
+
+
+@pytest.fixture(scope="session")
+def table(folder: Path) -> Callable[[str], Table]:
+    """Name of a figure → its numbers."""
+    return lambda name: read((folder / f"{entry(name).stem}.csv").read_text(encoding="utf-8"))
+
 
 Numbers = Callable[[str], Table]
 
@@ -28,7 +68,6 @@ SLACK = 1e-4
 
 
 def csv_text(figure: FigureEntry, plan: Plan) -> str:
-    """The CSV of a figure that is drawn once more."""
     out = io.StringIO()
     write_csv(out, figure.draw(plan))
     return out.getvalue()
@@ -36,7 +75,6 @@ def csv_text(figure: FigureEntry, plan: Plan) -> str:
 
 @pytest.mark.parametrize("figure", CATALOGUE, ids=lambda e: e.name)
 def test_files(figure: FigureEntry, folder: Path) -> None:
-    """PNG at 200 dpi with something on it, SVG without a date, CSV with a header and rows."""
     with Image.open(folder / f"{figure.stem}.png") as picture:
         assert picture.width >= 1000 and picture.height >= 500
         assert np.asarray(picture.convert("L")).std() > 10.0
@@ -69,7 +107,6 @@ def test_runs_are_shared_and_progress_counts_every_step() -> None:
 
 
 def test_path(table: Numbers) -> None:
-    """The critical point stays away from a ball that the desired way would touch; and d is what the path says it is."""
     rows = table("path")
     s = {key: float(rows.settings[key]) for key in ("ball_x", "ball_y", "ball_z", "ball_radius", "point_radius")}
     centre, radii = np.array([s["ball_x"], s["ball_y"], s["ball_z"]]), s["ball_radius"] + s["point_radius"]
@@ -77,7 +114,6 @@ def test_path(table: Numbers) -> None:
     assert_allclose(np.linalg.norm(actual - centre, axis=1) - radii, rows["d"], atol=1e-9)
     assert rows["d"].min() >= CRITICAL - SLACK
     assert (np.linalg.norm(desired - centre, axis=1) - radii).min() < 0.05
-    # A straight way, and one that bulges.
     assert_allclose(np.ptp(desired, axis=0)[[0, 2]], 0.0, atol=1e-12)
     assert np.ptp(actual, axis=0)[2] > 0.05
 
@@ -91,7 +127,6 @@ def test_activation(table: Numbers) -> None:
 
 
 def test_scheme(folder: Path) -> None:
-    """Every block has something that comes in and something that goes out."""
     lines = (folder / "fig4_scheme.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0] == "from,to,signal,meaning"
     ends = [line.split(",")[:2] for line in lines[1:]]
@@ -114,7 +149,6 @@ def test_hold(table: Numbers) -> None:
 
 
 def test_master_slave(table: Numbers) -> None:
-    """Apart the slave is where the master is; near each other it is not, and d_m is kept."""
     rows = table("master_slave")
     gap = np.max([np.abs(rows[f"slave_q{i}"] - rows[f"master_q{i}"]) for i in range(1, 8)], axis=0)
     assert CRITICAL - SLACK <= rows["d"].min() < CRITICAL + 0.05
@@ -153,7 +187,6 @@ def test_resting(table: Numbers) -> None:
 
 
 def test_threshold(table: Numbers) -> None:
-    """Kept while w ≤ v, lost when the person is much faster, and never lost if w is added to v."""
     rows = table("threshold")
     fed = rows["w_added"] == 1.0
     assert rows["d_min"][~fed & (rows["v_over_w"] >= 1.0)].min() >= CRITICAL - SLACK
@@ -162,7 +195,6 @@ def test_threshold(table: Numbers) -> None:
 
 
 def test_laws(table: Numbers) -> None:
-    """Every law that there is; the paper's keeps d_m and is smooth, the switch jumps, no law at all runs through the other arm."""
     rows = table("laws")
     names = np.array(rows.columns["law"])
     assert set(names) == set(specs(RunSettings)["law"].choices)
@@ -176,7 +208,6 @@ def test_laws(table: Numbers) -> None:
 
 
 def test_the_report_says_what_jumps_in_a_law_whose_acceleration_grows(folder: Path) -> None:
-    """Only the switch and the set-based task are called laws that jump; and what is read from damaged text is said to be."""
     report = (folder / "report.md").read_text(encoding="utf-8")
     said = {line[2:].partition(":")[0]: line for line in report.splitlines() if "the largest q̈ is at" in line}
     assert "it is the law that jumps" in said["Strict priority, switched at d_m"]
@@ -192,7 +223,9 @@ def test_the_report_says_what_jumps_in_a_law_whose_acceleration_grows(folder: Pa
 def test_null_space_avoidance_jumps_where_the_hands_lie_parallel() -> None:
     """Measured over the full experiment: the hand leaves next to nothing of J_d, and the closest points slide along both hands."""
     plan = Plan()
-    jump = laws.largest_jump(plan.run(plan.settings({"law": "null_space_avoidance", "pairs": "soft"}, rig="table", dt=0.005), 37.5))
+    jump = laws.largest_jump(
+        plan.run(plan.settings({"law": "null_space_avoidance", "pairs": "soft"}, rig="table", dt=0.005), 37.5)
+    )
     assert jump.left < 0.02 and jump.lever > 0.3 and jump.activation == 0.0
     assert jump.pair == ("left hand", "right hand") and jump.slide > 0.05
     assert "The law itself does not jump" in laws.cause("x", jump, True) and "slide by" in laws.cause("x", jump, True)
@@ -205,7 +238,6 @@ def test_growth_is_1_if_the_acceleration_doubles_when_dt_is_halved_and_0_if_it_s
 
 
 def test_switches(table: Numbers) -> None:
-    """The closest pair alone: more changes and the same jump at a smaller dt. The smooth minimum: a step in proportion to dt."""
     rows = table("switches")
     kinds = np.array(rows.columns["pairs"])
     coarse, fine = rows["dt"].max(), rows["dt"].min()
@@ -233,7 +265,6 @@ def test_stability(table: Numbers) -> None:
 
 
 def test_report(folder: Path) -> None:
-    """Every figure has a section with its title, its three files, what the paper says, and what was found in numbers."""
     text = (folder / "report.md").read_text(encoding="utf-8")
     sections = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
     assert [section.splitlines()[0] for section in sections] == [figure.heading for figure in CATALOGUE]
@@ -254,3 +285,49 @@ def test_report_gives_the_numbers_of_the_files(folder: Path, table: Numbers) -> 
     jumps = table("switches")
     single = [f"{x:.3g}" for x, kind in zip(jumps["dq_step_max"], jumps.columns["pairs"], strict=True) if kind == "single"]
     assert f"largest step of q̇ {', '.join(single)} rad/s" in text
+
+
+def test_numbers_and_names_in_any_order_once_and_all_unless_asked() -> None:
+    for only, found in (("5,2", (2, 5)), (" hold, activation ,2", (2, 5)), ("", range(1, 9)), (" , ", range(1, 9))):
+        assert [figure.number for figure in chosen(only) if figure.number] == list(found)
+    assert chosen("") == chosen(" , ") == CATALOGUE
+    assert [figure.name for figure in chosen("LAWS")] == ["laws"]
+
+
+@pytest.mark.parametrize("only", ["9", "0", "two", "2;5", "-1"])
+def test_no_such_figure(only: str) -> None:
+    with pytest.raises(BadSetting) as refusal:
+        chosen(f"2,{only}")
+    message = str(refusal.value)
+    assert repr(only) in message and "\n" not in message
+    for figure in CATALOGUE:
+        assert figure.name in message and (not figure.number or str(figure.number) in message)
+
+
+def test_only_what_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = dict(matplotlib.rcParams)
+    out = tmp_path / "new" / "folder"
+    assert figures(Figures(only="2", out=out, quick=True)) == 0
+    assert {path.name for path in out.iterdir()} == {"report.md", *(f"fig2_activation.{kind}" for kind in ("csv", "png", "svg"))}
+    assert str(out / "report.md") in capsys.readouterr().out
+    assert dict(matplotlib.rcParams) == before
+    assert "λ over the distance" in (out / "report.md").read_text(encoding="utf-8")
+
+
+def test_same_drawing_each_time(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        assert figures(Figures(only="2,4", out=tmp_path / name, quick=True)) == 0
+    for path in (tmp_path / "a").iterdir():
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
+
+
+def test_a_folder_and_a_seed_that_cannot_be(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadSetting, match="another folder"):
+        figures(Figures(only="2", out=tmp_path / "file" / "inside"))
+    (tmp_path / "out" / "fig2_activation.png").mkdir(parents=True)
+    with pytest.raises(BadSetting, match="cannot be written"):
+        figures(Figures(only="2", out=tmp_path / "out"))
+    for seed in (-1, 10_000):
+        with pytest.raises(BadSetting, match="seed"):
+            figures(Figures(only="2", out=tmp_path, seed=seed))

@@ -115,25 +115,21 @@ Move the ball.
 
 @cache
 def our_book(language: str = "en") -> LessonBook:
-    """Our own lessons; only to be read."""
     return load_lessons(language=language)  # pyright: ignore[reportArgumentType]
 
 
 def book_of(folder: Path, text: str = SMALL, name: str = "01-small.md") -> LessonBook:
-    """The lessons of a folder to which one with this text is added."""
     (folder / name).write_text(text, encoding="utf-8")
     return load_lessons(folder)
 
 
 def small_walk(folder: Path) -> Walkthrough:
-    """A walkthrough of the small lesson alone."""
     book = book_of(folder)
     assert not book.problems, book.problems[0]
     return Walkthrough(book)
 
 
 def to_challenge(walk: Walkthrough) -> None:
-    """Go on to the challenge of the present step."""
     if walk.locked:
         walk.choose(0)
     while walk.phase is not Phase.CHALLENGE:
@@ -141,5 +137,4 @@ def to_challenge(walk: Walkthrough) -> None:
 
 
 def run_out(walk: Walkthrough) -> None:
-    """Make the present run to its end, and observe it."""
     walk.observe(simulated(walk.setup))

@@ -16,24 +16,19 @@ from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS, build_alone, build_ball_room, build_room
-from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget
+from tests.scenes.helpers import given_settings
 
 PLACE = RoomPlace("goal", (0.0, 0.0, 1.0), 0.3)
 MEANT: dict[str, dict[str, Any]] = {"push": {"speed": 0.2}, "ball_to": {"place": PLACE}, "ball_push": {"speed": 0.2}}
 
 
 def fresh(scene: str, **changes: object) -> Simulation:
-    """A simulation that has just begun."""
-    settings = RunSettings()
-    for key, value in {"scene": scene, **changes}.items():
-        settings = changed(settings, key, value)
-    return Simulation(settings, 2000)
+    return Simulation(given_settings(scene=scene, **changes), 2000)
 
 
 def wishes(simulation: Simulation, name: str, times: list[float], **given: Any) -> list[Array]:
-    """Where a script wants hand or ball at some times."""
     person = script(name, checked_script(name, given, simulation.settings.scene), simulation)
     targets = [person.target(time) for time in times]
     return [target.position for target in targets if isinstance(target, (HandTarget, BallTarget))]
@@ -41,7 +36,6 @@ def wishes(simulation: Simulation, name: str, times: list[float], **given: Any) 
 
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_every_script_is_smooth_enough_the_same_every_time_and_moves_something(name: str) -> None:
-    """In every scene that it is for: finite wishes, equal the second time, and no step of the wish above 2 m/s."""
     for scene in SCRIPTS[name].scenes:
         given = MEANT.get(name, {})
         times = [0.01 * i for i in range(600)]
@@ -86,11 +80,9 @@ def test_a_push_arrives_as_the_approach_that_was_asked_for(speed: float) -> None
 
 
 def test_to_and_fro_begins_and_ends_at_rest() -> None:
-    """0 for the rest, 1 after the way, and back."""
     assert [to_and_fro(t, 3.0, 1.0) for t in (0.0, 1.0, 4.0, 5.0, 8.0, 9.0)] == [0.0, 0.0, 1.0, 1.0, 0.0, 0.0]
     path = np.array([to_and_fro(0.001 * i, 3.0, 1.0) for i in range(9000)])
-    assert path.min() >= 0.0 and path.max() <= 1.0
-    assert np.abs(np.diff(path, 2)).max() < 1e-5
+    assert path.min() >= 0.0 and path.max() <= 1.0 and np.abs(np.diff(path, 2)).max() < 1e-5
 
 
 @pytest.mark.parametrize(
@@ -112,9 +104,6 @@ def test_bad_scripts_are_named(name: str, given: dict[str, Any], scene: str, mes
         checked_script(name, given, scene)
 
 
-# ---- places -------------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("origin", ["hand", "goal", "middle", "elbow"])
 @pytest.mark.parametrize("gap", [0.0, 0.1, 0.5])
 def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
@@ -131,18 +120,6 @@ def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
         simulation.reset(start_positions(room, Start(RoomPlace(origin, (1.0, 2.0, -0.5), gap))))
         simulation.step(None)
         assert simulation.sample().distance == pytest.approx(gap, abs=1e-9)
-
-
-def test_a_tilt_is_the_angle_to_the_upper_arm() -> None:
-    room = build_ball_room("lwr", "elbow")
-    simulation = fresh("ball", point="elbow")
-    simulation.kinematics.update(simulation.positions)
-    arm = simulation.avoiding
-    elbow = simulation.kinematics.joint_point(arm.elbow)
-    along = elbow - simulation.kinematics.joint_point(arm.shoulder)
-    straight, tilted = (ball_centre(room, RoomPlace("elbow", "upper_arm", 0.2, tilt)) - elbow for tilt in (0.0, 0.3))
-    assert_allclose(np.cross(straight, along), 0.0, atol=1e-12)
-    assert float(straight @ tilted) / float(straight @ straight) == pytest.approx(np.cos(0.3))
 
 
 def test_places_that_are_not_possible_are_named() -> None:
@@ -174,9 +151,6 @@ def test_a_mark_of_no_angle_is_where_the_elbow_is() -> None:
     marks = mark_places(build_alone(), (0.0, 2.0 * np.pi, 1.0))
     assert_allclose(marks[0], marks[1], atol=1e-12)
     assert np.linalg.norm(marks[2] - marks[0]) > 0.1
-
-
-# ---- runs without a page ------------------------------------------------------------------------------------------------------
 
 
 def test_a_run_without_a_page_is_the_run_of_a_page() -> None:

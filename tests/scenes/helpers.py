@@ -31,7 +31,6 @@ SCRIPT: float = 46.0
 def hold_settings(
     rig: RigName = "torso", seed: int = 1, pairs: Treatment = "soft", law: LawName = "smooth_priority", dt: float = 0.005
 ) -> RunSettings:
-    """The default settings with a few changes."""
     return RunSettings(rig=rig, seed=seed, dt=dt, law=LawSettings(law=law, pairs=pairs))
 
 
@@ -49,25 +48,21 @@ def hold_run(
 
 
 def column(table: Array, name: str) -> Array:
-    """One column (rows,) of a history table."""
     return table[:, COLUMN[name]]
 
 
 def play(simulation: Simulation, targets: Iterable[Target | None]) -> Array:
-    """Step once a target; return the history's table."""
     for target in targets:
         simulation.step(target)
     return simulation.history.table()
 
 
 def guided_hand(simulation: Simulation) -> Array:
-    """Where the guided hand is (3,), a copy [m]."""
     simulation.kinematics.update(simulation.positions)
     return simulation.kinematics.hand_pose(simulation.guided).translation.copy()
 
 
 def avoiding_hand(simulation: Simulation) -> Array:
-    """Where the avoiding hand is (3,), a copy [m]."""
     simulation.kinematics.update(simulation.positions)
     return simulation.kinematics.hand_pose(simulation.avoiding).translation.copy()
 
@@ -108,12 +103,10 @@ def overlapping_start(rig: RigName, depth: float = 0.05) -> tuple[float, ...]:
 
 
 def with_law(settings: RunSettings, **changes: object) -> RunSettings:
-    """The same settings with fields of the law changed."""
     return replace(settings, law=replace(settings.law, **changes))  # pyright: ignore[reportArgumentType]
 
 
 def given_settings(**changes: object) -> RunSettings:
-    """The default settings with a few changes, by key."""
     settings = RunSettings()
     for key, value in changes.items():
         settings = changed(settings, key, value)
@@ -137,7 +130,6 @@ def logged_run(
 
 
 def scene_settings(scene: SceneName, **changes: object) -> RunSettings:
-    """The default settings in a scene, where a ball crosses if there is one."""
     return given_settings(scene=scene, ball="cross" if scene == "ball" else "still", **changes)
 
 

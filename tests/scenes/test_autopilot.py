@@ -18,7 +18,6 @@ SEEDS = st.integers(0, 9999)
 
 
 def path(rig: RigName, guided: ArmName, seed: int, times: Array) -> Array:
-    """Positions (k, 3) of the wanted hand."""
     autopilot = Autopilot(build_room(rig), guided, seed)
     return np.array([autopilot.target(float(t)).position for t in times])
 
@@ -35,7 +34,6 @@ def test_a_seed_is_a_person(rig: RigName, guided: ArmName, seed: int) -> None:
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_it_is_smooth_and_keeps_its_speed(rig: RigName, seed: int) -> None:
-    """By finite differences over 46 s: speed at most .22 m/s and at least .1 m/s at its peak; no jump in speed either."""
     dt = 0.002
     speeds = np.diff(path(rig, "right", seed, np.arange(0.0, 46.0, dt)), axis=0) / dt
     peak = float(np.linalg.norm(speeds, axis=1).max())
@@ -48,7 +46,6 @@ def test_it_is_smooth_and_keeps_its_speed(rig: RigName, seed: int) -> None:
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("guided", ["left", "right"])
 def test_it_goes_there_and_back(rig: RigName, guided: ArmName) -> None:
-    """It rests by turns on the other arm and near home, each time for as long as promised."""
     room = build_room(rig)
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)
@@ -78,7 +75,6 @@ def test_starts_and_targets() -> None:
     start = np.array([0.5, -0.2, 1.0])
     assert_array_equal(Autopilot(room, "right", 1, start).target(0.0).position, start)
     assert_array_equal(start, [0.5, -0.2, 1.0])
-    # Writing to a target that was handed out does not bend the path.
     autopilot = Autopilot(build_room("table"), "left", 7)
     for time in (0.0, 3.0, 1e3):
         before = autopilot.target(time).position.copy()

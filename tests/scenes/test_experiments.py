@@ -8,44 +8,33 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from controllers.kinematics import Array
+from scenes import settings as options
 from scenes.headless import Run, run
-from scenes.settings import (
-    AvoidChoice,
-    BallMotion,
-    ClipName,
-    ControlPoint,
-    LawName,
-    LawSettings,
-    RobotName,
-    RunSettings,
-    SceneName,
-)
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
-from tests.scenes.helpers import SCENES, column, play, with_law
+from tests.scenes.helpers import RIG_NAMES, SCENES, column, play, with_law
 
-LAWS = get_args(LawName)
-ROBOTS = get_args(RobotName)
+LAWS = get_args(options.LawName)
+ROBOTS = get_args(options.RobotName)
 
 
-def experiment(scene: SceneName, name: LawName = "smooth_priority", **fields: object) -> RunSettings:
-    """The default settings of an experiment with a few changes."""
-    settings = RunSettings(scene=scene, law=LawSettings(law=name))
+def experiment(scene: options.SceneName, name: options.LawName = "smooth_priority", **fields: object) -> options.RunSettings:
+    settings = options.RunSettings(scene=scene, law=options.LawSettings(law=name))
     return replace(settings, **fields)  # pyright: ignore[reportArgumentType]
 
 
 @cache
-def long_run(settings: RunSettings, seconds: float = 30.0) -> Run:
-    """Computed once for all tests, so only to be read."""
+def long_run(settings: options.RunSettings, seconds: float = 30.0) -> Run:
     return run(settings, seconds)
 
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("scene", SCENES)
-def test_every_law_runs_in_every_experiment(scene: SceneName, law: LawName) -> None:
+def test_every_law_runs_in_every_experiment(scene: options.SceneName, law: options.LawName) -> None:
     for coupled in (False, True):
-        settings = experiment(scene, law, law=LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single"))
+        settings = experiment(
+            scene, law, law=options.LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single")
+        )
         result = run(settings, 2.0)
         model, history = result.simulation.room.model, result.simulation.history
         q, dq = history.positions(result.table), history.velocities(result.table)
@@ -56,7 +45,7 @@ def test_every_law_runs_in_every_experiment(scene: SceneName, law: LawName) -> N
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: SceneName) -> None:
+def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: options.SceneName) -> None:
     simulation = Simulation(experiment(scene))
     n = simulation.guided.joints.stop - simulation.guided.joints.start
     places = HandTarget(np.array([0.2, 0.1, 1.1])), BallTarget(np.array([0.3, 0.0, 1.0]))
@@ -65,22 +54,23 @@ def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: SceneN
     assert np.isfinite(simulation.positions).all()
 
 
+@pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave"])
-def test_every_arm_does_every_experiment(robot: RobotName, scene: SceneName) -> None:
-    """Nothing is tied to the LWR: with the paper's law every arm keeps d_m while the hand is slower than v."""
-    result = run(experiment(scene, robot=robot, rig="table"), 20.0)
-    assert result.summary.d_min >= 0.15 - 1e-4
-    assert result.summary.out_of_authority_s == 0.0
+def test_every_arm_does_every_experiment(robot: options.RobotName, scene: options.SceneName, rig: options.RigName) -> None:
+    result = run(experiment(scene, robot=robot, rig=rig), 20.0)
+    assert result.summary.d_min >= 0.15 - 1e-4 and result.summary.out_of_authority_s == 0.0
+    # The start postures are chosen so that the hand does come near.
+    assert scene != "hold" or result.summary.d_min < 1.2 * 0.15
 
 
 def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are() -> None:
-    simulation = Simulation(RunSettings())
+    simulation = Simulation(options.RunSettings())
     for scene in SCENES:
         for robot in ROBOTS:
             simulation.apply(experiment(scene, robot=robot))
             for law in LAWS:
-                for avoid in get_args(AvoidChoice):
+                for avoid in get_args(options.AvoidChoice):
                     before = simulation.positions.copy()
                     simulation.apply(experiment(scene, law, robot=robot, avoid=avoid))
                     assert_array_equal(simulation.positions, before)
@@ -90,7 +80,7 @@ def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are(
 
 @pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
 @pytest.mark.parametrize("pairs", ["single", "soft"])
-def test_the_threshold_is_kept_in_all_three_experiments(scene: SceneName, pairs: str) -> None:
+def test_the_threshold_is_kept_in_all_three_experiments(scene: options.SceneName, pairs: str) -> None:
     """Figs 5, 6, 7: d ≥ d_m; without avoidance the same inputs bring the arms into each other."""
     settings = with_law(experiment(scene, seed=2), pairs=pairs)
     assert long_run(settings).summary.d_min >= 0.15 - 1e-4
@@ -99,25 +89,11 @@ def test_the_threshold_is_kept_in_all_three_experiments(scene: SceneName, pairs:
 
 @pytest.mark.parametrize("v", [0.02, 0.05])
 @pytest.mark.parametrize("scene", ["master_slave", "imitation"])
-def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: SceneName, v: float) -> None:
+def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: options.SceneName, v: float) -> None:
     """ḋ = 2 λ v − (1 − λ)(u_L + u_R): both together hold d_m however small v is, where one alone would lose w − v."""
-    both = experiment(scene, law=LawSettings(nominal_velocity=v), seed=2)
+    both = experiment(scene, law=options.LawSettings(nominal_velocity=v), seed=2)
     assert long_run(both).summary.d_min >= 0.15 - 1e-3
     assert long_run(replace(both, avoid="free")).summary.d_min < 0.15 - 0.01
-
-
-@pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
-def test_smooth_minimum_has_no_jumps_where_the_closest_pair_has(scene: SceneName) -> None:
-    """Halving dt halves the largest step of q̇ under the smooth minimum; the hard switch's stays."""
-
-    def steps(law: LawName, pairs: str, dt: float) -> float:
-        done = long_run(with_law(experiment(scene, law, seed=2, dt=dt), pairs=pairs), 20.0)
-        # In the first step either arm still sees the other at rest.
-        dq = done.simulation.history.velocities(done.table)[1:, done.simulation.avoiding.joints]
-        return float(np.abs(np.diff(dq, axis=0)).max())
-
-    assert steps("smooth_priority", "soft", 0.0025) < 0.65 * steps("smooth_priority", "soft", 0.005)
-    assert steps("strict_switched", "single", 0.0025) > 0.75 * steps("strict_switched", "single", 0.005)
 
 
 def test_followers_copy_their_models() -> None:
@@ -139,37 +115,21 @@ def test_followers_copy_their_models() -> None:
     assert_allclose(simulation.positions, still, atol=1e-4)
     play(simulation, (person.target(i * 0.005) for i in range(1000, 1400)))
     assert np.abs(simulation.positions - still).max() > 0.05
-    # One row over 14 joints: d_m is kept as well, and the correction of both is one multiple of the whole row.
-    settings = experiment("imitation", law=LawSettings(coupled=True, pairs="single"), clip="clap")
-    simulation = Simulation(settings)
-    person = simulation.source()
-    seen = 0
-    for i in range(3000):
-        simulation.step(person.target(i * settings.dt))
-        if i % 100 or simulation.sample().activation < 0.3 or simulation.bound_bites:
-            continue
-        seen += 1
-        change = simulation.velocities - simulation.nominal()
-        row = simulation.detector.row(simulation.sample().pair)
-        assert_allclose(change, row * (row.dot(change) / row.dot(row)), atol=1e-9)
-    assert seen > 3
-    assert column(simulation.history.table(), "d").min() >= 0.15 - 1e-4
+    coupled = experiment("imitation", law=options.LawSettings(coupled=True, pairs="single"), clip="clap")
+    assert long_run(coupled, 15.0).summary.d_min >= 0.15 - 1e-4
 
 
-@pytest.mark.parametrize("clip", get_args(ClipName))
-def test_imitated_angles_are_followed_where_nothing_is_near(clip: ClipName) -> None:
-    """Without avoidance the joints follow what is asked within a few degrees; what is asked is recorded for all four."""
+@pytest.mark.parametrize("clip", get_args(options.ClipName))
+def test_imitated_angles_are_followed_where_nothing_is_near(clip: options.ClipName) -> None:
     result = long_run(experiment("imitation", "unprotected", clip=clip), 20.0)
     q, wanted = (result.simulation.history.positions(result.table), result.simulation.history.desired(result.table))
-    assert np.isfinite(wanted).all()
-    assert np.abs(q - wanted).max() < np.radians(3.0)
+    assert np.isfinite(wanted).all() and np.abs(q - wanted).max() < np.radians(3.0)
     assert np.ptp(wanted[:, :4], axis=0).max() > 0.3
 
 
-@pytest.mark.parametrize("point", get_args(ControlPoint))
-@pytest.mark.parametrize("motion", get_args(BallMotion))
-def test_the_ball_is_passed_clear(point: ControlPoint, motion: BallMotion) -> None:
-    """Fig. 1: the hand gets from A to B, and what must keep clear does; the task alone would touch the threshold."""
+@pytest.mark.parametrize("point", get_args(options.ControlPoint))
+@pytest.mark.parametrize("motion", get_args(options.BallMotion))
+def test_the_ball_is_passed_clear(point: options.ControlPoint, motion: options.BallMotion) -> None:
     result = long_run(experiment("ball", point=point, ball=motion))
     assert result.summary.d_min >= 0.15 - 1e-4
     assert long_run(experiment("ball", "unprotected", point=point, ball=motion)).summary.d_min < 0.15
@@ -178,28 +138,7 @@ def test_the_ball_is_passed_clear(point: ControlPoint, motion: BallMotion) -> No
         assert column(result.table, "e2")[int(7.4 / 0.005)] < 0.08**2
 
 
-def test_drift_rattling_and_smoothness() -> None:
-    # The critical point is fixed: the step of q̇ halves with dt under λ(d), and stays under the hard switch.
-    def largest(law: LawName, dt: float) -> float:
-        return long_run(experiment("ball", law, dt=dt), 12.0).summary.dq_step_max
-
-    for dt in (0.01, 0.005):
-        assert largest("smooth_priority", dt / 2.0) < 0.6 * largest("smooth_priority", dt)
-        assert largest("strict_switched", dt / 2.0) > 0.8 * largest("strict_switched", dt)
-    assert largest("strict_switched", 0.005) > 10.0 * largest("smooth_priority", 0.005)
-
-    # Eqs (7), (8): K = 0 drifts on the circle in proportion to dt, K > 0 does not; K dt > 2 does not settle.
-    def error(gain: float, dt: float, overdrive: float = 1.0) -> float:
-        settings = experiment("solo", path="circle", gain=gain, dt=dt, overdrive=overdrive)
-        return long_run(settings, 24.0).summary.e2_end ** 0.5
-
-    assert error(0.0, 0.01) / error(0.0, 0.005) == pytest.approx(2.0, rel=0.1)
-    assert error(5.0, 0.005) < 0.05 * error(0.0, 0.005)
-    assert error(20.0, 0.02, 5.5) > 20.0 * error(20.0, 0.02)
-
-
-def test_paths_and_swings() -> None:
-    # Chosen in mid-run, the circle begins at the hand: its place does not leap to where it would be by now.
+def test_a_circle_chosen_in_mid_run_begins_at_the_hand() -> None:
     simulation = Simulation(experiment("solo"))
     play(simulation, [None] * 777)
     simulation.apply(experiment("solo", path="circle"))
@@ -207,13 +146,3 @@ def test_paths_and_swings() -> None:
     assert simulation.sample().error < 0.002
     play(simulation, [None] * 200)
     assert simulation.sample().error < 0.01
-    # Eq. (4): N q̇₀ moves the elbow by decimetres and the hand by less than a millimetre.
-    result = long_run(experiment("solo"), 10.0)
-    elbow: list[Array] = []
-    simulation = result.simulation
-    for q in simulation.history.positions(result.table)[::50]:
-        simulation.kinematics.update(q)
-        elbow.append(simulation.kinematics.joint_point(simulation.avoiding.elbow))
-    assert np.ptp(np.array(elbow), axis=0).max() > 0.15
-    assert result.summary.e2_max**0.5 < 1e-3
-    assert result.summary.d_min == np.inf

@@ -12,14 +12,6 @@ from scenes.files import path_inside, read_file, replacing
 posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
 
 
-@posix
-def test_a_pipe_and_a_device_are_named_at_once(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    for path in (tmp_path / "pipe", Path("/dev/zero")):
-        with pytest.raises(OSError, match="a pipe or a device"):
-            read_file(path, 3)
-
-
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, UnicodeError])
 def test_what_is_interrupted_leaves_what_was_there(tmp_path: Path, error: type[BaseException]) -> None:
     path = tmp_path / "file"
@@ -69,12 +61,10 @@ def test_links_devices_and_pipes_stay_what_they_are(tmp_path: Path) -> None:
 def test_files_and_names_stay_in_their_folder(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError), replacing(tmp_path):
         raise AssertionError("it must not come to that")
-    # A name stays in its folder.
     (tmp_path / "loop").symlink_to("loop")
     assert path_inside(tmp_path, "a/../b") == Path(os.path.realpath(tmp_path / "b"))
     assert path_inside(tmp_path, "loop") is not None
     assert path_inside(tmp_path, "../b") is None and path_inside(tmp_path, "b\0") is None and path_inside(tmp_path, "/b") is None
-    # A file up to its size.
     path = tmp_path / "file"
     path.write_bytes(b"\r\n\x1a0")
     assert read_file(path, 4) == b"\r\n\x1a0"

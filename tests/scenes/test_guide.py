@@ -8,9 +8,7 @@ from typing import get_args
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 
 from controllers.kinematics import Array, Kinematics
 from controllers.limits import VelocityBox
@@ -26,8 +24,6 @@ TOP_SPEED = 0.25
 
 
 class Led:
-    """One arm that is led by the hand, and nothing else: a guide with what it needs."""
-
     def __init__(self, rig: RigName = "torso", side: ArmName = "right", robot: RobotName = "lwr") -> None:
         room = build_room(rig, robot)
         self.room, self.arm, self.robot, self.q = room, room.arm(side), room.robots[0], room.start.copy()
@@ -39,7 +35,6 @@ class Led:
         self.kinematics.update(self.q)
 
     def step(self, target: HandTarget | None, dt: float = DT, top_speed: float = TOP_SPEED) -> Array:
-        """Follow for one tick; return q̇ (7,), a copy."""
         joints = self.arm.joints
         self.box.update(self.q[joints])
         dq = self.guide.follow(target, self.q[joints], dt, top_speed).copy()
@@ -58,12 +53,10 @@ class Led:
 
     @property
     def hand(self) -> pin.SE3:
-        """The hand's pose, a copy."""
         return self.kinematics.hand_pose(self.arm).copy()
 
     @property
     def elbow(self) -> Array:
-        """The elbow (3,)."""
         return self.kinematics.joint_point(self.arm.elbow)
 
     def axis(self) -> Array:
@@ -77,7 +70,6 @@ class Led:
 
 
 def wishes(led: Led, seed: int, reach: float) -> Iterator[HandTarget | None]:
-    """Targets that jump about, with and without rotation and elbow, and pauses."""
     random = np.random.default_rng(seed)
     place = led.hand.translation
     while True:
@@ -87,22 +79,6 @@ def wishes(led: Led, seed: int, reach: float) -> Iterator[HandTarget | None]:
         target = None if random.random() < 0.1 else HandTarget(position, rotation, elbow)
         for _ in range(int(random.integers(2, 80))):
             yield target
-
-
-@settings(max_examples=25)
-@given(st.sampled_from(RIG_NAMES), st.sampled_from(["left", "right"]), st.integers(0, 10_000), st.floats(0.2, 10.0))
-def test_it_stays_inside_the_stops_and_below_top_speed(rig: RigName, side: ArmName, seed: int, reach: float) -> None:
-    """Also with wishes 10 m away; the other arm stands still."""
-    led = Led(rig, side)
-    start, joints = led.q.copy(), led.arm.joints
-    targets = wishes(led, seed, reach)
-    for _ in range(200):
-        dq = led.step(next(targets))
-        assert np.isfinite(led.q).all()
-        assert (np.abs(dq) <= led.speed + 1e-12).all()
-        assert (led.q[joints] >= led.lower - 1e-12).all() and (led.q[joints] <= led.upper + 1e-12).all()
-    others = np.delete(np.arange(len(start)), np.r_[joints])
-    assert_array_equal(led.q[others], start[others])
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -134,7 +110,6 @@ def test_it_reaches_what_it_can_reach(rig: RigName, side: ArmName, robot: RobotN
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_it_follows_rotation(rig: RigName) -> None:
-    """A turn by .5 rad is followed to a degree while the hand stays; without a wished rotation it is not (positive control)."""
     for asked in (True, False):
         led = Led(rig)
         home = led.hand
@@ -153,7 +128,6 @@ def test_it_follows_rotation(rig: RigName) -> None:
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("with_rotation", [False, True])
 def test_the_elbow_swivels_about_a_hand_that_stays(rig: RigName, with_rotation: bool) -> None:
-    """Pulling the elbow sideways moves it by centimetres, towards the pull, and the hand by less than 2 mm."""
     led = Led(rig)
     home, elbow = led.hand, led.elbow
     shoulder = led.kinematics.joint_point(led.arm.shoulder)
@@ -191,16 +165,3 @@ def test_it_comes_to_rest_without_jumps(rig: RigName) -> None:
         largest = max(largest, float((np.abs(dq - before) / led.speed).max()))
         before = dq
     assert 0.0 < largest < 0.25
-
-
-def test_reset_comes_to_rest_at_once() -> None:
-    led, fresh = Led(), Led()
-    goal = HandTarget(led.hand.translation + np.array([0.1, 0.1, 0.0]))
-    for _ in range(50):
-        led.step(goal)
-    assert np.abs(led.guide.velocities).max() > 0.01
-    led.guide.reset()
-    assert not led.guide.velocities.any()
-    fresh.q[:] = led.q
-    fresh.kinematics.update(fresh.q)
-    assert_array_equal(led.step(goal), fresh.step(goal))

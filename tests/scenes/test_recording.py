@@ -21,7 +21,6 @@ GOOD = "t,x,y,z\n0,0.1,0.2,0.3\n1,0.2,0.2,0.3\n2.5,0.2,-0.4,0.3\n"
 
 
 def reading(folder: Path, content: str | bytes) -> Recording:
-    """What is read from a file with this content."""
     path = folder / "hand.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return read_inputs(path)
@@ -48,17 +47,13 @@ def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("t,x,y\n0,0,0\n", ("line 1", "t,x,y,z")),
-        ("# why\nx,y,z,t\n0,0,0,0\n", ("line 2", "header")),
-        ("0,0,0,0\n", ("line 1", "header")),
-        ("t,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n", ("line 1", "qw,qx,qy,qz")),
-        ("t,x,y,z\n0,0,0\n", ("line 2", "3 values", "4")),
-        ("t,x,y,z\n0,0,0,0\n1,0,0,0,0\n", ("line 3", "5 values")),
+        ("t,x,y\n0,0,0\n", ("line 1", "t,x,y,z")), ("# why\nx,y,z,t\n0,0,0,0\n", ("line 2", "header")),
+        ("0,0,0,0\n", ("line 1", "header")), ("t,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n", ("line 1", "qw,qx,qy,qz")),
+        ("t,x,y,z\n0,0,0\n", ("line 2", "3 values", "4")), ("t,x,y,z\n0,0,0,0\n1,0,0,0,0\n", ("line 3", "5 values")),
         ("t,x,y,z\n0,0,zero,0\n", ("line 2", "y", "'zero'", "not a number")),
         ("t,x,y,z\n0,0,,0\n", ("line 2", "y", "not a number")),
         ("t,x,y,z\n0,0,nan,0\n", ("line 2", "y", "nan", "not finite")),
-        ("t,x,y,z\n0,-inf,0,0\n", ("line 2", "x", "not finite")),
-        ("t,x,y,z\n0,0,0,1e999\n", ("line 2", "z", "not finite")),
+        ("t,x,y,z\n0,-inf,0,0\n", ("line 2", "x", "not finite")), ("t,x,y,z\n0,0,0,1e999\n", ("line 2", "z", "not finite")),
         ("t,x,y,z\n0,0,0,350.5\n", ("line 2", "z", "350.5", "metres")),
         ("t,x,y,z\n0,0,0,-10.001\n", ("line 2", "z", "metres")),
         ("t,x,y,z\n0,0,0,0\n#\n\n0,0,0,0\n", ("line 5", "t = 0", "increase")),
@@ -67,12 +62,10 @@ def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
         ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0\n", ("line 2", "7 values", "8")),
         *((text, ("no samples",)) for text in ("t,x,y,z\n", "", "# only words\n\n")),
         *((f"t,x,y,z\n0,0,0,{letter * 200_000}\n", ("line 2",)) for letter in "1x"),
-        (b"\xff\xfe\x00t\x00,", ("not a text file",)),
-        (b"t,x,y,z\n0,0,0,\x80\n", ("not a text file",)),
-        (None, ("cannot be read",)),
-        ("a folder", ("cannot be read",)),
+        (b"\xff\xfe\x00t\x00,", ("not a text file",)), (b"t,x,y,z\n0,0,0,\x80\n", ("not a text file",)),
+        (None, ("cannot be read",)), ("a folder", ("cannot be read",)),
     ],
-)
+)  # fmt: skip
 def test_a_fault_is_named_in_one_line_with_its_place(tmp_path: Path, text: str | bytes | None, words: tuple[str, ...]) -> None:
     path = tmp_path / "hand.csv"
     if text == "a folder":
@@ -98,8 +91,7 @@ def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathF
         except BadInputFile as error:
             assert str(path) in str(error)
         else:
-            assert np.isfinite(recording.positions).all()
-            assert (np.diff(recording.times) > 0.0).all()
+            assert np.isfinite(recording.positions).all() and (np.diff(recording.times) > 0.0).all()
 
 
 def test_rotations_turn_evenly_and_the_short_way(tmp_path: Path) -> None:
@@ -132,7 +124,6 @@ HEADER = ",".join(["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever"
 
 
 def exported(seed: int) -> tuple[str, Simulation]:
-    """A short run as CSV."""
     simulation = Simulation(hold_settings("table", seed=seed))
     table = play(simulation, wander(simulation, 60, seed))
     out = io.StringIO(newline="")
@@ -146,8 +137,7 @@ def test_tables_of_a_run() -> None:
     lines = text.split("\n")
     count = len(values(simulation.settings))
     assert lines[:count] == [f"# {key} = {value}" for key, value in values(simulation.settings).items()]
-    assert lines[count] == HEADER
-    assert lines[-1] == ""
+    assert lines[count] == HEADER and lines[-1] == ""
     rows = list(csv.reader(lines[count + 1 : -1]))
     table = simulation.history.table()
     assert len(rows) == len(table) == 60
@@ -158,9 +148,7 @@ def test_tables_of_a_run() -> None:
     history = simulation.history
     joints = np.hstack([history.positions(table), history.velocities(table)])
     assert [[float(cell) for cell in row[10:]] for row in rows] == joints.tolist()
-    # The same settings and inputs write the same file; another seed another one (positive control).
     assert exported(1)[0] == text != exported(2)[0]
-    # A file's head holds every setting: as text it can be fed back.
     text, simulation = exported(3)
     rebuilt = RunSettings(rig="torso")
     for line in text.split("\n"):

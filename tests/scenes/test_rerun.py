@@ -26,7 +26,6 @@ from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, s
 
 @cache
 def session(scene: SceneName, law: LawName, seconds: float, window: float) -> tuple[Simulation, Recorded]:
-    """A run with the experiment's own person whose settings change twice, and its last seconds."""
     return recorded_run(
         scene_settings(scene, law=law), seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}}
     )
@@ -49,7 +48,6 @@ def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: SceneName, law: L
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_last_seconds_are_a_piece_of_their_own(scene: SceneName) -> None:
-    """To the step and the last bit: within one stretch, over changes of the settings and of the time step, and all of it."""
     simulation, recorded = session(scene, "smooth_priority", 2.6, 1.6)
     table = simulation.history.table(recorded.steps)
     for seconds in (0.004, 1.0, recorded.seconds - recorded.dt, recorded.seconds, math.inf):
@@ -65,11 +63,9 @@ def test_the_last_seconds_are_a_piece_of_their_own(scene: SceneName) -> None:
 
 
 def test_other_settings() -> None:
-    # The summary is that of the run.
     simulation, recorded = recorded_run(RunSettings(), 5.0, 3.0)
     summary = summarise(simulation, simulation.history.table(recorded.steps))
     assert replace(rerun(recorded).summary, step_us_median=0.0) == replace(summary, step_us_median=0.0)
-    # Other settings give the run that would have been.
     _, recorded = recorded_run(RunSettings(), 4.5, 99.0, {0.5: {"k": 1.0}})
     would = Simulation(given_settings(dm=0.2, n=3.0, k=4.0))
     for target in recorded.targets():
@@ -77,7 +73,6 @@ def test_other_settings() -> None:
     again = rerun(recorded, {"dm": 0.2, "n": "3", "k": 4.0})
     assert again.table.tobytes() == would.history.table().tobytes()
     assert again.summary.d_min > rerun(recorded).summary.d_min + 0.01
-    # What is not asked for stays as it was.
     _, recorded = recorded_run(RunSettings(), 2.0, 99.0, {0.5: {"wmax": 0.1, "dm": 0.2}})
     would = Simulation(given_settings(v=0.5))
     for i, target in enumerate(recorded.targets()):
@@ -85,7 +80,6 @@ def test_other_settings() -> None:
             would.apply(given_settings(v=0.5, wmax=0.1, dm=0.2))
         would.step(target)
     assert rerun(recorded, {"v": 0.5}).table.tobytes() == would.history.table().tobytes()
-    # Everything that one may ask about can be asked.
     assert set(WHAT_IF_KEYS) <= set(specs(RunSettings))
     _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
     assert rerun(recorded, {key: values(RunSettings())[key] for key in WHAT_IF_KEYS}).table.shape[0] == recorded.steps
@@ -235,24 +229,18 @@ def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes
 @pytest.mark.parametrize(
     ("largest", "verdict", "words"),
     [
-        ((0.8, 0.4, 0.2, 0.1), "smooth", "Smooth"),
-        ((0.8, 0.45, 0.2, 0.12), "smooth", "Smooth"),
-        ((0.5, 0.5, 0.5, 0.5), "jump", "A jump of 0.5 rad/s"),
-        ((0.5, 0.52, 0.48, 0.51), "jump", "A jump"),
+        ((0.8, 0.4, 0.2, 0.1), "smooth", "Smooth"), ((0.8, 0.45, 0.2, 0.12), "smooth", "Smooth"),
+        ((0.5, 0.5, 0.5, 0.5), "jump", "A jump of 0.5 rad/s"), ((0.5, 0.52, 0.48, 0.51), "jump", "A jump"),
         # A jump of 0.1 below the smooth motion of the longer steps.
         ((0.4, 0.2, 0.105, 0.1), "jump", "A jump of 0.1 rad/s"),
         # Seen in a window of the hold scene under `single`: small jumps that become rarer.
         ((5.977e-4, 5.145e-4, 4.027e-4, 2.444e-4), "between", "41 % of the largest step are left; 12 % would be smooth"),
-        ((0.8, 0.4, 0.2, 0.15), "between", "Between"),
-        ((0.0, 0.0, 0.0, 0.0), "still", "Nothing moved"),
-        ((1e-14, 1e-15, 1e-14, 1e-13), "still", "Nothing moved"),
-        ((0.0, 0.0, 0.0, 0.1), "jump", "A jump"),
-        ((0.1, 0.0, 0.0, 0.0), "still", "Nothing moved"),
-        ((0.8, 0.4, None, 0.1), "measuring", "Measuring"),
+        ((0.8, 0.4, 0.2, 0.15), "between", "Between"), ((0.0, 0.0, 0.0, 0.0), "still", "Nothing moved"),
+        ((1e-14, 1e-15, 1e-14, 1e-13), "still", "Nothing moved"), ((0.0, 0.0, 0.0, 0.1), "jump", "A jump"),
+        ((0.1, 0.0, 0.0, 0.0), "still", "Nothing moved"), ((0.8, 0.4, None, 0.1), "measuring", "Measuring"),
         ((None, None, None, None), "measuring", "Measuring"),
     ],
-)
+)  # fmt: skip
 def test_verdicts(largest: tuple[float | None, ...], verdict: Verdict, words: str) -> None:
     measured = Measured(RunSettings(), 10.0, tuple(0.005 / k for k in SUBSTEPS), largest)
-    assert measured.verdict == verdict
-    assert words in measured.words
+    assert measured.verdict == verdict and words in measured.words

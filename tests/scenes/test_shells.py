@@ -1,6 +1,7 @@
 """The visual shells: inside the capsules, lit correctly, small, and cached without harm."""
 
 import io
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -49,13 +50,7 @@ def outside(link: int, points: np.ndarray) -> np.ndarray:
     return np.min(distances, axis=0)
 
 
-def test_the_capsules_and_the_tool() -> None:
-    # The rigid capsules are those of the robot.
-    assert rigid_capsules(0) == [(0.0, 0.31, 0.075), (0.31, 0.31, 0.07)]
-    assert_allclose(rigid_capsules(1), [(-0.11, 0.2, 0.075), (0.2, 0.2, 0.07)])
-    assert_allclose(rigid_capsules(3), [(-0.2, 0.2, 0.07), (-0.2, -0.2, 0.075), (0.2, 0.2, 0.065)])
-    assert_allclose(rigid_capsules(7), [(-0.078, 0.05, 0.05), (-0.078, -0.078, 0.065)])
-    # The tool ends inside the hand.
+def test_the_tool_ends_inside_the_hand() -> None:
     tip = max(part.vertices[:, 2].max() for part in shells.link_meshes()[7].values())
     assert 0.12 < tip + facts.JOINTS[6].origin < 0.17
 
@@ -73,7 +68,6 @@ def test_every_vertex_is_inside_the_capsules_and_a_bump_of_three_centimetres_is_
 def test_normals_are_right_also_in_the_viewer() -> None:
     groups = [*shells.link_meshes(), room_shells.torso_meshes(), room_shells.table_meshes(1.1)]
     for name, part in ((f"{i} {name}", part) for i, group in enumerate(groups) for name, part in group.items()):
-        # Normals are unit and agree with the faces.
         normals = part.vertex_normals
         assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6, err_msg=name)
         a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
@@ -93,45 +87,31 @@ def test_normals_are_right_also_in_the_viewer() -> None:
         assert len(np.unique(places, axis=0)) > 0.95 * len(places), name
 
 
-def test_joints_and_furniture_fit() -> None:
-    # At the joint one half is on +y and the other on −y, alternately along the arm.
-    near = 0.05
-    for link, z, side in ((1, 0.2, 1), (2, 0.0, -1), (3, 0.2, -1), (4, 0.0, 1)):
-        body = shells.link_meshes()[link]["body"].vertices
-        at_joint = body[np.hypot(body[:, 0], body[:, 2] - z) < near]
-        assert len(at_joint) > 20
-        assert (side * at_joint[:, 1]).min() > 0
-        assert (side * at_joint[:, 1]).max() > 0.05
+def test_furniture_fits_the_arms() -> None:
     # A disc around each base point, facing along the arm's z axis: Ry(35°) Rx(±60°) e_z.
     vertices = room_shells.torso_meshes()["dark"].vertices
     for side in (-1, 1):
         base = np.array([0, side * 0.0765, 0.92])
         axis = np.array([0.5 * np.sin(np.radians(35)), side * np.sqrt(3) / 2, 0.5 * np.cos(np.radians(35))])
         near = vertices[np.linalg.norm(vertices - base, axis=1) < 0.082] - base
-        assert len(near) > 100
-        assert (near @ axis).max() == pytest.approx(0, abs=1e-9)
-    # The table carries both plates.
+        assert len(near) > 100 and (near @ axis).max() == pytest.approx(0, abs=1e-9)
     vertices = room_shells.table_meshes(1.3)["black"].vertices
     assert vertices[:, 2].max() == pytest.approx(room_shells.TABLE_HEIGHT)
     for x in (-0.65, 0.65):
         assert (np.hypot(vertices[:, 0] - x, vertices[:, 1]) < 0.11).sum() == len(vertices) / 2
-    # Furniture stands on the floor.
     for parts in (room_shells.torso_meshes(), room_shells.table_meshes(1.1)):
         assert min(part.vertices[:, 2].min() for part in parts.values()) == pytest.approx(0, abs=1e-9)
 
 
 def test_surfaces_by_closed_forms() -> None:
-    # A revolved half circle is a sphere.
     angle = np.linspace(-np.pi / 2, np.pi / 2, 40)
     ball = revolve(np.stack([np.cos(angle), np.sin(angle)], 1), 40)
     assert_allclose(np.linalg.norm(ball.vertices, axis=1), 1, atol=1e-9)
     assert_allclose(np.sum(ball.vertex_normals * ball.vertices, 1), 1, atol=2e-3)
     assert ball.volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
-    # A stretched disc is a closed slab.
     slab = revolve([(0, 0), (0.1, 0), (0.1, 0.05), (0, 0.05)], 64, stretch=(0.4, 0.2))
     area = 1.0 * 0.6 - (4 - np.pi) * 0.1**2
     assert slab.volume == pytest.approx(area * 0.05, rel=1e-3)
-    # A skinned sphere is a sphere.
     lift = np.linspace(-np.pi / 2, np.pi / 2, 31)
     ball = skin(lambda p: np.linalg.norm(p, axis=-1) - 0.3, np.tile([0.05, 0.0, 0.0], (31, 1)), lift, 40, 1.0)
     assert_allclose(np.linalg.norm(ball.vertices, axis=1), 0.3, atol=1e-6)
@@ -142,7 +122,6 @@ def test_surfaces_by_closed_forms() -> None:
     assert (smooth_max(a, b, 0.3) >= np.maximum(a, b)).all()
     assert (smooth_min(a, b, 0.3) <= np.minimum(a, b)).all()
     assert_allclose(smooth_max(a, b, 0.3)[np.abs(a - b) > 0.3], np.maximum(a, b)[np.abs(a - b) > 0.3])
-    # A rounded corner has its radius.
     line = rounded([(0, 0), (1, 0), (1, 1)], 0.2, 8)
     arc = line[1:-1]
     assert_allclose(np.linalg.norm(arc - [0.8, 0.2], axis=1), 0.2, atol=1e-12)
@@ -150,24 +129,20 @@ def test_surfaces_by_closed_forms() -> None:
 
 def test_sizes_and_colours_of_files() -> None:
     assert max(map(len, (room_shells.torso_glb(), room_shells.table_glb(), room_shells.table_glb(1.4)))) <= 300_000
-    # Large meshes get wide indices.
     n = 70_000
     points = np.random.default_rng(1).normal(size=(n, 3))
     faces = np.array([[0, 1, n - 1]])
     big = mesh(points, faces, points / np.linalg.norm(points, axis=1, keepdims=True))
     loaded = trimesh.load_scene(io.BytesIO(glb.glb({"body": big}, shells.PALETTES["orange"])), file_type="glb").geometry["body"]
     assert_allclose(np.asarray(loaded.vertices)[loaded.faces[0]], points[faces[0]], atol=1e-5)
-    # Palettes and ghosts.
     assert_allclose(glb.Material("#ff8000", 0.5).linear(), (1, 0.21586, 0, 1), atol=1e-5)
     assert_allclose(glb.Material("#0a0a0a", 0.5).linear()[:3], 10 / 255 / 12.92)
     materials = {m["name"]: m for m in glb_head(shells.link_glbs("orange")[1])["materials"]}
     factor = np.array(materials["body"]["pbrMetallicRoughness"]["baseColorFactor"])
     shown = np.where(factor[:3] <= 0.0031308, 12.92 * factor[:3], 1.055 * factor[:3] ** (1 / 2.4) - 0.055)
     assert_allclose(shown * 255, [int(shells.ORANGE[i : i + 2], 16) for i in (1, 3, 5)], atol=0.1)
-    # Ghosts are slimmer.
     for ghost, solid in zip(shells.link_glbs("ghost"), shells.link_glbs("orange"), strict=True):
         assert glb_head(ghost)["accessors"][0]["max"][0] < glb_head(solid)["accessors"][0]["max"][0]
-    # All palettes dress every part.
     names = {name for parts in shells.link_meshes() for name in parts}
     assert {"orange", "silver", "ghost"} <= set(shells.PALETTES)
     assert all(names <= set(palette) for palette in shells.PALETTES.values())
@@ -191,7 +166,6 @@ def test_glbs_load_back(link: int) -> None:
 
 @pytest.mark.parametrize("link", range(8))
 def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours(link: int) -> None:
-    """The colours are the materials', between half and twice as bright, and a sheen; the browser is told not to light them."""
     (loaded,) = trimesh.load_scene(io.BytesIO(shells.link_glbs("orange", coarse=True)[link]), file_type="glb").geometry.values()
     parts = shells.link_meshes(True)[link]
     assert isinstance(loaded, trimesh.Trimesh)
@@ -207,49 +181,34 @@ def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours
     assert (high <= np.minimum(2.0 * paints.max(0) + glb.SHEEN, 1.0) + 1e-6).all() and (high > 0.9 * paints.max(0)).all()
 
 
-class Builder:
-    """Builds, and counts how often."""
-
-    def __init__(self) -> None:
-        self.times = 0
-
-    def __call__(self) -> tuple[bytes, ...]:
-        self.times += 1
-        return (b"one", b"", b"three\n")
+THING = (b"one", b"", b"three\n")
 
 
-def test_what_has_a_key_is_built_once() -> None:
-    build = Builder()
-    for key, times in (("key", 1), ("key", 1), ("other key", 2)):
-        assert glb.cached("thing", key, build) == (b"one", b"", b"three\n")
-        assert build.times == times
+def test_what_has_a_key_is_built_once_and_a_damaged_file_again(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    built: list[str] = []
 
+    def thing(key: str = "key") -> tuple[bytes, ...]:
+        return glb.cached("thing", key, lambda: built.append(key) or THING)
 
-def test_a_damaged_file_is_built_again_and_mended(cache_folder: Path) -> None:
-    whole = glb.cached("thing", "key", Builder())
+    def refuse(*_: object) -> None:
+        raise PermissionError
+
+    assert thing() == thing() == THING and built == ["key"]
     (file,) = cache_folder.iterdir()
     data = file.read_bytes()
     for damaged in (b"", data[:-1], data[: len(data) // 2], data[:-2] + b"XY", b"[]\n", data.replace(b"three", b"THREE")):
         assert damaged != data
         file.write_bytes(damaged)
-        build = Builder()
-        assert glb.cached("thing", "key", build) == whole
-        assert build.times == 1 and file.read_bytes() == data
-
-
-def test_a_folder_that_cannot_be_used_or_written_does_no_harm(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        built.clear()
+        assert thing() == THING and built == ["key"] and file.read_bytes() == data
+    assert thing("other key") == THING and built == ["key", "other key"]
+    # A folder that cannot be used or written does no harm.
+    shutil.rmtree(cache_folder)
     cache_folder.write_text("a file where the folder should be", encoding="utf-8")
-    build = Builder()
-    assert glb.cached("thing", "key", build) == glb.cached("thing", "key", build)
-    assert build.times == 2
-
-    def refuse(*_: object) -> None:
-        raise PermissionError
-
+    assert thing() == thing() == THING and len(built) == 4
     cache_folder.unlink()
     monkeypatch.setattr("os.replace", refuse)
-    assert glb.cached("thing", "key", Builder()) == Builder()()
-    assert list(cache_folder.iterdir()) == []
+    assert thing() == THING and list(cache_folder.iterdir()) == []
 
 
 def test_shells_come_from_the_cache_until_a_source_changes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -270,7 +229,6 @@ def test_the_key_follows_sources_and_settings(tmp_path: Path) -> None:
     source = tmp_path / "source.py"
     source.write_text("a = 1")
     before = glb.source_key([source], 1.1)
-    assert glb.source_key([source], 1.1) == before
-    assert glb.source_key([source], 1.2) != before
+    assert glb.source_key([source], 1.1) == before and glb.source_key([source], 1.2) != before
     source.write_text("a = 2")
     assert glb.source_key([source], 1.1) != before

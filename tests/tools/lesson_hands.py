@@ -9,10 +9,8 @@ from typing import Any
 from playwright.sync_api import Page
 
 from app.page.panels.controls import TABS
-from app.settings import Settings
-from scenes.settings import specs
+from tests.app.page.helpers import SPECS, page_label
 
-SPECS = specs(Settings)
 BUTTONS = {
     "run": (r"Run( again)?\s*$", "Space"),
     "next": (r"(Next|Skip the run|Back to the outcome)", "n"),
@@ -34,10 +32,8 @@ def press(page: Page, label: str) -> None:
 def control_of(key: str, value: Any) -> tuple[str, str, str]:
     """Return of a setting the tab on which it stands, its label, and what a person enters for a value."""
     spec = SPECS[key]
-    tab = next(name for name, _, keys in TABS if key in keys)
-    label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
     entered = spec.choice_labels[spec.choices.index(value)] if spec.choices else f"{value * spec.page_scale:g}"
-    return tab, label, entered
+    return next(name for name, _, keys in TABS if key in keys), page_label(key), entered
 
 
 class Clicks:
@@ -91,23 +87,15 @@ class Keys:
 
     def set(self, key: str, value: Any) -> None:
         tab, label, entered = control_of(key, value)
-        names = {name for name, _, _ in TABS}
-        self._tab_to(lambda: self._focused("getAttribute('role')") == "tab" and self._focused("innerText") in names, "the tabs")
+        tabs = {name for name, _, _ in TABS}
+        self._tab_to(lambda: self._focused("getAttribute('role')") == "tab" and self._focused("innerText") in tabs, "the tabs")
         self._press_until("ArrowRight", lambda: self._focused("innerText") == tab, f"the tab “{tab}”")
         self.page.keyboard.press("Enter")
         self.page.locator("[role=tab][aria-selected=true]").get_by_text(tab, exact=True).wait_for()
-        name = "labels?.[0]?.textContent"
-        self._tab_to(
-            lambda: (
-                label in (self._focused("getAttribute('aria-label')"), self._focused(name))
-                and self._focused("tagName") == "INPUT"
-            ),
-            f"“{label}”",
-        )
+        names = ("getAttribute('aria-label')", "labels?.[0]?.textContent")
+        self._tab_to(lambda: self._focused("tagName") == "INPUT" and label in map(self._focused, names), f"“{label}”")
         if SPECS[key].choices:
-            marked = (
-                "document.getElementById(document.activeElement?.getAttribute('aria-activedescendant') ?? '')?.innerText ?? ''"
-            )
+            marked = "document.getElementById(document.activeElement?.getAttribute('aria-activedescendant') ?? '')?.innerText"
             self._press_until("ArrowDown", lambda: str(self.page.evaluate(marked)).strip() == entered, f"the choice “{entered}”")
         self._enter(None if SPECS[key].choices else entered)
 

@@ -18,23 +18,12 @@ from tests.app.conftest import ask
 from tests.browser import until, wait_frames
 from tests.tools.lesson_hands import Hands
 
-LONG = 180.0
-"""How long a run may take on a busy machine [s]."""
-
-SETTLING = 4.0
-"""Until an arm has given way to a ball that stays where it is [s]."""
-
-FAST = 0.8
-"""Speed limit for a push by arrows, which do not meet the other hand as squarely as a script does [m/s]."""
-
-AHEAD = 0.25
-"""How far ahead of the hand the target of a straight push is [m]."""
-
-STEP = 0.02
-"""How far an arrow moves hand or ball [m]."""
-
-BURST = 8
-"""Presses of keys between two frames, as of a key that is held down."""
+LONG = 180.0  # a run on a busy machine [s]
+SETTLING = 4.0  # until an arm has given way to a ball that stays where it is [s]
+FAST = 0.8  # speed limit for a push by arrows, which do not meet the other hand as squarely as a script does [m/s]
+AHEAD = 0.25  # how far ahead of the hand the target of a straight push is [m]
+STEP = 0.02  # how far an arrow moves hand or ball [m]
+BURST = 8  # presses of keys between two frames, as of a key that is held down
 
 
 class LessonMoves:
@@ -136,7 +125,6 @@ def held_at(session: Session) -> Array:
 
 def hands_of(session: Session) -> tuple[Array, Array]:
     """Where the guided hand and the other arm's are (3,) [m]; twice the same of one arm alone."""
-    simulation = session.simulation
-    arms = simulation.guided, simulation.avoiding
-    own, other = (simulation.kinematics.hand_pose(arm).translation.copy() for arm in arms)
+    now = session.simulation
+    own, other = (now.kinematics.hand_pose(arm).translation.copy() for arm in (now.guided, now.avoiding))
     return own, other

@@ -1,7 +1,4 @@
-"""How lessons are walked in a real browser, by clicks or by keys: every answer, every verdict, every challenge.
-
-What is to be moved in a challenge is moved with the keys that move it on every page.
-"""
+"""How lessons are walked in a real browser, by clicks or by keys: every answer, every verdict, every challenge."""
 
 from __future__ import annotations
 
@@ -76,25 +73,18 @@ def named(page: Page) -> None:
 
 @dataclass
 class Walked:
-    """A walked step: answers with a verdict, runs that show why, "passed" for a challenge, wall time, headlines of the verdicts."""
+    """A walked step: headlines of the verdicts, runs that show why, "passed" for a challenge, wall time."""
 
     lesson: str
     step: str
-    answers: int = 0
+    said: list[str] = field(default_factory=list)
     whys: int = 0
     challenge: str = ""
     seconds: float = 0.0
-    said: list[str] = field(default_factory=list)
 
 
 class Walker:
-    """Walks lessons that are open on a page.
-
-    Args:
-        page: the tab.
-        session, run: of the tab, only to be asked, but for the speed of the page.
-        hands: how.
-    """
+    """Walks lessons that are open on a page; session and run of the tab are only asked, but for the speed of the page."""
 
     def __init__(self, page: Page, session: Session, run: LessonSession, hands: Hands) -> None:
         self.page, self.session, self.run, self.hands = page, session, run, hands
@@ -127,12 +117,9 @@ class Walker:
         return walked
 
     def on_to_the_next(self) -> None:
-        """Go on to the next step or lesson, and wait for it."""
         here = self.run.walk.step
         self.hands.do("next")
         until(self.page, lambda: self.run.walk.step is not here, "the next step")
-
-    # ---- parts of a step -------------------------------------------------------------------------------------------------------
 
     def _at(self, phase: Phase) -> None:
         """Wait for a part of the present step, in the session and on the page."""
@@ -162,13 +149,11 @@ class Walker:
             self._on("Skip the run")
             self.hands.do("next")
         self._at(Phase.OBSERVE)
-        headline = page.locator(".duet-l-verdict .card .mark b").inner_text()
-        assert run.walk.verdict is not None
-        assert run.walk.verdict.right == right and run.walk.verdict.headline == headline
+        headline, verdict = page.locator(".duet-l-verdict .card .mark b").inner_text(), run.walk.verdict
+        assert verdict is not None and verdict.right == right and verdict.headline == headline
         text = page.locator(".duet-l-verdict .card").inner_text()
         assert "You said" in text and "Measured" in text
         until(page, lambda: headline in (page.locator("#duet-say").text_content() or ""), "the verdict is announced")
-        walked.answers += 1
         walked.said.append(headline)
         outcome = run.walk.done.outcome
         assert outcome is not None and not (right and outcome.reference), (right, outcome)
@@ -228,7 +213,6 @@ class Walker:
         until(self.page, lambda: self.run.walk.done.attempts > attempts, "the attempt", LONG)
 
     def _forecast(self, step: Step, trial: Trial) -> None:
-        """Say the numbers that a trial says."""
         for i, (label, number) in enumerate(zip(self.run.view().forecasts, said_by(step, trial), strict=True)):
             assert number is not None
 

@@ -1,7 +1,6 @@
-"""Walk all lessons in a real browser, by clicks and by keys, and take pictures of them.
+"""Walk all lessons in a real browser, by clicks and by keys: `python -m tests.tools.walk_lessons` prints each step.
 
-`python -m tests.tools.walk_lessons` walks everything, prints each step, and saves pictures of each lesson's first and last step at three
-sizes to the artefact folder. Exit code 1 on a failure.
+Exit code 1 on a failure, of which a picture is saved to the artefact folder.
 """
 
 from __future__ import annotations
@@ -18,24 +17,20 @@ from tempfile import mkdtemp
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from app.cli.laws import NewLaw, new_law
-from app.lessons.phases import Phase
-from app.lessons.session.lesson_actions import Check, Choose, GoOn
 from app.session.input_sources import InputSources
 from app.settings import Settings
 from app.start import App, start_app
-from tests.app.conftest import ask
-from tests.browser import launch, listen, screenshot, settled_view, until, wait_frames
+from tests.browser import launch, listen, screenshot, until
 from tests.tools.lesson_hands import Clicks, Keys
 from tests.tools.lesson_walker import Walker, enter, named, shown_step
 
-SIZES = ((1440, 900), (1024, 768), (390, 844))
 HANDS = {"clicks": Clicks, "keys": Keys}
 
 
 @contextmanager
-def tab(browser: Browser, width: int = 1024, height: int = 768) -> Iterator[Page]:
-    """An empty tab of a size, whose errors end the walk."""
-    context = browser.new_context(viewport={"width": width, "height": height})
+def tab(browser: Browser) -> Iterator[Page]:
+    """An empty tab, whose errors end the walk."""
+    context = browser.new_context(viewport={"width": 1024, "height": 768})
     page = context.new_page()
     errors: list[str] = []
     listen(page, errors)
@@ -61,46 +56,12 @@ def walk(page: Page, house: App, by: str, numbers: list[int]) -> None:
             except BaseException:
                 screenshot(page, f"walk-{by}-{lesson.id}-{step.id}")
                 raise
-            did = f"{found.answers:2d} answers, {found.whys} whys, challenge {found.challenge or '–':7s}"
+            did = f"{len(found.said):2d} answers, {found.whys} whys, challenge {found.challenge or '–':7s}"
             print(f"{by:6s} {found.lesson:18s} {found.step:14s} {did} {found.seconds:6.1f} s", flush=True)
             if (step, number) != (lesson.steps[-1], numbers[-1]) and step is not run.book.lessons[-1].steps[-1]:
                 walker.on_to_the_next()
     walker.hands.do("leave")
     until(page, lambda: not run.open, "leaving")
-
-
-def pictures(page: Page, house: App, numbers: list[int], width: int) -> None:
-    """Save pictures of each lesson's first step, asked, answered and explained, and of its last step's end."""
-    session, run = enter(page, house, f"lesson={numbers[0]}")
-
-    def save(name: str) -> None:
-        settled_view(page, 6)
-        wait_frames(page, 6)
-        screenshot(page, f"lesson-{name}-{width}")
-
-    def on(phase: Phase) -> None:
-        def there() -> bool:
-            question = run.walk.step.question
-            if run.walk.locked and question is not None:
-                ask(session, lambda _: run.act(Choose((question.right + 1) % len(question.choices))))
-            elif run.walk.phase is not phase:
-                ask(session, lambda _: run.act(GoOn()))
-            return run.walk.phase is phase
-
-        until(page, there, str(phase))
-        page.locator(f".duet-l-head .phases .now:text-is('{phase.value.capitalize()}')").wait_for()
-
-    for number in numbers:
-        place = next(i for i, lesson in enumerate(run.book.lessons) if lesson.number == number)
-        shown_step(page, session, run, place, 0)
-        save(f"{number:02d}-first")
-        for phase in {Phase.OBSERVE, Phase.EXPLAIN} & set(run.walk.phases):
-            on(phase)
-            save(f"{number:02d}-first-{phase}")
-        shown_step(page, session, run, place, len(run.walk.lesson.steps) - 1)
-        on(run.walk.phases[-1])
-        ask(session, lambda _: run.act(Check()))
-        save(f"{number:02d}-last")
 
 
 def custom_law() -> Path:
@@ -113,11 +74,9 @@ def custom_law() -> Path:
 
 
 def main() -> int:
-    """Walk; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--by", choices=HANDS, nargs="*", default=list(HANDS))
     parser.add_argument("--lessons", type=int, nargs="+", default=list(range(1, 11)), help="numbers")
-    parser.add_argument("--no-pictures", action="store_true")
     given = parser.parse_args()
     house = start_app("127.0.0.1", 0, Settings(), sources=InputSources(law_file=custom_law()))
     failed = 0
@@ -130,9 +89,6 @@ def main() -> int:
             except Exception:
                 failed = 1
                 traceback.print_exc()
-        for width, height in () if given.no_pictures else SIZES:
-            with tab(browser, width, height) as page:
-                pictures(page, house, given.lessons, width)
         browser.close()
     house.close()
     return failed

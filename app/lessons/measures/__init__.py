@@ -1,37 +1,5 @@
-"""Everything that can be measured in a run, one subject a file."""
+"""Everything that can be measured in a run, one subject a file; importing them fills `quantity.QUANTITIES`."""
 
-from app.lessons.measures import contact_line as line
-from app.lessons.measures import distances as distance
-from app.lessons.measures import following
-from app.lessons.measures import hand_errors as hand
-from app.lessons.measures import leverage as along
-from app.lessons.measures import task_stability as tasks
-from app.lessons.measures import velocity_jumps as smoothness
-from app.lessons.measures.quantity import (
-    QUANTITIES,
-    Quantity,
-    Value,
-    checked_parameters,
-    measure,
-    read_parameters,
-    shown_parameter,
-    shown_value,
-)
+from app.lessons.measures import contact_line, distances, following, hand_errors, leverage, task_stability, velocity_jumps
 
-__all__ = [
-    "QUANTITIES",
-    "Quantity",
-    "Value",
-    "along",
-    "checked_parameters",
-    "distance",
-    "following",
-    "hand",
-    "line",
-    "measure",
-    "read_parameters",
-    "shown_parameter",
-    "shown_value",
-    "smoothness",
-    "tasks",
-]
+__all__ = ["contact_line", "distances", "following", "hand_errors", "leverage", "task_stability", "velocity_jumps"]

@@ -58,7 +58,6 @@ class Quantity:
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
-        """Return its parameters by name."""
         return dict(list(inspect.signature(self.function).parameters.items())[1:])
 
     @property

@@ -30,10 +30,6 @@ log = logging.getLogger("duet.lessons")
 class LessonSession:
     """The lessons of one session.
 
-    Args:
-        session: in which they run.
-        book: all lessons.
-
     Attributes:
         open: whether a lesson is open; otherwise the page is the visitor's own.
         version: goes up with every change that the page has to show.
@@ -64,7 +60,6 @@ class LessonSession:
 
     @property
     def begun(self) -> bool:
-        """Return whether anything was done in any lesson."""
         return self._walk is not None and self._walk.begun
 
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
@@ -132,7 +127,6 @@ class LessonSession:
 
     @property
     def locked(self) -> bool:
-        """Return whether Run is locked."""
         return self.open and self.walk.locked
 
     @property
@@ -320,7 +314,6 @@ class LessonSession:
         self.version += 1
 
     def _leave_replay(self) -> None:
-        """Show the run that has just begun."""
         if self._session.player is not None:
             self._session.player.leave()
 

@@ -17,7 +17,6 @@ class StepRunner:
     """Begins and measures the run of a step; belongs to the session's thread.
 
     Args:
-        session: in which it runs.
         further: the further runs that it is compared with.
         notes: takes title and text of notices for the visitor.
 

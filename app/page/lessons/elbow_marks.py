@@ -8,8 +8,7 @@ import viser
 
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
-from app.lessons.measures import measure
-from app.lessons.measures.quantity import shown_parameter
+from app.lessons.measures.quantity import measure, shown_parameter
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame
 from app.session.session import Session

@@ -1,14 +1,15 @@
 """A lecture: all see the same, and one tab has the controls."""
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA
 from app.classroom.leader import Leader
 from app.hosting.teacher_key import MOST_ADDRESSES, Guesses
 from app.page.panels.hotkeys import HOTKEYS
+from app.session.session import Session
 from app.settings import Settings
 from app.web.index_page import KEY_LATER
 from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask, lecture_of
-from tests.app.page.helpers import bodies, hotkey_uuid
+from tests.app.page.helpers import bodies, buttons, click, hotkey_uuid
+from tests.blocking_client import BlockingClient
 
 LEADER = f"resume={'1' * 32}"
 
@@ -33,30 +34,42 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
         visitor.wait_for(lambda v: len(bodies(v, "GuiUplotMessage")) == 2)
     first.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(first, "pause")})
     first.wait_for(lambda _: session.paused)
-    steps = ask(session, lambda s: s.simulation.steps)
     assert has_controls(first) and not has_controls(second)
     assert host.operator == int(first.mirror.nodes[HAND]["owner"])
 
     # The second one knows all the names, and it is of no use.
-    before = session.settings
-    slider, group = first.mirror.labelled("d_m [mm]")["uuid"], bodies(first, "GuiButtonGroupMessage")[0]["uuid"]
+    click(first, "Lessons")
+    first.wait_for(lambda v: any(label.startswith("1 ") for label in buttons(v)))
+
+    def state(s: Session) -> tuple[object, ...]:
+        room, lessons = host.room, host.lessons
+        return s.settings, s.paused, s.held, s.simulation.steps, room.free, room.paused, lessons.open, lessons.walk.to_json()
+
+    before, elements = ask(session, state), list(first.mirror.gui.values())
     for owner in (str(host.operator), "", str(int(host.operator or 0) + 1)):
         target = {"name": HAND, "owner": owner}
         second.send({"type": "TransformControlsDragStartMessage", **target})
         pose = {"position": [0.0, 0.0, 1.0], "wxyz": [1.0, 0.0, 0.0, 0.0]}
         second.send({"type": "TransformControlsUpdateMessage", **target, **pose})
         second.send({"type": "TransformControlsDragEndMessage", **target})
-    second.send({"type": "GuiUpdateMessage", "uuid": slider, "updates": {"value": 50.0}})
-    second.send({"type": "GuiUpdateMessage", "uuid": group, "updates": {"value": "Reset"}})
-    for action in ("pause", "reset", "law"):
-        second.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(first, action)})
+    values = {
+        "GuiSliderMessage": [50.0],
+        "GuiButtonGroupMessage": ["Reset", "Reset step", "Explore freely"],
+        "GuiButtonMessage": [True],
+    }
+    for uuid, value in ((e["uuid"], value) for e in elements for value in values.get(e["type"], [])):
+        second.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
+    for uuid in list(first.mirror.commands):
+        second.send({"type": "CommandTriggerMessage", "uuid": uuid})
     # The camera is everybody's own: once it has arrived, all of the above has, too.
     known = opened.server.get_clients()
     (own,) = (client for number, client in known.items() if number != host.operator)
     second.send(CAMERA | {"image_height": 500, "image_width": 700})
     second.wait_for(lambda _: own.camera.image_width == 700)
-    assert ask(session, lambda s: (s.settings, s.paused, s.held, s.simulation.steps)) == (before, True, None, steps)
+    assert ask(session, state) == before
     # The first one can.
+    click(first, "Leave the lessons")
+    first.wait_for(lambda v: HAND in v.mirror.nodes)
     first.set_value("d_m [mm]", 50.0)
     first.wait_for(lambda _: session.settings.run.law.critical_distance == 0.05)
 
@@ -77,7 +90,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     assert host.operator == int(back.mirror.nodes[HAND]["owner"]) != operator
     back.set_value("d_m [mm]", 100.0)
     back.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(back, "pause")})
-    back.wait_for(lambda _: session.settings.run.law.critical_distance == 0.1 and not session.paused)
+    back.wait_for(lambda _: session.settings.run.law.critical_distance == 0.1 and session.paused)
     assert not has_controls(second) and not has_controls(third)
 
 

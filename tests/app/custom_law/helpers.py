@@ -1,12 +1,6 @@
 """Files with laws in them, a situation to try them in, and ways to wait for a process."""
 
-from __future__ import annotations
-
-import os
 import textwrap
-import threading
-import time
-from collections.abc import Callable
 from contextlib import closing
 from functools import reduce
 from pathlib import Path
@@ -24,6 +18,7 @@ from app.settings import Settings
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
 from scenes.settings import changed
+from tests.app.runtime.processes import gone
 
 SHORT = LawLimits(load=0.1, call=0.02, memory=96 * 2**20)
 """So that what never ends is ended soon."""
@@ -42,7 +37,6 @@ PAPER = """
 
 
 def write(path: Path, text: str) -> Path:
-    """Write a file, indented as here or not; return where it is."""
     path.write_text(textwrap.dedent(text).lstrip("\n"), encoding="utf-8")
     return path
 
@@ -59,7 +53,6 @@ def situation(n: int = 7, pairs: int = 5) -> Situation:
 
 
 def received(sent: Situation) -> Situation:
-    """What arrives in the law's process."""
     question = decode_question(encode(VelocityQuestion.of(sent)))
     assert isinstance(question, VelocityQuestion)
     return question.situation()
@@ -69,28 +62,6 @@ def session_of(path: Path, background: JobPool | None = None, **settings: object
     """A session of a server that has a law file; closed after a `with`."""
     given = reduce(lambda present, change: changed(present, *change), settings.items(), Settings())
     return closing(Session(given, background=background, sources=InputSources(law_file=path)))
-
-
-def until(true: Callable[[], object], seconds: float = 60.0) -> None:
-    """Return as soon as something is true."""
-    end, pause = time.monotonic() + seconds, threading.Event()
-    while not true():
-        assert time.monotonic() < end, "not in time"
-        pause.wait(0.002)
-
-
-def gone(pid: int) -> bool:
-    """Whether a process has ended, and been waited for if it is this one's child; an orphan is waited for by another."""
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return True
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
-            state, parent = file.read().rpartition(")")[2].split()[:2]
-    except OSError:
-        return False
-    return state == "Z" and int(parent) != os.getpid()
 
 
 ZEROS = np.zeros(7)

@@ -1,7 +1,5 @@
 """A student's law on the page, without a browser: tested beside it, as the law, as the ghost, and resting until its turn in the lessons."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,27 +14,26 @@ from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_actions import Check, GoBack, GoOn
 from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.custom_law_html import COMMANDS, law_html
+from app.page.lessons.custom_law_html import law_html
 from app.runtime.job_pool import BUSY, JobPool
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadInputFile
 from scenes.settings import changed
-from tests.app.custom_law.helpers import PAPER, session_of, until, write
+from tests.app.custom_law.helpers import PAPER, session_of, write
 from tests.app.inline import Inline
+from tests.app.runtime.processes import until
 
 NAMES = tuple(TRIALS)
 STANDS_STILL = "def law(s):\n    return 0.0 * s.nominal"
 
 
 def names_it(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
-    """A test that takes no time: it is passed if the text says so."""
     assert path.name == "my_law.py" and not stopped()
     return TrialResult(name, name.encode() in text, f"{name} is named", {})
 
 
 def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever is saved meanwhile; asked again, it is the new text."""
     monkeypatch.setattr(examination_module, "examine_one", names_it)
     path, background = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[:-1])), Inline()
     examination = Examination(path, background, lambda: None)
@@ -56,7 +53,6 @@ def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, monkey
 
 
 def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
-    """Tests that are given up can be made again; no place in the queue; a file that is gone."""
     path, background = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal"), Inline()
     examination = Examination(path, background, lambda: None)
     examination.begin()
@@ -73,7 +69,6 @@ def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
 
 
 def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
-    """Never both at once; the run starts again when it changes sides, and a broken file freezes only the one that runs it."""
     path = write(tmp_path / "my_law.py", STANDS_STILL)
     with session_of(path, scene="ball") as session:
 
@@ -102,13 +97,11 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
 
 
 def test_without_a_file() -> None:
-    # Without a file the ghost of ones own is a twin.
     session = Session(changed(Settings(), "ghost", "own"))
     assert session.student_law.ghost_file is None and session.ghost is not None and session.law.examination is None
     for _ in range(20):
         session.advance(0.02)
     assert np.array_equal(session.ghost.positions, session.simulation.positions)
-    # Without a file there is nothing to check.
     session = Session(Settings())
     run = LessonSession(session, load_lessons())
     to_challenge(session, run)
@@ -116,13 +109,9 @@ def test_without_a_file() -> None:
     run.act(Check())
     run.decide()
     assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
-    # Without a file the step says what to type.
-    html = law_html(NO_FILE, "", False, False)
-    assert all(f"<pre>{command}</pre>" in html for command in COMMANDS)
 
 
 def to_challenge(session: Session, run: LessonSession) -> None:
-    """Open the last step, and go on to its challenge."""
     run.enter("limits", 3)
     while run.walk.phase is not Phase.CHALLENGE:
         run.act(GoOn())
@@ -131,7 +120,6 @@ def to_challenge(session: Session, run: LessonSession) -> None:
 
 
 def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
-    """What a lesson measures is about the settings' law; only the step that asks for one's own runs it; outside it runs again."""
     with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
         run = LessonSession(session, load_lessons())
         assert session.student_law.file == "my_law.py" and run.own_tests is None
@@ -139,7 +127,6 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
         assert session.student_law.file is None and run.own_tests is None
         to_challenge(session, run)
         assert session.student_law.file == "my_law.py"
-        # To look back leaves the run alone.
         while run.walk.phase is not Phase.DO:
             assert session.student_law.file == "my_law.py"
             run.act(GoBack())
@@ -150,7 +137,6 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
 
 
 def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not by the run, not by five; Check while they are made starts them again."""
     monkeypatch.setattr(examination_module, "examine_one", names_it)
     background = Inline()
     path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[1:]))
@@ -160,14 +146,14 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytes
         assert run.own_tests == ExaminationProgress("my_law.py")
 
         def check() -> None:
-            until(lambda: run._runs.ready, 60.0)
+            until(lambda: run._runs.ready)
             run.act(Check())
             for name in NAMES:
                 background.work(name)
                 run.decide()
             assert run.own_tests is not None and run.own_tests.finished
 
-        until(lambda: run._runs.ready, 60.0)
+        until(lambda: run._runs.ready)
         run.act(Check())
         check()
         assert run.walk.done.attempts == 1 and not run.walk.done.passed
@@ -180,7 +166,6 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytes
 
 
 def test_every_test_says_how_it_went_in_words() -> None:
-    """Before, in the middle and in the end; what a file's author wrote is no HTML."""
     verdicts = tuple(TrialResult(name, name != NAMES[1], f"d < {i} mm & so on", {}) for i, name in enumerate(NAMES))
     before = law_html(ExaminationProgress("a<b>.py"), "", False, False)
     assert "a&lt;b&gt;.py runs." in before and all(WHY[name] in before for name in NAMES)

@@ -1,7 +1,5 @@
 """However a student's law fails, the arm freezes at worst, the line is named, no call is held up, and no process is left."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal
@@ -19,7 +17,8 @@ from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
 from controllers.errors import BadInputFile
 from controllers.laws.situation import Unanswered
-from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, gone, soon, until, write
+from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, soon, write
+from tests.app.runtime.processes import gone, until
 
 
 @pytest.mark.parametrize(
@@ -55,7 +54,6 @@ def test_how_it_may_fail(file: Path, text: str, says: str) -> None:
     ids=["python", "python, not waited for", "asleep", "below", "while it is read", "activation"],
 )
 def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[int, ...], waits: bool) -> None:
-    """In Python, in C, asleep, while the file is read and in λ. No call is held up longer than the limits."""
     with CustomLaw(write(file, text), SHORT, waits) as law:
         pids: set[int | None] = set()
 
@@ -129,7 +127,6 @@ def test_a_file_that_is_none(tmp_path: Path) -> None:
 
 
 def test_a_python_that_cannot_be_started(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A broken installation is a message too, with or without a process."""
     for executable, says in ((str(file.parent / "python"), "No such file"), ("/bin/false", "exit code 1")):
         monkeypatch.setattr(sys, "executable", executable)
         with CustomLaw(write(file, GOOD), waits=True) as law:
@@ -138,7 +135,6 @@ def test_a_python_that_cannot_be_started(file: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_a_slow_beginning_holds_no_call_up(file: Path, tmp_path: Path) -> None:
-    """While the file is read, and while the first call loads something, no call is answered or waits; then the arm moves."""
     text = f"""
         import pathlib, time
 
@@ -173,7 +169,6 @@ def test_a_slow_beginning_holds_no_call_up(file: Path, tmp_path: Path) -> None:
 
 
 def test_no_process_is_left(file: Path) -> None:
-    """After close, after a `with`, and when nothing refers to it any more; closing twice is closing once."""
     write(file, GOOD)
     law = CustomLaw(file, waits=True)
     law(SITUATION)
@@ -194,7 +189,6 @@ def test_no_process_is_left(file: Path) -> None:
 
 @pytest.mark.parametrize("end", ["closed", "dead"])
 def test_what_the_law_started_goes_with_it(file: Path, end: str) -> None:
-    """When it is closed, and when it has gone by itself."""
     text = """
         import os, subprocess, sys
         child = subprocess.Popen([sys.executable, "-SE", "-c", "input()"], stdin=subprocess.PIPE)
@@ -216,7 +210,6 @@ def test_what_the_law_started_goes_with_it(file: Path, end: str) -> None:
 
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "sys.exit()"])
 def test_it_goes_with_the_page(file: Path, end: str) -> None:
-    """However the page's process ends, and even in the middle of an endless loop."""
     write(file, "while True: pass")
     page = f"""
         import os, sys
@@ -230,9 +223,7 @@ def test_it_goes_with_the_page(file: Path, end: str) -> None:
         print(child.pid, flush=True)
         {end}
     """
-    root = Path(__file__).parents[3]
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(page)], cwd=root, capture_output=True, text=True, timeout=120.0, check=False
-    )
+    command, root = [sys.executable, "-c", textwrap.dedent(page)], Path(__file__).parents[3]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120.0, check=False)
     assert done.stdout.strip().isdigit(), done.stderr
     until(lambda: gone(int(done.stdout)))

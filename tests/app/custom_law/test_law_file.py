@@ -1,7 +1,5 @@
 """A student's file, read and called: what is wrong is said in its own words, with the line. No process is needed for that."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import textwrap
@@ -15,12 +13,10 @@ from tests.app.custom_law.helpers import PAPER, received, situation
 
 
 def file_of(text: str) -> LawFile:
-    """A file with this text."""
     return LawFile("/somewhere/my_law.py", textwrap.dedent(text).lstrip("\n").encode(), 512 << 20)
 
 
 def wrong(text: str) -> Wrong:
-    """What is said of a file that cannot be loaded, or fails when it is called."""
     with pytest.raises(Wrong) as caught:
         file_of(text).velocities(received(situation()))
     return caught.value
@@ -35,7 +31,6 @@ def test_the_laws_process_needs_no_robotics_library() -> None:
 @pytest.mark.parametrize(("n", "pairs"), [(6, 5), (7, 0), (14, 40)])
 @pytest.mark.parametrize("bare", ["", "task_jacobian", "lower upper", "rows distances approaches", "approaches"])
 def test_a_situation_crosses_the_line_to_the_bit(n: int, pairs: int, bare: str) -> None:
-    """Every field arrives as it was, whatever is None, and whatever the order of memory."""
     sent = situation(n, max(pairs, 1))
     if pairs == 0:
         sent = sent._replace(rows=np.zeros((0, n)), distances=np.zeros(0), approaches=np.zeros(0))
@@ -94,7 +89,6 @@ def test_what_is_wrong_and_where(text: str, line: int | None, says: str) -> None
 
 
 def test_messages_and_encodings() -> None:
-    # A message is never endless.
     assert len(wrong("def law(s):\n    raise ValueError('x' * 10_000)").text) == 300
     # Whatever Python reads: a declared encoding, a byte order mark, and the lines of Windows.
     for text in (
@@ -132,10 +126,8 @@ def test_a_file_and_its_curves() -> None:
         np.testing.assert_allclose(law.rates(d, u, 0.1, square), lam * 0.3 - (1.0 - lam) * u, atol=1e-12)
     seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(d, u, 0.1, 0.25)
     np.testing.assert_allclose(seen, 0.5 * 0.1)
-    # Rates are nan where the law fails.
-    found = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None").rates(
-        np.array([0.1, 0.3]), 0.1, 0.0, 1.0
-    )
+    near = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None")
+    found = near.rates(np.array([0.1, 0.3]), 0.1, 0.0, 1.0)
     assert np.isnan(found[0]) and found[1] == pytest.approx(-0.1)
 
 

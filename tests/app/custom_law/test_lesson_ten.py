@@ -1,7 +1,5 @@
 """The end of the lessons in a real browser: a law of one's own is broken, mended, tested, and passes."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A law that is slow, or hangs, holds up nothing but the run that it moves, and the page says so; a busy machine is no endless loop."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable
@@ -21,7 +19,8 @@ from app.page.panels.readout import custom_law_html, status_html
 from app.session.session import Session
 from scenes.headless import run
 from scenes.rerun import rerun
-from tests.app.custom_law.helpers import PAPER, session_of, until, write
+from tests.app.custom_law.helpers import PAPER, session_of, write
+from tests.app.runtime.processes import until
 
 FRAME = 0.03
 
@@ -39,17 +38,14 @@ def gated(gate: Path) -> str:
 
 
 def advanced(session: Session, true: Callable[[], object]) -> None:
-    """Advance until something is true."""
     until(lambda: session.advance(FRAME) < 0 or true())
 
 
 def hangs(session: Session) -> bool:
-    """Whether the session's run has begun, and waits."""
     return session.simulation.steps > 0 and session.student_law.waits
 
 
 def patient(session: Session, limit: float = 60.0) -> None:
-    """Let one call of a session's law take longer than usual."""
     law = session.law._law
     assert law is not None
     object.__setattr__(law.limits, "call", limit)
@@ -57,7 +53,6 @@ def patient(session: Session, limit: float = 60.0) -> None:
 
 @pytest.mark.parametrize("scene", ["hold", "ball", "imitation"])
 def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Path, scene: str) -> None:
-    """While a call hangs no step is made, and nothing is asked twice; the run has the bits of one that waited for every call."""
     gate = tmp_path / "go on"
     write(file, gated(gate))
     with session_of(file, scene=scene, avoid="both" if scene == "imitation" else "free") as session:
@@ -73,7 +68,14 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
             assert [array.tobytes() for array in one] == [array.tobytes() for array in other]
         assert "waiting for my_law.py" in custom_law_html(session.student_law) and not session.pace.slowed
         advanced(session, lambda: session.pace.rate < 0.01)
+        # A step that is asked for while it waits is made when the law answers.
+        session.single_step()
+        for _ in range(5):
+            assert session.advance(FRAME) == 0
         gate.touch()
+        advanced(session, lambda: session.simulation.steps > steps)
+        assert session.simulation.steps == steps + 1 and session.advance(FRAME) == 0
+        session.toggle_pause()
         advanced(session, lambda: session.simulation.steps >= 60)
         assert "runs my_law.py" in custom_law_html(session.student_law)
         recorded, made = session.recorded(), session.simulation.steps
@@ -83,23 +85,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         assert session.simulation.history.table().tobytes() == reference.table.tobytes()
 
 
-def test_a_step_that_is_asked_for_while_paused_is_made_when_the_law_answers(file: Path, tmp_path: Path) -> None:
-    gate = tmp_path / "go on"
-    write(file, gated(gate))
-    with session_of(file) as session:
-        patient(session)
-        advanced(session, lambda: hangs(session))
-        steps = session.simulation.steps
-        session.single_step()
-        for _ in range(5):
-            assert session.advance(FRAME) == 0
-        gate.touch()
-        advanced(session, lambda: session.simulation.steps > steps)
-        assert session.simulation.steps == steps + 1 and session.advance(FRAME) == 0
-
-
 def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path: Path) -> None:
-    """Both stand still; what is recorded makes the run again to the last bit."""
     gate = tmp_path / "go on"
     write(file, gated(gate))
     with session_of(file, ghost="own") as session:
@@ -117,7 +103,6 @@ def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path
 
 
 def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once, when a call is not answered; in the frames after that it is not waited for at all, and nor is a chart."""
     in_vain: list[float] = []
     answer = LawProcess.answer
 
@@ -154,7 +139,6 @@ def test_a_share_is_divided_among_those_who_call(monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
-    """With the time that a call takes, and the time that it may take."""
     write(file, "import time\n" + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="))
     with session_of(file, scene="ball", dt=0.005) as session:
         advanced(session, lambda: session.student_law.slow is not None)
@@ -175,7 +159,6 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
 
 
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
-    """Without waiting: blank until the answer is there, and blank where the function fails."""
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
     with session_of(file) as session:
         law = session.law._law
@@ -187,17 +170,11 @@ def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
         assert law.problem is None
 
 
-@pytest.fixture
-def machine(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
-    """What `Patience` sees instead of the real one: clocks that stand still until they are moved."""
+def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = SimpleNamespace(now=0.0, used=0.0, wants=True)
     monkeypatch.setattr(patience_module.time, "monotonic", lambda: machine.now)
     monkeypatch.setattr(patience_module, "_used", lambda process: machine.used)
     monkeypatch.setattr(patience_module, "_wants_a_core", lambda process: machine.wants)
-    return machine
-
-
-def test_time_limits_on_a_busy_machine(machine: SimpleNamespace) -> None:
     # A process that computes or sleeps is too long.
     for used, wants in ((1.1, True), (0.0, False), (None, True)):
         machine.now, machine.used = 0.0, None if used is None else 0.0

@@ -1,7 +1,5 @@
 """The six tests of a student's law: what a sensible law passes, what each of the others fails, and what is said of it."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Callable
@@ -49,7 +47,6 @@ def built_in(name: LawName = "smooth_priority", **settings: Any) -> Candidate:
 
 
 def from_text(text: str) -> Candidate:
-    """A student's file as a candidate in this process."""
     file = LawFile("my_law.py", textwrap.dedent(text).encode(), 2**28)
     return Candidate(make_law(LawSettings()), lambda situation: file.velocities(received(situation))[0])
 
@@ -61,7 +58,6 @@ def verdicts_of(name: LawName) -> dict[str, TrialResult]:
 
 
 def failed(verdicts: list[TrialResult]) -> set[str]:
-    """Names of the tests that were failed."""
     assert [verdict.name for verdict in verdicts] == list(TRIALS)
     return {verdict.name for verdict in verdicts if not verdict.passed}
 
@@ -75,25 +71,14 @@ SWITCHED = """
 TASK_ONLY = "def law(s):\n    return s.nominal"
 
 
-@pytest.mark.parametrize(
-    ("text", "failures", "says"),
-    [
-        (SWITCHED, {SMOOTH}, {SMOOTH: "a jump stays, however small dt"}),
-        (TASK_ONLY, {KEEPS, OUT}, {KEEPS: "fails by 184.", OUT: "fails by 201."}),
-    ],
-    ids=["switched", "task only"],
-)
-def test_laws_of_students(text: str, failures: set[str], says: dict[str, str]) -> None:
-    """Each fails what it should, and is told by how much."""
-    verdicts = examine_law(from_text(text))
-    assert failed(verdicts) == failures, verdicts
-    for verdict in verdicts:
-        assert verdict.passed == ("fails" not in verdict.reason)
-        assert "≤" in verdict.reason or "≥" in verdict.reason
-        assert says.get(verdict.name, "") in verdict.reason
+def test_a_law_of_a_student_fails_what_it_should() -> None:
+    verdicts, unprotected = examine_law(from_text(SWITCHED)), verdicts_of("unprotected")
+    assert failed(verdicts) == {SMOOTH}, verdicts
+    for verdict in (*verdicts, *unprotected.values()):
+        assert verdict.passed == ("fails" not in verdict.reason) and ("≤" in verdict.reason or "≥" in verdict.reason)
         assert all(math.isfinite(number) for number in verdict.numbers.values()) and len(verdict.numbers) >= 2
-        if text == TASK_ONLY:
-            assert verdict == verdicts_of("unprotected")[verdict.name]
+    assert "a jump stays, however small dt" in next(v.reason for v in verdicts if v.name == SMOOTH)
+    assert "fails by 184." in unprotected[KEEPS].reason and "fails by 201." in unprotected[OUT].reason
 
 
 def test_through_another_process(tmp_path: Path) -> None:
@@ -101,7 +86,6 @@ def test_through_another_process(tmp_path: Path) -> None:
     path = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal * 0")
     (verdict,) = examine(path, only=(OUT,), text=TASK_ONLY.encode())
     assert verdict == verdicts_of("unprotected")[OUT]
-    # In the middle of a test, not at its end.
     asked = 0
 
     def stopped() -> bool:
@@ -118,7 +102,6 @@ def test_through_another_process(tmp_path: Path) -> None:
 def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The file that is written works; one number in it decides on the sixth test."""
     path = tmp_path / "her_law.py"
     assert new_law(NewLaw(path)) == 0
     assert "lwr-duet law-test" in capsys.readouterr().out
@@ -131,11 +114,6 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert len(lines) == 4 and lines[-1] == "her_law.py: 2 of 3 tests passed."
     assert [line[:4] for line in lines[:-1]] == ["pass", "FAIL", "pass"]
     assert BOUNDED in lines[1] and "fails by" in lines[1]
-    assert "MU = 0.01 " in text
-    path.write_text(text.replace("MU = 0.01 ", "MU = 0.06 "), encoding="utf-8")
-    monkeypatch.setattr("app.custom_law.trials.TRIALS", {BOUNDED: TRIALS[BOUNDED], QUICK: TRIALS[QUICK]})
-    assert law_test(LawTest(path)) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "her_law.py: 2 of 2 tests passed."
 
 
 FAILED: dict[LawName, set[str]] = {
@@ -155,12 +133,11 @@ FAILED: dict[LawName, set[str]] = {
 
 @pytest.mark.parametrize(("name", "failures"), FAILED.items())
 def test_what_the_built_in_laws_fail(name: LawName, failures: set[str]) -> None:
-    """Each of the six is failed by some law and passed by others."""
     assert failed(list(verdicts_of(name).values())) == failures
 
 
 def test_numbers_of_the_built_in_laws() -> None:
-    # The barrier keeps d_m as soon as it is told how fast the hand comes; the paper's law with n = 1 harms the task from afar.
+    # The barrier keeps d_m as soon as it knows how fast the hand comes; the paper's law with n = 1 harms the task from afar.
     (kept,) = examine_law(built_in("barrier_qp", feed_forward=True), only=(KEEPS,))
     assert kept.passed and not verdicts_of("barrier_qp")[KEEPS].passed
     early, out, bounded = examine_law(built_in(order=1.0), only=(ALONE, OUT, BOUNDED))
@@ -191,7 +168,6 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
     for verdict in verdicts:
         if not verdict.passed:
             assert verdict.reason.startswith("my_law.py, line 13: ValueError: overlap") and verdict.numbers == {}
-    # A file that cannot be loaded fails all with one reason.
     verdicts = examine(write(tmp_path / "my_law.py", "def law(s)\n"))
     assert failed(verdicts) == set(TRIALS)
     assert {verdict.reason for verdict in verdicts} == {"my_law.py, line 1: SyntaxError: expected ':', in “def law(s)”"}
@@ -199,7 +175,7 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
         examine(tmp_path / "other.py")
 
 
-def test_a_slow_law_is_told_so_and_does_not_hold_the_others_up() -> None:
+def test_a_slow_law_is_named_and_does_not_hold_the_others_up() -> None:
     """2 ms a call: too slow. 60 ms a call: the runs are ended after 10 s of calls."""
     law = built_in()
     law.seconds = 0.002

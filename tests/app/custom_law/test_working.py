@@ -1,7 +1,5 @@
 """A student's law in its own process is a law like any other, a failure freezes the arm and nothing else, and a saved file is reloaded."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from functools import partial
@@ -13,12 +11,9 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law import custom_law as custom_law_module
 from app.custom_law.custom_law import CustomLaw
-from controllers.kinematics import Array
 from controllers.laws.situation import Law
-from scenes.history import COLUMN
-from scenes.settings import LawSettings, RunSettings
-from scenes.simulation import Simulation
-from tests.app.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, gone, situation, soon, until, write
+from tests.app.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, situation, soon, write
+from tests.app.runtime.processes import gone, until
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +26,6 @@ def paper(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CustomLaw]:
 
 
 def test_it_is_a_law_like_any_other(paper: CustomLaw) -> None:
-    """q̇, λ and the line's speed are the file's; the same situation gives the same bits; the situation itself is not touched."""
     law: Law = paper
     assert isinstance(law, CustomLaw)
     before = [np.copy(value) for value in SITUATION if isinstance(value, np.ndarray)]
@@ -75,7 +69,6 @@ def test_a_file_with_its_neighbours(file: Path) -> None:
 
 
 def test_what_it_prints_and_asks_for_goes_nowhere(file: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Megabytes of it, from Python and from below, block nothing; `input` is not answered."""
     text = """
         import os, sys
         print("x" * 1_000_000)
@@ -96,56 +89,17 @@ def test_what_it_prints_and_asks_for_goes_nowhere(file: Path, capfd: pytest.Capt
     assert capfd.readouterr() == ("", "")
 
 
-def test_it_moves_an_arm(paper: CustomLaw) -> None:
-    """The paper's law from a file makes the run that the paper's law makes, as the law and as a second simulation's beside it."""
-    settings = RunSettings(scene="ball", law=LawSettings(law="smooth_priority"))
-    reference, own, other = Simulation(settings), Simulation(settings), Simulation(settings)
-    own.law = other.law = paper
-    for _ in range(300):
-        for simulation in (reference, own, other):
-            simulation.step(None)
-    assert paper.problem is None
-    columns = [COLUMN[name] for name in ("d", "lambda", "e2")]
-    for simulation in (own, other):
-        np.testing.assert_allclose(simulation.history.table()[:, columns], reference.history.table()[:, columns], atol=1e-12)
-
-
-def test_a_failure_freezes_the_arm_and_nothing_else(file: Path) -> None:
-    """In the middle of a run: the arm stands still from the next step on, the other one goes on."""
-    text = """
-        calls = 0
-
-        def law(s):
-            global calls
-            calls += 1
-            return s.nominal if calls < 50 else s.nominal[calls]
-    """
-    simulation = Simulation(RunSettings())
-    person = simulation.source()
-    with CustomLaw(write(file, text), waits=True) as law:
-        simulation.law = law
-        moved: list[tuple[Array, Array]] = []
-        for _ in range(200):
-            simulation.step(person.target(simulation.time))
-            velocities = simulation.velocities
-            moved.append((velocities[simulation.avoiding.joints].copy(), velocities[simulation.guided.joints].copy()))
-        assert law.problem is not None and law.problem.line == 6 and "IndexError" in law.problem.text
-    assert all(not np.any(avoiding) for avoiding, _ in moved[49:])
-    assert all(np.any(guided) for _, guided in moved[100:])
-
-
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The file is looked at whenever `refresh` is called."""
     monkeypatch.setattr(custom_law_module, "LOOK", 0.0)
 
 
 ENDLESS = "def law(s):\n    while True: pass"
+LARGE = "#" * 900_000 + "\n"  # larger than the buffer of a socket
 
 
 @pytest.mark.usefixtures("eager")
 def test_it_is_reloaded_on_save(file: Path) -> None:
-    """The arm does what the file says, and the problem goes when it works again."""
     with CustomLaw(write(file, GOOD), SHORT) as law:
         pids: set[int | None] = set()
 
@@ -156,7 +110,7 @@ def test_it_is_reloaded_on_save(file: Path) -> None:
             return bool(np.array_equal(soon(law), SITUATION.nominal * factor)) and works
 
         saves = ((GOOD, 2, ""), (GOOD.replace("2", "3.5"), 3.5, ""), ("def law(s)\n", 0, "SyntaxError"), (ENDLESS, 0, "endless"))
-        for number, (text, factor, says) in enumerate((*saves, ("# Now it is right.\n" + GOOD, 2, ""))):
+        for number, (text, factor, says) in enumerate((*saves, (LARGE + GOOD, 2, ""))):
             # Some editors write into the file, others put a new one in its place.
             if number % 2:
                 os.replace(write(file.with_suffix(".tmp"), text), file)
@@ -199,7 +153,6 @@ def test_files_that_are_no_news(file: Path) -> None:
 
 
 def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At most every 0.5 s, however often it is asked."""
     looks: list[float] = []
     now = 100.0
     monkeypatch.setattr(custom_law_module, "monotonic", lambda: now)
@@ -211,15 +164,8 @@ def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.
     assert len(looks) == 3 and min(np.diff(looks)) >= 0.5
 
 
-def test_a_large_file_is_loaded(file: Path) -> None:
-    """Larger than the buffer of a socket."""
-    with CustomLaw(write(file, "#" * 900_000 + "\n" + GOOD)) as law:
-        until(lambda: np.array_equal(soon(law), SITUATION.nominal * 2))
-
-
 @pytest.mark.usefixtures("eager")
 def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
-    """Paused, when no step calls the law, the message comes, changes and goes all the same."""
     with CustomLaw(write(file, GOOD), SHORT) as law:
         until(lambda: np.any(soon(law)))
 

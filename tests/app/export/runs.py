@@ -1,7 +1,5 @@
 """Recorded runs to keep, made once, and what is in an exported film."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import struct
@@ -28,7 +26,6 @@ def piece(
 
 
 def read_film(data: bytes) -> tuple[dict[str, Any], bytes]:
-    """The JSON and the numbers of a packed film."""
     plain = gzip.decompress(data)
     (length,) = struct.unpack_from("<I", plain)
     return json.loads(plain[4 : 4 + length]), plain[(4 + length + 7) // 8 * 8 :]

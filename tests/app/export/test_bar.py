@@ -1,7 +1,5 @@
 """The past on the real page, in a real browser: watched, scrubbed, exported and loaded; the link, and the lab report."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
 
@@ -25,7 +23,6 @@ WRIST = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
 
 
 def stand_of(opened: App) -> Visitor:
-    """Where the only visitor is."""
     assert isinstance(opened.host, PrivateHost)
     (stand,) = opened.host.visitors.values()
     return stand
@@ -44,29 +41,24 @@ def enter(page: Page, opened: App, query: str = "") -> tuple[Session, ReplayBar]
 
 
 def is_there(page: Page, node: str) -> bool:
-    """Whether something is in the scene."""
     return bool(page.evaluate("name => !!__viserMutable.nodeRefFromName[name]", node))
 
 
 def over_the_stage(page: Page) -> str:
-    """What is said over the whole page."""
     return str(page.evaluate("getComputedStyle(document.body, '::after').content"))
 
 
 def moment(page: Page) -> Locator:
-    """The box beside the scrubber."""
     return page.get_by_text("moment [s]", exact=True).locator("xpath=ancestor::div[.//input][1]//input").last
 
 
 def take(page: Page, button: str) -> Download:
-    """Press a button that gives a file."""
     with page.expect_download() as download:
         page.get_by_role("button", name=button, exact=True).click()
     return download.value
 
 
 def text_of(download: Download) -> str:
-    """What is in a file."""
     return Path(download.path()).read_text(encoding="utf-8")
 
 
@@ -78,7 +70,6 @@ def press_key(page: Page, key: str) -> None:
 
 
 def bring(page: Page, name: str, content: bytes) -> None:
-    """Choose a file to load."""
     with page.expect_file_chooser() as chooser:
         page.get_by_role("button", name="Load a run").click()
     chooser.value.set_files({"name": name, "mimeType": "application/octet-stream", "buffer": content})
@@ -98,7 +89,6 @@ def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> 
 
 
 def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
-    """The live run waits, nothing can be taken hold of, the page says so, and the scrubber and the keys move what is drawn."""
     queue = bar.shelf
     page.get_by_role("button", name="Watch").click()
     page.get_by_text("This is the past; the live run waits.").wait_for()
@@ -111,26 +101,23 @@ def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
     # While it plays the page writes into the box too, but not while a visitor is about to type there.
     moment(page).click()
     until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest for typing")
-    until(
-        page,
-        lambda: queue.player.replay is not None and abs(float(moment(page).input_value()) - queue.player.replay.time) < 0.01,
-        "where",
-    )
+    replay = queue.player.replay
+    assert replay is not None
+    until(page, lambda: abs(float(moment(page).input_value()) - replay.time) < 0.01, "where")
     moment(page).fill("9")
     wait_frames(page, 6)
     # A run of a few seconds has no such moment, and the typing has not come to its end.
     assert moment(page).input_value() == "9"
     moment(page).fill("0.5")
     moment(page).press("Enter")
-    until(page, lambda: queue.player.replay is not None and abs(queue.player.replay.time - 0.5) < 1e-6, "half a second")
+    until(page, lambda: abs(replay.time - 0.5) < 1e-6, "half a second")
     press_key(page, ".")
-    until(page, lambda: queue.player.replay is not None and abs(queue.player.replay.time - 0.505) < 1e-6, "one step more")
+    until(page, lambda: abs(replay.time - 0.505) < 1e-6, "one step more")
     page.get_by_text("the past: 0.5 s").wait_for()
     screenshot(page, "the-past")
 
 
 def export(page: Page, session: Session) -> bytes:
-    """Files of what is watched; the run's is returned."""
     live = ask(session, lambda s: s.simulation.history.table())
     rows = [line for line in text_of(take(page, "CSV")).splitlines() if line and not line.startswith("#")]
     assert rows[0].startswith("t,d,lambda,e2")
@@ -147,7 +134,6 @@ def export(page: Page, session: Session) -> bytes:
 
 
 def share(page: Page, opened: App, session: Session) -> None:
-    """The link gives the settings again, and its text is there for a page without a clipboard."""
     page.get_by_role("button", name="Copy link").click()
     page.locator(".duet-link button:text-is('Copied')").wait_for()
     link = page.evaluate("navigator.clipboard.readText()")
@@ -157,7 +143,6 @@ def share(page: Page, opened: App, session: Session) -> None:
 
 
 def back_to_live(page: Page, session: Session, bar: ReplayBar) -> None:
-    """The arms go on, and there is something to take hold of."""
     wait_frames(page, 4)
     then = world_position(page, WRIST)
     page.get_by_role("button", name="Back to live").click()
@@ -168,7 +153,6 @@ def back_to_live(page: Page, session: Session, bar: ReplayBar) -> None:
 
 
 def load_files(page: Page, run: bytes) -> None:
-    """The own run, another experiment, and something that is no run."""
     bring(page, "mine.duet.npz", run)
     page.get_by_text("This is mine.duet.npz, not the live run.").wait_for()
     assert "This is a loaded run" in over_the_stage(page)
@@ -183,7 +167,6 @@ def load_files(page: Page, run: bytes) -> None:
 
 
 def report(page: Page, opened: App) -> None:
-    """One question of a lesson is answered; what the student writes is in the report."""
     written = "Four ways are left,\nI counted them. <b>"
     page.get_by_role("button", name="Lessons", exact=True).click()
     for key, phase in (("", "Predict"), ("3", "Do"), ("n", "Observe"), ("n", "Explain")):
@@ -193,3 +176,5 @@ def report(page: Page, opened: App) -> None:
     until(page, lambda: stand_of(opened).lessons.walk.done.words == written, "it has arrived")
     made = text_of(take(page, "Lab report on all lessons"))
     assert "I counted them. &lt;b&gt;" in made and "In 4." in made and made.count("<figure>") == 1
+    page.reload()
+    page.wait_for_function("words => [...document.querySelectorAll('textarea')].some(box => box.value === words)", arg=written)

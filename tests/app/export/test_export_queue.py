@@ -1,7 +1,5 @@
 """What a visitor keeps: files, a loaded file, and the past beside the live run; a job ends as soon as its result is not wanted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -50,19 +48,16 @@ class Desk:
             self.frame(0.05)
 
     def frame(self, elapsed: float = 0.03) -> bool:
-        """One frame."""
         self.session.advance(elapsed, float("inf"))
         return self.queue.player.advance(elapsed)
 
     def watch(self, seconds: float) -> Replay:
-        """Look back at the last seconds."""
         self.queue.player.watch(seconds)
         self.work()
         assert self.queue.player.replay is not None
         return self.queue.player.replay
 
     def work(self) -> list[str]:
-        """Compute, and take in what came out."""
         kinds = self.background.work()
         self.frame(0.0)
         return kinds
@@ -94,7 +89,7 @@ def test_the_page_that_plays_gets_what_the_page_shows(desk: Desk) -> None:
     desk.queue.ask("html", 1.0)
     (job,) = desk.background.waiting()
     language, recorded, seconds, page = job.arguments
-    assert (recorded.steps, seconds, page.details) == (200, 1.0, "lambda") or recorded.seconds >= 1.0
+    assert recorded.seconds >= 1.0 - 1e-9 and (seconds, page.details) == (1.0, "lambda")
     assert page is desk.session.settings.page and language == "en"
 
 
@@ -116,7 +111,6 @@ def test_a_saved_run_is_the_run_and_one_that_would_come_out_differently_is_not_s
 
 
 def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Live and replayed; inputs that are too many for the text come as a file with them, of that piece as well."""
     desk.queue.ask("python", 0.5)
     desk.work()
     snippet = desk.queue.take_snippet()
@@ -190,7 +184,6 @@ def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Des
     step = replay.step
     desk.frame(0.1)
     assert replay.step == step + 10
-    # Of two moves of the slider the last one counts.
     desk.queue.player.seek(0.7)
     desk.queue.player.seek(1.3)
     assert desk.frame() and not desk.frame()
@@ -204,9 +197,7 @@ def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Des
 
 
 @pytest.mark.parametrize("change", [(), ("dm", 0.2), ("scene", "ball"), ("theme", "dark")], ids=str)
-def test_going_on_or_another_experiment_ends_the_replay_at_once_and_other_colours_do_not(
-    desk: Desk, change: tuple[str, Any]
-) -> None:
+def test_going_on_or_another_experiment_ends_the_replay_and_other_colours_do_not(desk: Desk, change: tuple[str, Any]) -> None:
     desk.watch(1.0)
     if change:
         desk.session.change(*change)
@@ -232,12 +223,8 @@ def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: p
     (job,) = desk.background.waiting()
     assert job.arguments[0].steps == 400
     desk.work()
-    # It grows at its beginning; the moment stays.
-    assert (
-        desk.queue.player.replay.steps == 400
-        and desk.queue.player.replay.time == pytest.approx(1.75)
-        and not desk.queue.player.replay.playing
-    )
+    replay = desk.queue.player.replay
+    assert replay.steps == 400 and replay.time == pytest.approx(1.75) and not replay.playing
     assert DRAFT > 0.5
 
 
@@ -250,7 +237,12 @@ def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
     assert not desk.background.waiting() and not desk.queue.busy
 
 
-def test_a_file_is_compared_and_replayed(desk: Desk) -> None:
+def test_a_file_is_compared_and_replayed_and_a_bad_one_changes_nothing(desk: Desk) -> None:
+    desk.queue.load(b"PK no file at all", "mine.npz")
+    desk.work()
+    (news,) = desk.queue.take_news()
+    assert news.title == "This file was not loaded" and news.text.startswith("mine.npz: ")
+    assert desk.queue.player.replay is None and not desk.session.paused
     recorded, table = piece("ball", 1.0)
     desk.queue.load(saved_bytes(recorded), "theirs.duet.npz")
     assert desk.queue.busy == "the run of the file" and not desk.session.paused
@@ -269,14 +261,6 @@ def test_a_file_is_compared_and_replayed(desk: Desk) -> None:
     assert desk.queue.player.loaded == "" and desk.session.paused
     desk.queue.player.leave()
     assert not desk.session.paused
-
-
-def test_a_bad_file_changes_nothing(desk: Desk) -> None:
-    desk.queue.load(b"PK no file at all", "mine.npz")
-    desk.work()
-    (news,) = desk.queue.take_news()
-    assert news.title == "This file was not loaded" and news.text.startswith("mine.npz: ")
-    assert desk.queue.player.replay is None and not desk.session.paused
 
 
 Flag = Callable[[], bool]

@@ -1,15 +1,11 @@
 """A link: it gives the settings again, leads to the lesson, and says the address that the browser knows."""
 
-from __future__ import annotations
-
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.bench.blocking_client import BlockingClient
-from app.bench.headless_client import HeadlessClient
 from app.hosting.resume import open_link
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
@@ -18,11 +14,9 @@ from app.session.session import Session
 from app.settings import WHOLE, Settings, from_query, to_query
 from app.web.index_page import page_query
 from scenes.settings import Spec, changed, specs, values
-from tests.app.conftest import OpenHouse
 
 
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
-    """Any value that a field may have."""
     if spec.choices:
         return st.sampled_from(spec.choices)
     if isinstance(present, bool):
@@ -34,7 +28,6 @@ def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
 
 @st.composite
 def any_settings(draw: st.DrawFn) -> Settings:
-    """Settings of which any number is not as at first."""
     settings, present, known = Settings(), values(Settings()), specs(Settings)
     for key in draw(st.sets(st.sampled_from(list(known)))):
         settings = changed(settings, key, draw(a_value(known[key], present[key])))
@@ -49,10 +42,10 @@ def test_a_link_gives_the_same_settings_whatever_the_server_was_started_with(set
 
 @given(any_settings(), any_settings())
 def test_what_is_known_need_not_be_said(settings: Settings, known: Settings) -> None:
-    told = to_query(settings, known)
-    del told[WHOLE]
-    assert from_query(told, known) == (settings, ())
-    assert len(told) == sum(values(settings)[key] != value for key, value in values(known).items())
+    said = to_query(settings, known)
+    del said[WHOLE]
+    assert from_query(said, known) == (settings, ())
+    assert len(said) == sum(values(settings)[key] != value for key, value in values(known).items())
 
 
 def test_what_is_as_at_first_is_not_said() -> None:
@@ -81,18 +74,3 @@ def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(step: i
     assert (problems, open_link(again, query, None)) == ((), ())
     assert (again.walk.lesson, again.walk.step) == (run.walk.lesson, run.walk.step)
     assert there.settings == session.settings
-
-
-def test_the_address_is_the_one_that_the_browser_knows(house: OpenHouse) -> None:
-    origin = "https://duet.example.org"
-    plain, behind = house(), house(allowed_origins=(origin,))
-    for where, header, known in ((plain, plain.url, plain.url), (plain, None, plain.url), (behind, origin, origin)):
-        with BlockingClient(where.url, origin=header) as visitor:
-            visitor.wait_for(lambda v: len(boxes(v)) == 1, 30.0)
-            assert f' value="{known}/?{WHOLE}=1"' in boxes(visitor.visitor)[0]
-
-
-def boxes(visitor: HeadlessClient) -> list[str]:
-    """The lines with the link on a visitor's page."""
-    found = [str(element.get("content")) for element in list(visitor.mirror.gui.values())]
-    return [text for text in found if 'class="duet duet-link"' in text]

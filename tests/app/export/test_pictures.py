@@ -1,7 +1,5 @@
 """Tables, curves and pictures: the numbers of the run, the same bytes every time."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import io
@@ -29,7 +27,6 @@ from tests.scenes.helpers import given_settings
 
 
 def read(data: bytes) -> tuple[dict[str, str], list[str], list[list[str]]]:
-    """Settings, header and rows of a CSV file."""
     lines = data.decode().splitlines()
     settings = dict(line[2:].split(" = ", 1) for line in lines if line.startswith("#"))
     rows = list(csv.reader(line for line in lines if not line.startswith("#")))
@@ -101,7 +98,6 @@ def test_d_m_follows_its_changes() -> None:
     np.testing.assert_array_equal(critical, np.where(curves.times < 1.355 - 1e-9, 0.15, 0.11))
     assert len(newest(recorded, table, math.inf)) == len(newest(recorded, table, 99.0)) == len(table)
     assert len(newest(recorded, table, 0.0)) == 1
-    # The same for the newest part alone.
     part = Curves(recorded, newest(recorded, table, 1.0))
     np.testing.assert_array_equal(part.column("v"), curves.column("v")[-len(part.times) :])
     with pytest.raises(KeyError):
@@ -150,7 +146,9 @@ def test_section_three_is_looked_at_along_the_way_or_says_why_not() -> None:
     assert "says nothing" in Curves(other, rows).panels("stability")[2].note
 
 
-def test_the_legend_names_lines_as_the_page_does() -> None:
+def test_caption_and_legend_name_settings_and_lines_as_the_page_does() -> None:
+    line = caption(given_settings(law="strict_switched", dm=0.2, v=0.4, k=3.0))
+    assert "Hold (Fig. 5)" in line and "switched at $d_m$" in line and "$d_m$ = 200 mm" in line and "K = 3/s" in line
     slave = time_plot_of("follow", Simulation(given_settings(scene="master_slave", following="identical"), 1))
     assert slave.legend() == (*(((f"j{i}", "", str(i))) for i in range(1, 5)), ("", "dash", "master"))
     assert plain("a <b class='d'>d</b> [m]") == "a d [m]" and mathtext("d<sub>m</sub>") == r"d$_{\mathrm{m}}$"
@@ -194,11 +192,6 @@ def test_an_svg_for_a_page_keeps_to_itself() -> None:
     assert clips and set(clips) <= set(ids)
     assert "viewBox" in root.attrib and not {"width", "height"} & set(root.attrib) and "<metadata" not in svg
     assert embedded('<?xml?><svg width="1" height="2" viewBox="0 0 1 2"></svg>', "a") == '<svg viewBox="0 0 1 2"></svg>'
-
-
-def test_a_caption_says_what_was_run() -> None:
-    line = caption(given_settings(law="strict_switched", dm=0.2, v=0.4, k=3.0))
-    assert "Hold (Fig. 5)" in line and "switched at $d_m$" in line and "$d_m$ = 200 mm" in line and "K = 3/s" in line
 
 
 def test_a_law_of_ones_own_is_not_asked_again() -> None:

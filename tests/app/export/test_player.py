@@ -1,7 +1,5 @@
 """The page that plays without a server: the scene as it was, the numbers as they were, nothing from elsewhere."""
 
-from __future__ import annotations
-
 import base64
 from functools import cache
 from pathlib import Path
@@ -19,7 +17,7 @@ from controllers.kinematics import Array
 from scenes.inputs import Recorded
 from scenes.simulation import Simulation
 from tests.app.export.runs import piece, read_film
-from tests.browser import PageAt, screenshot, wait_frames, world_position
+from tests.browser import PageAt, screenshot, until, world_position
 
 FAST = PageSettings(picture="fast")
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
@@ -27,7 +25,6 @@ WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 
 @cache
 def filmed(scene: str) -> Filmed:
-    """The scene of a short run."""
     return film_scene(piece(scene, 2.0)[0], 1.0, FAST)
 
 
@@ -157,19 +154,12 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     for time in (5.0, 2.0, 5.6):
         page.evaluate("time => duet.seek(time)", time)
         assert page.evaluate("duet.time") == pytest.approx(time, abs=0.02)
-        for name, place in wrists(recorded, time).items():
-            where = np.zeros(3)
-            for _ in range(200):
-                # A slow browser needs a while for a frame.
-                where = world_position(page, f"/arms/{name}{WRIST}")
-                if np.allclose(where, place, rtol=0.0, atol=2e-4):
-                    break
-                wait_frames(page, 1)
-            np.testing.assert_allclose(where, place, rtol=0.0, atol=2e-4)
+        for name, wrist in wrists(recorded, time).items():
+            node, place = f"/arms/{name}{WRIST}", wrist
+            until(page, lambda node=node, place=place: np.allclose(world_position(page, node), place, rtol=0.0, atol=2e-4), node)
         shown = float(page.locator("#duet-plots figcaption output").first.inner_text())
         row = int(np.searchsorted(table[:, 0], time))
         assert shown == pytest.approx(float(table[row, 1]), abs=2e-3)
-    # The scrubber, a click on a plot, the play button and the keys.
     page.get_by_role("slider", name="Time").fill("30")
     assert page.evaluate("duet.time") == pytest.approx(1.0 + 30 / RATE, abs=0.051)
     box = page.locator("#duet-plots figure div").first.bounding_box()
@@ -187,13 +177,10 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     assert page.evaluate("duet.time") > stopped
     page.keyboard.press("Space")
     page.wait_for_function("duet.playing")
-    # It comes to rest at the end.
     page.get_by_label("Speed", exact=True).select_option("4")
     page.wait_for_function("!duet.playing")
     assert page.evaluate("duet.time") == pytest.approx(6.0, abs=1e-6)
     assert all(url.startswith(("file:", "blob:", "data:")) for url in asked)
     assert not page.get_by_role("button", name="scene tree").is_visible()
     note.wait_for(state="detached")
-    page.evaluate("duet.seek(5.2)")
-    wait_frames(page, 4)
     screenshot(page, "player")

@@ -1,6 +1,4 @@
-"""A replay stands where the run was, to the last bit, however it got there."""
-
-from __future__ import annotations
+"""A replay stands where the run was, to the last bit; a lecture sees the past together, and it ends with its presenter."""
 
 from functools import cache
 
@@ -9,13 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.bench.headless_client import HeadlessClient
+from app.classroom.lecture import LectureHost
+from app.hosting.private_host import PrivateHost
+from app.lessons.session.lesson_actions import Choose, GoTo, StartOrPause
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.recording import replay as replay_module
-from app.recording.past import Past
 from app.recording.replay import PERIOD, Replay, film
-from app.settings import Settings
 from scenes.history import COLUMN
 from scenes.inputs import encoded
+from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask
 from tests.app.export.runs import SCENES, piece
 
 
@@ -25,7 +26,6 @@ def test_any_moment_is_as_it_was(scene: str) -> None:
     replay = Replay(recorded)
     targets = [encoded(target) for target in recorded.targets()]
     generator = np.random.default_rng(3)
-    # There and back, near and far, and across the changes of the settings.
     for step in (1, 2, recorded.steps, recorded.steps - 1, 7, *generator.integers(1, recorded.steps + 1, 12).tolist()):
         replay.seek_step(step)
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
@@ -37,7 +37,6 @@ def test_any_moment_is_as_it_was(scene: str) -> None:
 
 @cache
 def lively() -> Replay:
-    """A replay whose time step changes on the way."""
     return Replay(piece("hold", 3.0, 99.0, lively=True)[0])
 
 
@@ -56,7 +55,6 @@ def test_every_step_has_its_time_and_every_time_its_step() -> None:
     times = [replay.moment(step) for step in range(1, replay.steps + 1)]
     assert (np.diff(times) > 0.0).all() and (replay.begin, replay.end) == (times[0], times[-1])
     assert [replay.nearest(time) for time in times] == list(range(1, replay.steps + 1))
-    # Seeking stops at either end.
     for time, step in ((-5.0, 1), (99.0, replay.steps), (float("nan"), 1), (float("inf"), replay.steps)):
         replay.seek(time)
         assert replay.step == step
@@ -82,7 +80,6 @@ def test_playing_goes_through_every_step_and_rests_at_the_end(monkeypatch: pytes
     while replay.playing:
         replay.advance(0.02)
     assert replay.step == replay.steps and replay.advance(1.0) == 0
-    # Played in one go, its history holds every step.
     assert replay.simulation.history.table().tobytes() == table.tobytes()
     replay.toggle()
     assert replay.playing and replay.step == 1
@@ -113,10 +110,7 @@ def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
 
 
 @pytest.mark.parametrize(("seconds", "states"), [(6.0, 4000), (1.0, 7)])
-def test_a_film_has_few_states_and_the_nearest_row_of_each_period(
-    monkeypatch: pytest.MonkeyPatch, seconds: float, states: int
-) -> None:
-    """In a very long run the states lie farther from each other; the replay is the same."""
+def test_a_film_has_few_states_and_the_nearest_rows(monkeypatch: pytest.MonkeyPatch, seconds: float, states: int) -> None:
     monkeypatch.setattr(replay_module, "MOST_STATES", states)
     recorded, table = piece("hold", seconds)
     kept = film(recorded)
@@ -131,13 +125,58 @@ def test_a_film_has_few_states_and_the_nearest_row_of_each_period(
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
 
 
-def test_the_past_stands_in_for_a_session() -> None:
-    recorded, _ = piece("imitation", 3.0, 1.6, lively=True)
-    replay = Replay(recorded)
-    past = Past(replay, Settings())
-    replay.seek(replay.end)
-    assert past.simulation is replay.simulation and past.settings.run == recorded.stretches[-1].settings
-    assert past.settings.page == Settings().page and encoded(past.target()) == encoded(replay.target)
-    assert past.pace.paused and past.ghost is None and past.held is None and past.what_if is None
-    replay.toggle()
-    assert not past.pace.paused
+def texts(visitor: HeadlessClient) -> str:
+    return " ".join(str(element.get("content", "")) for element in list(visitor.mirror.gui.values()))
+
+
+def says_so(visitor: HeadlessClient) -> bool:
+    return "This is the past" in texts(visitor) and "the past: " in texts(visitor)
+
+
+def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    assert isinstance(opened.host, LectureHost)
+    session = opened.host.session
+    first = join(opened)
+    first.wait_for(lambda v: HAND in v.mirror.nodes)
+    second = join(opened)
+    first.wait_for(lambda _: session.simulation.time > 0.5)
+    assert not says_so(second.visitor)
+    first.set_value("replay", "Watch")
+    for visitor in (first, second):
+        visitor.wait_for(says_so)
+    assert session.paused
+    first.wait_for(lambda v: HAND not in v.mirror.nodes)
+    operation = opened.host.controls.operation
+    assert operation is not None and operation._keep is not None
+    bar = operation._keep
+    first.wait_for(lambda _: bar.shelf.player.replay is not None and not bar.shelf.player.replay.playing)
+    steps = ask(session, lambda s: s.simulation.steps)
+    first.set_value("moment [s]", 0.25)
+    for visitor in (first, second):
+        visitor.wait_for(lambda v: "the past: 0.2 s" in texts(v))
+    assert ask(session, lambda s: s.simulation.steps) == steps
+
+    # The one who shows it leaves: the run goes on, for those who are there.
+    first.close()
+    second.wait_for(lambda v: not says_so(v))
+    second.wait_for(lambda _: not session.paused and session.simulation.steps > steps)
+
+
+def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
+    opened = house()
+    guest = arrive(opened)
+    assert isinstance(opened.host, PrivateHost)
+    stand = opened.host.visitors[guest.number]
+    bar = stand.operation._keep
+    assert bar is not None
+    guest.ask(lambda _: stand.lessons.enter(0))
+    guest.ask(lambda _: stand.lessons.act(Choose(2)))
+    guest.ask(lambda _: stand.lessons.act(StartOrPause()))
+    guest.wait(lambda s: s.simulation.time > 0.3)
+    guest.visitor.set_value("replay", "Watch")
+    guest.visitor.wait_for(says_so)
+    guest.ask(lambda _: stand.lessons.act(GoTo(0, 1)))
+    guest.visitor.wait_for(lambda v: not says_so(v))
+    # The next step waits for an answer.
+    assert guest.ask(lambda s: ("replay" in s.halt, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)

@@ -1,7 +1,5 @@
 """Copied lines of Python: run, they make the run again."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -40,7 +38,6 @@ def executed(snippet: Snippet, folder: Path, name: str) -> tuple[str, Array]:
 
 @pytest.mark.parametrize("how", ["settings", "in the text", "in a file"])
 def test_the_lines_make_the_chosen_piece_and_plot_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str) -> None:
-    """The last 0.4 s of two and a half, to the last bit, whatever it is made from; with the summary of nothing but that."""
     if how == "in a file":
         monkeypatch.setattr(snippet_module, "MOST_CHARACTERS", 100)
     whole, table = piece("hold", 2.5, lively=how != "settings")
@@ -58,7 +55,6 @@ def test_the_lines_make_the_chosen_piece_and_plot_it(tmp_path: Path, monkeypatch
 
 
 def test_a_piece_has_the_settings_that_were_in_force(tmp_path: Path) -> None:
-    """Those that changed during it as well, which the plot's d_m follows; a longer piece than there is, is all there is."""
     whole, table = piece("hold", 2.5, lively=True)
     snippet = as_python(whole, whole, KEEP, "mine")
     _, d = executed(snippet, tmp_path, "mine")
@@ -83,7 +79,6 @@ def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:
 
 
 def touched(at: int, start: object) -> Recorded:
-    """A second of the autopilot from a posture, until nothing is wanted any more."""
     simulation, log = Simulation(RunSettings()), InputsLog()
     simulation.reset(start)  # pyright: ignore[reportArgumentType]
     person = simulation.source()

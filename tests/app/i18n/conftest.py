@@ -1,7 +1,5 @@
 """English before and after every test, and a look for what was never translated."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 
@@ -22,7 +20,6 @@ NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max", "sy
 
 @pytest.fixture(autouse=True)
 def english() -> Iterator[None]:
-    """Every test begins in English, and leaves English behind."""
     set_language("en")
     yield
     set_language("en")

@@ -17,7 +17,7 @@ from app.custom_law.trials import TRIALS, WHY
 from app.export.export_queue import TITLES, WORDS
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
-from app.lessons.measures import QUANTITIES
+from app.lessons.measures.quantity import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.controls import TABS
 from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
@@ -48,19 +48,34 @@ ON_THE_PAGE: Final = (
 """Files of errors that may appear on the page. Of all other files templates with parts count, and each `LazyText`; their plain texts are
 for the command line, and for authors of lessons."""
 
-FORMULAS: Final = frozenset(
-    {*["K", "v", "n", "g", "β", "γ", "η", "q̇", "d_m", "d_0", "dt", "w_max", "λ(d)", "q₁–q₄", "k_r", "a²", "ε", "mm²"], "u v w", "n, v"}
-)
+FORMULAS: Final = {
+    "K",
+    "v",
+    "n",
+    "g",
+    "β",
+    "γ",
+    "η",
+    "q̇",
+    "d_m",
+    "d_0",
+    "dt",
+    "w_max",
+    "λ(d)",
+    "q₁–q₄",
+    "u v w",
+    "n, v",
+    "k_r",
+    "a²",
+    "ε",
+}
 """Labels that are symbols, …"""
 
-NAMES: Final = frozenset(
-    (
-        *("CSV", "HTML", "PNG", "SVG", "Python", "KUKA LWR 4+", "Franka Panda", "UR5"),
-        *("English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
-        *("Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
-        *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016"),
-    )
-)
+NAMES: Final = {
+    *("CSV", "HTML", "PNG", "SVG", "Python", "KUKA LWR 4+", "Franka Panda", "UR5", "English", "Deutsch", "Slovenščina"),
+    *("Pseudo (a test)", "Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
+    *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016"),
+}
 """… and names: the same in every language."""
 
 
@@ -71,13 +86,11 @@ JOINTS: Final = (
     *("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll"),
     *("wrist bend", "wrist turn"),
 )
-"""As the arms of `scenes.robots` name them."""
 
 OTHERS: Final = (
     *("the replay", "the run of the file", "the lab report"),
     "There is too little to measure yet; let it run for a few seconds.",
 )
-"""Said by what knows no page."""
 
 
 @cache
@@ -87,11 +100,6 @@ def messages() -> tuple[str, ...]:
 
 
 def missing(language: str) -> tuple[str, ...]:
-    """Return what a language's file does not say.
-
-    Raises:
-        OSError, ValueError: see `read_texts`.
-    """
     known = read_texts(FOLDER / f"{language}.toml")
     return tuple(found for found in messages() if found not in known)
 
@@ -118,7 +126,6 @@ def _of_tables() -> Iterator[str]:
 
 
 def _of_sources(folder: Path = _APP) -> Iterator[str]:
-    """Yield what the sources of a folder say."""
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py"))]
     named = {name: value for tree in trees for name, value in _constants(tree)}
     for tree in trees:
@@ -131,18 +138,12 @@ def _of_sources(folder: Path = _APP) -> Iterator[str]:
 
 
 def on_the_page() -> Iterator[Path]:
-    """Yield the files of `ON_THE_PAGE`."""
     for pattern in ON_THE_PAGE:
         yield from sorted(_APP.parent.glob(pattern))
 
 
 def errors_of(path: Path, plain: bool = True) -> Iterator[ast.expr]:
-    """Yield the text of every call of a file that makes an error or a `Message`.
-
-    Args:
-        path: of the file.
-        plain: whether the text of an error without parts is meant, too.
-    """
+    """Yield the text of every call that makes an error or a `LazyText`; `plain`: also of an error without parts."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Call) and (name := _name(node.func)) in _TELLING:
             # The first argument of `_check` is what it checks.
@@ -159,7 +160,6 @@ def _of_errors() -> Iterator[str]:
 
 
 def _imported(tree: ast.Module) -> set[str]:
-    """Return what a module imports of `app.i18n.speaking`."""
     found = (node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module == "app.i18n.speaking")
     return {alias.name for node in found for alias in node.names}
 

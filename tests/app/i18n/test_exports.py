@@ -1,7 +1,5 @@
 """Exports are in the visitor's language: pictures, the report, the player."""
 
-from __future__ import annotations
-
 import html
 import re
 
@@ -27,7 +25,6 @@ from tests.app.export.runs import piece, read_film
 from tests.app.i18n.conftest import untranslated
 
 SYMBOLS = frozenset({"mathrm", "λρ²"})
-"""What a subscript is made with, and a product."""
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """What is wrong is said in the page's language: errors that a visitor may meet, and what the browser says by itself."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import io
@@ -45,7 +43,6 @@ from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 
 def refusal(what: Callable[[], object]) -> LazyText:
-    """What an error says."""
     with pytest.raises(DuetError) as caught:
         what()
     said = str(caught.value)
@@ -87,7 +84,6 @@ RUN = saved_bytes(piece("hold", 1.0)[0])
 
 
 def damaged(part: str) -> bytes:
-    """The file of a run without a part."""
     out = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(RUN)) as old, zipfile.ZipFile(out, "w") as new:
         for info in old.infolist():
@@ -132,9 +128,8 @@ def test_errors_are_said(name: str) -> None:
 
 def leaves(message: LazyText) -> list[object]:
     """What is filled in, and is no message itself."""
-    return [
-        leaf for part in message.parts.values() for leaf in (leaves(part) if isinstance(part, LazyText) else [part]) if str(leaf)
-    ]
+    parts = (leaves(part) if isinstance(part, LazyText) else [part] for part in message.parts.values())
+    return [leaf for some in parts for leaf in some if str(leaf)]
 
 
 def test_links_are_answered_in_the_page_s_language() -> None:
@@ -191,8 +186,6 @@ def test_a_law_that_writes_to_the_line_fills_nothing_in(sent: bytes) -> None:
 
 
 class Still(Unprotected):
-    """A law that may fail, and does not."""
-
     problem = None
     seconds = 0.0
 

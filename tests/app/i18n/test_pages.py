@@ -1,12 +1,9 @@
 """Pages in other languages, without a browser: what the server sends."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.i18n.catalogue import words_of
 from app.i18n.pseudo import pseudo
 from app.i18n.speaking import set_language
@@ -14,27 +11,25 @@ from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.lessons.lesson_html import blocks_html
-from app.page.panels.hotkeys import HOTKEYS
 from app.session.session import Session
 from app.settings import Language, Settings
 from app.text.lesson_text import plain
 from scenes.settings import changed
-from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask, live_sessions
+from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
 from tests.app.i18n.conftest import untranslated
 from tests.app.page.helpers import bodies, notes
+from tests.blocking_client import BlockingClient
 
 TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
 
 
 def texts(visitor: BlockingClient) -> Iterator[str]:
-    """Everything that the page says now: labels, hints, choices, HTML, commands and messages."""
     for element in [*list(visitor.mirror.gui.values()), *list(visitor.mirror.commands.values())]:
         for found in map(element.get, TEXTS):
             yield from (text for text in ([found] if isinstance(found, str) else found or ()) if isinstance(text, str))
 
 
 def comes(visitor: BlockingClient, word: str) -> None:
-    """Wait until a word is somewhere on the page."""
     visitor.wait_for(lambda _: any(word in text for text in texts(visitor)))
 
 
@@ -43,13 +38,11 @@ def labels(visitor: BlockingClient) -> list[str]:
 
 
 def assert_all_said(visitor: BlockingClient) -> None:
-    """Nothing on the page is English."""
     left = {text[:120]: words for text in texts(visitor) if (words := untranslated(text))}
     assert left == {}
 
 
 def choose(guest: Guest, **values: object) -> None:
-    """Change settings, and run on until the page has followed."""
     ask(guest.session, lambda s: [s.change(key, value) for key, value in values.items()])
     guest.run_on(0.5)
 
@@ -63,30 +56,16 @@ def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive
         *(
             ("hold", "map", "strict_switched"),
             ("master_slave", "follow", "potential_field"),
-            ("imitation", "follow", "unprotected"),
+            ("hold", "speeds", "strict_priority"),
         ),
-        *(("imitation", "pairs", "intermediate_value"), ("hold", "stability", "smooth_priority")),
-        *(("hold", "stability", "barrier_qp"), ("hold", "speeds", "strict_priority")),
+        *(("imitation", "follow", "unprotected"), ("imitation", "pairs", "intermediate_value")),
+        *(("hold", "stability", "smooth_priority"), ("hold", "stability", "barrier_qp")),
     ):
         choose(guest, scene=scene, plot=plot, law=law)
         assert_all_said(guest.visitor)
     ask(guest.session, lambda s: s.measure_smoothness())
     choose(guest, scene="imitation", source="camera")
     assert_all_said(guest.visitor)
-
-
-@pytest.mark.parametrize(
-    ("query", "language", "words"),
-    [
-        *(("lang=de", "", "Szene Uhr mehr"), ("", "de-AT,de;q=0.9,en;q=0.8", "Szene Uhr mehr")),
-        *(("lang=sl", "de", "prizor ura jezik"), ("", "sl-SI", "prizor ura jezik"), ("lang=en", "sl-SI", "scene clock language")),
-        *(("lang=auto", "fr", "scene clock language"), ("lang=klingon", "fr", "scene clock language")),
-    ],
-)
-def test_link_and_browser_choose(house: OpenHouse, join: Join, query: str, language: str, words: str) -> None:
-    visitor = join(house(), query, language=language)
-    visitor.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS))
-    assert set(words.split()) <= set(labels(visitor))
 
 
 def test_controls_work_in_another_language(house: OpenHouse, arrive: Arrive) -> None:
@@ -107,31 +86,10 @@ def test_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> N
     title = plain(load_lessons(language="sl").lessons[0].steps[0].title)
     for word in ("Zapusti lekcije", title, "Lekcija: zapusti lekcije"):
         comes(visitor, word)
-    # Everything is there once.
     assert [labels(visitor).count(label) for label in ("jezik", "prizor", "zakon", "ura")] == [1, 1, 1, 1]
     assert not {"language", "scene", "law", "clock", "Leave the lessons"} & set(labels(visitor))
     visitor.set_value("jezik", "English")
     comes(visitor, "Leave the lessons")
-
-
-def test_in_a_lecture_every_tab_has_its_language(house: OpenHouse, join: Join) -> None:
-    opened = house(lecture=True)
-    teacher = join(opened, language="de")
-    comes(teacher, "Szene")
-    student = join(opened, language="sl")
-    comes(teacher, "Echtzeit")
-    comes(student, "resnični čas")
-    # What the teacher chooses is the teacher's, and is there once.
-    (stage,) = live_sessions(opened).values()
-    ask(stage, lambda s: s.change("lang", "en"))
-    comes(teacher, "real time")
-    teacher.wait_for(lambda _: "scene" in labels(teacher))
-    assert "Szene" not in labels(teacher)
-    ask(stage, lambda s: s.toggle_pause())
-    comes(student, "ustavljeno")
-    assert not any("real time" in text for text in texts(student))
-    # Or the server's start chooses it.
-    comes(join(house(changed(Settings(), "lang", "sl"), lecture=True), language="de"), "prizor")
 
 
 @pytest.mark.parametrize(("language", "number", "remark"), [("de", 2, False), ("de", 4, True), ("sl", 5, True), ("en", 4, False)])
@@ -152,7 +110,6 @@ def test_a_bad_link_is_named_in_the_page_s_language(house: OpenHouse, arrive: Ar
 
 
 def test_nothing_of_a_class_is_left_untranslated(house: OpenHouse, join: Join) -> None:
-    """The page of the teacher, of a student, and of a visitor with a wrong key."""
     opened = house(changed(Settings(), "lang", "pseudo"), lecture=True, key="k")
     teacher = join(opened, "key=k")
     comes(teacher, pseudo("Join"))

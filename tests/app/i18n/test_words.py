@@ -1,10 +1,9 @@
 """The catalogues, the current language, and the language of a browser."""
 
-from __future__ import annotations
-
 import re
 import threading
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -31,7 +30,6 @@ LABEL = 14
 
 
 def parts(text: str) -> Counter[str]:
-    """The {names}, tags and entities of a text."""
     return Counter(re.findall(r"\{[^{}]*\}|<[^>]*>|&\w+;", text))
 
 
@@ -65,9 +63,7 @@ def test_names_of_bodies_and_joints_are_on_the_list() -> None:
 
 def test_what_is_not_known_stays_english() -> None:
     words = Words("de", {"Law": "Gesetz", "{a} of {b}": "{a} von {c}"})
-    assert words("Law") == "Gesetz"
-    assert words("Never heard") == "Never heard"
-    assert words("Key: {key}", key="R") == "Key: R"
+    assert words("Law") == "Gesetz" and words("Never heard") == "Never heard" and words("Key: {key}", key="R") == "Key: R"
     # A mistake in a file costs the translation, not the page.
     assert words("{a} of {b}", a=1, b=2) == "1 of 2"
     assert words_of("sl")("lesson\x04Run") == "Zaženi"
@@ -83,39 +79,28 @@ def test_a_broken_file(content: str, tmp_path: Path) -> None:
 
 
 def test_every_thread_has_its_own_language() -> None:
-    heard: dict[str, str] = {}
+    barrier = threading.Barrier(3)
 
-    def visit(language: Language) -> None:
+    def visit(language: Language) -> str:
         set_language(language)
         barrier.wait(30.0)
-        heard[language] = tr("paused")
+        return tr("paused")
 
-    barrier = threading.Barrier(3)
-    threads = [threading.Thread(target=visit, args=(language,)) for language in ("de", "sl", "en")]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(30.0)
-    assert heard == {"de": "angehalten", "sl": "ustavljeno", "en": "paused"}
+    with ThreadPoolExecutor(3) as threads:
+        assert list(threads.map(visit, ("de", "sl", "en"))) == ["angehalten", "ustavljeno", "paused"]
     assert tr("paused") == "paused" and (side("left"), side("right"), side("arm")) == ("left", "right", "arm")
     set_language("de")
     assert (side("left"), side("right"), tr("right")) == ("links", "rechts", "richtig")
 
 
 @given(st.text("abc XYZ<>{}&;.1", max_size=60))
-def test_pseudo_keeps_what_is_no_text(text: str) -> None:
+def test_pseudo_keeps_what_is_no_text_and_is_longer_and_marked(text: str) -> None:
     said = pseudo(text)
-    assert parts(said) == parts(text)
-    assert pseudo(said) == said
-
-
-@pytest.mark.parametrize(
-    "text", ["Distance", "Reset {what} in <b>{d}</b> mm", "Smooth: half the time step, half the largest step."]
-)
-def test_pseudo_is_longer_and_marked(text: str) -> None:
-    shown = pseudo(text)
-    assert shown.startswith(FIRST) and shown.endswith(LAST) and pseudo("150") == "150" and pseudo("λ") == "λ"
-    assert len(shown) - len(text) >= round(GROWTH * len(re.sub(r"\{[^{}]*\}|<[^>]*>", "", text)))
+    assert parts(said) == parts(text) and pseudo(said) == said and pseudo("150") == "150" and pseudo("λ") == "λ"
+    for text in ("Distance", "Reset {what} in <b>{d}</b> mm", "Smooth: half the time step, half the largest step."):
+        shown = pseudo(text)
+        assert shown.startswith(FIRST) and shown.endswith(LAST)
+        assert len(shown) - len(text) >= round(GROWTH * len(re.sub(r"\{[^{}]*\}|<[^>]*>", "", text)))
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,4 @@
-"""What a person does on a page with a real mouse and a real keyboard, and what is seen then.
-
-Nothing waits for a time: `until` looks again after every drawn frame, and gives up after a while.
-"""
+"""What a person does on a page with a real mouse and a real keyboard, and what is seen then."""
 
 import re
 from typing import Any
@@ -19,12 +16,9 @@ from tests.app.conftest import HAND, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, page_label
 from tests.browser import close_software_note, point_at, take_hold, until, wait_ready
 
-GIZMO, ARC = 0.22, 0.26 * 0.65
-"""Length of the hand's arrows and radius of the elbow's arc [m]."""
-
-GRIP = 0.85
-"""Where an arrow is taken: beyond the ends of the arcs that turn the hand, which lie on it at 0.65."""
-
+# Length of the hand's arrows and radius of the elbow's arc [m]; where an arrow is taken: beyond the ends of the arcs that turn the
+# hand, which lie on it at 0.65.
+GIZMO, ARC, GRIP = 0.22, 0.26 * 0.65, 0.85
 USUAL = {key: value for key, value in values(Settings()).items() if key != "picture"}
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 
@@ -54,7 +48,6 @@ def hand(session: Session) -> np.ndarray:
 
 
 def run_on(page: Page, session: Session, seconds: float) -> None:
-    """Return when so much more time has been simulated."""
     end = session.simulation.time + seconds
     until(page, lambda: session.simulation.time >= end, "simulated time")
 
@@ -65,13 +58,9 @@ def control(page: Page, key: str) -> Locator:
 
 def see_controls(page: Page, session: Session, keys: tuple[str, ...]) -> None:
     """Wait until of these controls, all on the tab in view, exactly those are seen that matter now."""
-    settings, labels = session.settings, {page_label(key) for key in keys}
-    expected = {page_label(key) for key in keys if matters(key, settings)}
-
-    def as_expected() -> bool:
-        return expected == labels & set(page.locator("label:visible").all_inner_texts())
-
-    until(page, as_expected, f"just {sorted(expected)} of {sorted(labels)}")
+    labels, expected = {page_label(key) for key in keys}, {page_label(key) for key in keys if matters(key, session.settings)}
+    seen = page.locator("label:visible")
+    until(page, lambda: expected == labels & set(seen.all_inner_texts()), f"just {sorted(expected)} of {sorted(labels)}")
 
 
 def set_by_hand(page: Page, session: Session, key: str) -> None:
@@ -127,15 +116,10 @@ PLOTS = """() => [...document.querySelectorAll('.duet-title')].map(title => {
 
 
 def see_plots(page: Page, titles: tuple[str, ...]) -> None:
-    """Wait until these plots, and no others, stand side by side over the whole of their panel, with something drawn in each.
-
-    Args:
-        titles: by their beginnings.
-    """
-    seen: list[dict[str, Any]] = []
+    """Wait until these plots, by the beginnings of their titles, and no others, fill their panel side by side, each drawn."""
 
     def as_expected() -> bool:
-        seen[:] = page.evaluate(PLOTS)
+        seen: list[dict[str, Any]] = page.evaluate(PLOTS)
         as_named = len(seen) == len(titles) and all(p["title"].startswith(t) for p, t in zip(seen, titles, strict=True))
         fair = all(p["drawn"] and p["high"] > 60 and p["wide"] > 0.2 for p in seen) and sum(p["wide"] for p in seen) > 0.9
         return as_named and fair and len({p["top"] for p in seen}) == 1
@@ -143,7 +127,7 @@ def see_plots(page: Page, titles: tuple[str, ...]) -> None:
     try:
         until(page, as_expected)
     except AssertionError:
-        pytest.fail(f"{titles} expected, seen {seen}")
+        pytest.fail(f"{titles} expected, seen {page.evaluate(PLOTS)}")
 
 
 FREE = """names => names.map(name => {
@@ -174,13 +158,7 @@ CUT = """() => {
 
 def see_free(page: Page, nodes: list[str], where: str) -> None:
     """Wait until nothing covers these nodes, or fail with what does: a view is corrected once the panels have found their places."""
-    covered: list[str] = []
-
-    def free() -> bool:
-        covered[:] = page.evaluate(FREE, nodes)
-        return not covered
-
     try:
-        until(page, free, "all in free sight", 30.0)
+        until(page, lambda: not page.evaluate(FREE, nodes), "all in free sight", 30.0)
     except AssertionError:
-        pytest.fail(f"{where}: " + "\n".join(covered))
+        pytest.fail(f"{where}: " + "\n".join(page.evaluate(FREE, nodes)))

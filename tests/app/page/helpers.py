@@ -1,15 +1,8 @@
-"""What visitors without a browser do on a page, and what they look at.
-
-Every "nothing happens" of the tests is followed, on the same connection, by something that does happen: messages are read in order,
-so by then the others have been dealt with; `roundtrip` is that.
-"""
+"""What visitors without a browser do on a page, and what they look at."""
 
 import html
 from typing import Any
 
-import numpy as np
-
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import HeadlessClient
 from app.page.panels.choice_buttons import MARK
 from app.page.panels.controls import PICKER, TABS
@@ -17,8 +10,9 @@ from app.page.panels.hotkeys import HOTKEYS
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
-from scenes.settings import changed, specs, values
+from scenes.settings import specs
 from tests.app.conftest import Guest, ask
+from tests.blocking_client import BlockingClient
 
 Client = BlockingClient | HeadlessClient
 SPECS = specs(Settings)
@@ -84,7 +78,7 @@ def press(guest: Guest, action: str) -> None:
 
 
 def roundtrip(guest: Guest) -> None:
-    """Return when the server has acted upon all that the visitor said before."""
+    """Return when the server has acted upon all that the visitor said before: messages are read in order."""
     before = guest.session.settings.run.limit_gain
     value = before + 0.5 if before < 20.0 else before - 5.5
     guest.visitor.set_value("g [1/s]", value)
@@ -116,14 +110,3 @@ def click(visitor: BlockingClient, start: str) -> None:
 
 def notes(visitor: BlockingClient) -> list[str]:
     return [str(note["body"]) for note in bodies(visitor, "NotificationShowMessage")]
-
-
-def assert_sound(guest: Guest) -> None:
-    """The arms are and were where arms can be, and every setting is in its range."""
-    table, simulation = guest.ask(lambda s: s.simulation.history.table()), guest.session.simulation
-    q, model = simulation.history.positions(table), simulation.room.model
-    assert len(q) and np.isfinite(q).all()
-    assert (q >= model.lowerPositionLimit - 1e-9).all() and (q <= model.upperPositionLimit + 1e-9).all()
-    settings = guest.session.settings
-    for key, value in values(settings).items():
-        assert changed(settings, key, value) == settings and type(value) is type(values(Settings())[key]), key

@@ -71,6 +71,8 @@ def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     ask(session, lambda s: s.toggle_pause())
     control(page, "rig").wait_for()
     see_controls(page, session, PICKER)
+    tops = [place.evaluate("e => e.getBoundingClientRect().top") for place in (control(page, key) for key in PICKER)]
+    assert tops == sorted(tops) and tops[-1] < page.locator(".duet-tiles").evaluate("e => e.getBoundingClientRect().top")
     # The experiment last, so that the others are tried in the usual one.
     for key in reversed(PICKER):
         set_by_hand(page, session, key)

@@ -1,14 +1,18 @@
-"""Every control changes one setting of one visitor, and no value from outside gets in."""
+"""Controls and handles change their own visitor's settings and hand, and no value from outside gets in."""
 
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from app.session.session import Session
+from app.settings import Settings
 from scenes.settings import values
-from tests.app.conftest import Arrive, OpenHouse, ask, live_sessions
-from tests.app.page.helpers import ON_PAGE, SPECS, another, assert_sound, bring_into_view, notes, page_label, roundtrip
+from scenes.targets import HandTarget, JointTarget
+from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, ask, live_sessions
+from tests.app.page.helpers import ON_PAGE, SPECS, another, bring_into_view, notes, page_label, press, roundtrip
+from tests.tools.monkey.visitor import assert_sound
 
 NAN, INF = math.nan, math.inf
 
@@ -47,11 +51,11 @@ def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_
         assert {k for k in now if now[k] != after[k]} == {key}
         assert one.session.simulation.settings == one.session.settings.run and values(other.session.settings) == theirs, key
         one.run_on(0.05)
-        assert_sound(one)
+        one.ask(assert_sound)
     ask(one.session, lambda s: s.change("scene", "hold"))
     one.run_on(0.3)
     other.run_on(0.3)
-    assert_sound(one)
+    one.ask(assert_sound)
     assert one.session.simulation.room.rig.name == "table" and other.session.simulation.room.rig.name == "torso"
 
 
@@ -85,7 +89,7 @@ def test_wrong_types_cost_only_the_own_connection(house: OpenHouse, arrive: Arri
             witness.wait(lambda _, number=victim.number: number not in live_sessions(opened))
     witness.run_on(0.1)
     assert values(witness.session.settings) == before and set(live_sessions(opened)) == {witness.number}
-    assert_sound(witness)
+    witness.ask(assert_sound)
 
 
 def test_a_refused_value_is_named_and_written_back(house: OpenHouse, arrive: Arrive) -> None:
@@ -97,3 +101,57 @@ def test_a_refused_value_is_named_and_written_back(house: OpenHouse, arrive: Arr
     assert one.session.settings.run.law.critical_distance == 0.15
     one.visitor.set_value("d_m [mm]", 300.0)
     one.wait(lambda s: s.settings.run.law.critical_distance == 0.3)
+
+
+@pytest.mark.parametrize("name", [HAND, ELBOW])
+def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive, name: str) -> None:
+    opened = house()
+    one, witness = arrive(opened), arrive(opened)
+    one.visitor.move_gizmo(name, phase="start")
+    one.wait(lambda s: not s.settings.page.autopilot)
+    place, turn = (0.3, 0.0, 1.0), (0.5, 0.5, 0.5, 0.5)
+    places = ((NAN, 0.0, 1.0), (0.3, INF, 1.0), (0.3, 0.0, -INF), (1e308, 0.0, 1.0), (1e8, -1e8, 1e8))
+    turns = ((0.0, 0.0, 0.0, 0.0), (NAN, 0.0, 0.0, 1.0), (1e6, 0.0, 0.0, 1.0), (0.9, 0.9, 0.9, 0.9))
+    both = ((-1e8, 1e8, -1e8), (0.9, 0.9, 0.9, 0.9)), ((0.0, 0.0, 0.92), (-1.0, 0.0, 0.0, 0.0))
+    for position, wxyz in (*((one, turn) for one in places), *((place, one) for one in turns), *both):
+        one.visitor.move_gizmo(name, position, wxyz)
+        roundtrip(one)
+        one.run_on(0.1)
+        held = one.ask(lambda s: s.held)
+        assert isinstance(held, HandTarget) and np.isfinite(held.position).all() and np.abs(held.position).max() <= 2.5
+        assert held.rotation is not None and np.allclose(held.rotation @ held.rotation.T, np.eye(3))
+    one.ask(assert_sound)
+    assert one.session.held is not None
+    one.visitor.move_gizmo(name, phase="end")
+    one.wait(lambda s: s.held is None)
+    witness.run_on(0.05)
+    assert witness.session.settings == Settings() and witness.session.held is None
+
+
+def test_a_reset_in_mid_drag_lets_go(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "autopilot=0")
+    one.visitor.move_gizmo(HAND, phase="start")
+    one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
+    one.run_on(0.3)
+    press(one, "reset")
+    assert one.ask(lambda s: s.held is None)
+    home = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
+    one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes[HAND]["position"]) - home) < 1e-3)
+    one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
+    one.wait(lambda s: s.held is not None)
+
+
+def test_a_slider_leads_the_master_and_the_slave_follows(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "scene=master_slave&autopilot=0")
+    session, visitor = guest.session, guest.visitor
+    visitor.wait_for(lambda v: any(p.get("label") == "elbow" for p in v.mirror.gui.values()))
+    master, slave = session.simulation.guided.joints, session.simulation.avoiding.joints
+    before = session.simulation.positions.copy()
+    wanted = float(np.degrees(before[master][3])) + 8.0
+    for value in (float("nan"), 1e9, wanted):
+        visitor.set_value("elbow", value)
+    visitor.wait_for(lambda _: isinstance(session.held, JointTarget))
+    visitor.wait_for(lambda _: abs(np.degrees(session.simulation.positions[master][3]) - wanted) < 0.5, 15.0)
+    after = session.simulation.positions
+    assert np.abs(np.delete(after[master] - before[master], 3)).max() < 0.02
+    assert abs(after[slave][3] - before[slave][3]) > np.radians(4.0)

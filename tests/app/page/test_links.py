@@ -4,7 +4,6 @@ import html
 from urllib.parse import quote
 
 import numpy as np
-from playwright.sync_api import Dialog
 
 from app.settings import Settings
 from scenes.settings import values
@@ -21,11 +20,8 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
     other = page_at(900, 640)
     alerts: list[str] = []
 
-    def dismiss(dialog: Dialog) -> None:
-        alerts.append(dialog.message)
-        dialog.dismiss()
-
-    other.on("dialog", dismiss)
+    other.on("dialog", lambda dialog: alerts.append(dialog.message))
+    other.on("dialog", lambda dialog: dialog.dismiss())
     bad = "law=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E"
     second = visit(other, opened, f"rig=table&dm=0.1&n=10&theme=dark&plot=lambda&{bad}")
     expected = {"rig": "table", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "lambda"}

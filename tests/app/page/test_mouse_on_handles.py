@@ -10,6 +10,7 @@ from scenes.targets import HandTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
 from tests.app.page.by_hand import ARC, GIZMO, GRIP, WRIST, best_arrow, control, drag_through, hand, run_on, visit
 from tests.browser import PageAt, point_at, take_hold, until, world_position
+from tests.tools.lesson_moves import hands_of
 
 
 def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt) -> None:
@@ -37,10 +38,7 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
 def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 800)
     session = visit(page, house(), "autopilot=0&speed=2")
-    start, other = (
-        hand(session),
-        ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy()),
-    )
+    start, other = ask(session, hands_of)
     still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
     arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
     grip = start + arrow * GRIP * GIZMO

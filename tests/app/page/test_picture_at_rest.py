@@ -6,17 +6,10 @@ from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import see_plots, visit
 from tests.browser import PageAt, settled_view, until, wait_frames
 
-TITLES = {
-    "λ": "activation λ",
-    "q": "joints q [°]",
-    "q̇": "joint speeds q̇ [°/s]",
-    "u v w": "speeds along the line [m/s]",
-    "λ(d)": "Fig. 2",
-    "Laws": "what each law",
-    "Pairs": "the closest pair",
-    "M": "section III",
-}
-"""What stands on a button → the beginning of the plot's title; the first four are over time."""
+TIMES = {"λ": "activation λ", "q": "joints q [°]", "q̇": "joint speeds q̇ [°/s]", "u v w": "speeds along the line [m/s]"}
+"""What stands on a button → the beginning of the plot's title, over time."""
+
+TITLES = TIMES | {"λ(d)": "Fig. 2", "Laws": "what each law", "Pairs": "the closest pair", "M": "section III"}
 
 
 def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -> None:
@@ -44,8 +37,7 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
     assert offered[0] == "None" and set(TITLES) <= set(offered[1:])
     for label in offered[1:]:
         press(label)
-        over_time = label in list(TITLES)[:4]
-        see_plots(page, (distance, *([error] if over_time else []), TITLES.get(label, "")))
+        see_plots(page, (distance, *([error] if label in TIMES else []), TITLES.get(label, "")))
     press("Laws")
     page.set_viewport_size({"width": 1240, "height": 640})
     see_plots(page, (distance, error, TITLES["Laws"]))

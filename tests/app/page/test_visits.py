@@ -1,4 +1,4 @@
-"""Visitors who come and go: fifty leave nothing behind, a closed tab is no news, and a page at rest is sent nothing."""
+"""Visitors who come and go: fifty leave nothing behind and are no news, and a page at rest is sent nothing."""
 
 import gc
 import os
@@ -6,15 +6,17 @@ import threading
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.page.panels import readout
 from app.session.session import Session
 from tests.app.conftest import HAND, Arrive, OpenHouse, live_sessions
-from tests.app.page.helpers import assert_sound
+from tests.blocking_client import BlockingClient
+from tests.tools.monkey.visitor import assert_sound
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
-def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> None:
+def test_fifty_visits_leave_nothing_behind_and_are_no_news(
+    house: OpenHouse, arrive: Arrive, caplog: pytest.LogCaptureFixture
+) -> None:
     opened = house()
 
     def visit(number: int) -> None:
@@ -23,10 +25,13 @@ def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> 
             if number % 3 == 0:
                 visitor.move_gizmo(HAND, phase="start")
 
-    def count() -> tuple[int, int, int]:
+    def count() -> tuple[int, int, int, int]:
         gc.collect()
-        sessions = sum(isinstance(thing, Session) for thing in gc.get_objects())
-        return len(os.listdir("/proc/self/fd")), threading.active_count(), sessions
+        sessions, drags = (
+            sum(isinstance(o, Session) for o in gc.get_objects()),
+            opened.server.scene._active_transform_drag_handles,
+        )
+        return len(os.listdir("/proc/self/fd")), threading.active_count(), len(drags), sessions
 
     def alone(_: Session) -> bool:
         return opened.server.count_clients() == 1 and set(live_sessions(opened)) == {witness.number}
@@ -41,18 +46,10 @@ def test_fifty_visits_leave_nothing_behind(house: OpenHouse, arrive: Arrive) -> 
     witness.wait(alone)
     # Local variables of the frame loop may hold the last one until the next frame.
     witness.run_on(0.1)
-    after = count()
-    assert after[:2] == before[:2] and after[2] <= before[2] + 1
-    assert_sound(witness)
-
-
-def test_a_message_for_a_closed_tab_is_no_news(house: OpenHouse, arrive: Arrive, caplog: pytest.LogCaptureFixture) -> None:
-    opened = house()
-    witness = arrive(opened)
-    for _ in range(10):
-        arrive(opened).visitor.close()
-    witness.wait(lambda _: set(live_sessions(opened)) == {witness.number})
-    witness.run_on(0.1)
+    *after, sessions = count()
+    assert after == [*before[:3]] and sessions <= before[3] + 1
+    assert witness.session.settings.page.autopilot and witness.session.held is None
+    witness.ask(assert_sound)
     assert [record.getMessage() for record in caplog.records if record.exc_info] == []
 
 

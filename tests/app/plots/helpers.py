@@ -1,7 +1,5 @@
 """Runs to plot, a panel of plots that needs no browser, and ways to read what it shows."""
 
-from __future__ import annotations
-
 import re
 from contextlib import nullcontext
 from dataclasses import dataclass, field
@@ -37,7 +35,6 @@ def played(
 
 
 def text(html: str) -> str:
-    """What a person reads."""
     return re.sub(r"<[^>]+>", " ", html)
 
 
@@ -57,8 +54,6 @@ def marks(html: str, kind: str) -> list[tuple[float, float]]:
 
 @dataclass
 class Handle:
-    """What a plot or a block was sent, in order."""
-
     sent: list[tuple[str, Any]] = field(default_factory=list)
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -69,8 +64,6 @@ class Handle:
 
 @dataclass
 class Gui:
-    """Makes blocks and plots."""
-
     blocks: list[Any] = field(default_factory=list)
     plots: list[Any] = field(default_factory=list)
 
@@ -90,7 +83,6 @@ class Gui:
 
 
 def go_on(session: Session, seconds: float) -> None:
-    """Simulate, whatever the time of day is."""
     until = session.simulation.time + seconds
     while session.simulation.time < until:
         session.advance(0.02)
@@ -115,5 +107,4 @@ class ShownPanel:
         return self.gui.plots
 
     def says(self, words: str) -> int:
-        """How many blocks say something."""
         return sum(words in block.content for block in self.gui.blocks)

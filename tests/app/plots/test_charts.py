@@ -1,10 +1,9 @@
 """The charts beside the time plots: lines, the curve of Fig. 2, all laws, and the closest pairs."""
 
-from __future__ import annotations
-
 import re
-from dataclasses import dataclass, replace
-from typing import Any, cast
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,19 +37,11 @@ def test_a_line_with_fewer_points_is_the_same_line(values: list[float], span: fl
     assert np.abs(drawn - meant).max() <= 1.5 + 1.5 * slope
 
 
-@dataclass
-class _Shown:
-    """What the charts read of a simulation."""
-
-    settings: RunSettings
-    law: Any
-
-
 @given(st.floats(0.03, 0.3), st.floats(1.0, 20.0), st.sampled_from(LAWS), st.floats(0.04, 0.59))
 def test_the_dot_is_on_the_curve_of_fig_2(d_m: float, order: float, name: LawName, distance: float) -> None:
     simulation = played()
     law = LawSettings(law=name, critical_distance=d_m, order=order)
-    shown = cast(Simulation, _Shown(replace(simulation.settings, law=law), all_laws(law)[name]))
+    shown: Any = SimpleNamespace(settings=replace(simulation.settings, law=law), law=all_laws(law)[name])
     sample = replace(simulation.sample(), law_distance=distance, activation=shown.law.activation(distance))
     html = curve_html(shown, None, sample, 150)
     ((x, y),) = marks(html, "dot lam")
@@ -78,13 +69,9 @@ def test_all_laws_are_compared_at_the_present_pull(name: LawName) -> None:
     html = laws_html(simulation, None, now, 150)
     lines: dict[LawName, list[np.ndarray]] = {law: paths(html, f"law{i + 1}") for i, law in enumerate(LAW_NAMES)}
     assert all(len(found) == 1 for found in lines.values())
-    # Thick is the present one, and it is drawn last.
     widths = re.findall(r'<path class="law(\d+)" d="[^"]*" stroke-width="([\d.]+)"', html)
     assert widths[-1] == (str(list(LAW_NAMES).index(name) + 1), "3.2") and {w for _, w in widths[:-1]} == {"1.5"}
-    # A line goes through what its law says.
-    labels = [float(v.replace("−", "-")) for v in re.findall(r'class="ys">.*?<i style="top:0.0%">([^<]*)<', html)]
-    labels = labels or [float(v.replace("−", "-")) for v in re.findall(r'<i style="top:0.0%">([^<]*)</i>', html)]
-    span = labels[0]
+    span = float(re.findall(r'<i style="top:0.0%">([^<]*)</i>', html)[0].replace("−", "-"))
     for law, (points,) in lines.items():
         for d in (0.05, 0.22, 0.5):
             rate = all_laws(simulation.settings.law)[law].line_rate(d, now.pull, now.approach, now.square)
@@ -94,11 +81,9 @@ def test_all_laws_are_compared_at_the_present_pull(name: LawName) -> None:
     ((x, y),) = marks(html, f"dot {kind}")
     assert x == pytest.approx(min(now.distance / FAR, 1.0), abs=1e-3)
     assert y == pytest.approx(min(max((span - now.rate) / (2.0 * span), 0.0), 1.0), abs=1e-3)
-    # Numbers on the lines, and the same in the legend.
     assert [len(marks(html, f"digit law{i + 1}")) for i in range(11)] == [1] * 11
-    assert re.findall(r"<li[^>]*><i[^>]*>(\d+)</i>(?:<b>)?([^<]*)", html) == [
-        (str(i + 1), v) for i, v in enumerate(LAW_NAMES.values())
-    ]
+    names = [(str(i + 1), v) for i, v in enumerate(LAW_NAMES.values())]
+    assert re.findall(r"<li[^>]*><i[^>]*>(\d+)</i>(?:<b>)?([^<]*)", html) == names
     assert f"<b>{LAW_NAMES[name]}</b>" in html
 
 

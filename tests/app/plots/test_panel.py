@@ -1,26 +1,22 @@
 """The panel of plots: what is shown, what if, what is sent and how often."""
 
-from __future__ import annotations
-
-import time
-from dataclasses import dataclass
-from typing import Any, cast
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.page.panels.plots_panel import CURTAIN
 from app.plots.plot_choice import CHARTS, cells
 from app.plots.time_series import POINTS, WINDOW
 from app.session.session import Session
 from app.settings import PageSettings
 from scenes.history import COLUMN
-from scenes.rerun import WhatIf
 from scenes.settings import SceneName
 from tests.app.conftest import Arrive, OpenHouse
-from tests.app.page.helpers import bodies, page_label, press
+from tests.app.page.helpers import bodies, press
 from tests.app.plots.helpers import DETAILS, SCENES, ShownPanel, go_on
+from tests.blocking_client import BlockingClient
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -61,7 +57,6 @@ def test_ten_refreshes_a_second_at_most() -> None:
         shown.show(0.03, wait=1.0 / 30.0)
     refreshes = [sum(name == "data" for name, _ in plot.sent) for plot in shown.gui.plots]
     assert all(count <= 3.0 * 10.0 + 2 for count in refreshes) and min(refreshes) >= 10
-    # Nothing new, nothing sent.
     before = [len(plot.sent) for plot in shown.show()]
     assert [len(plot.sent) for plot in shown.show()] == before
 
@@ -82,18 +77,11 @@ def test_a_ghost_costs_nothing_while_there_is_none() -> None:
     assert len(distance.data[4]) == 0 and not shown.says("ghost")
 
 
-@dataclass
-class _Answer:
-    times: np.ndarray
-    distance: np.ndarray
-    squared_error: np.ndarray
-
-
 def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = ShownPanel("hold")
     shown.show(2.0)
     times = shown.session.simulation.history.table()[:200, COLUMN["t"]]
-    answer: WhatIf | None = cast(WhatIf, _Answer(times, np.full(200, 0.2), np.full(200, 0.01)))
+    answer: Any = SimpleNamespace(times=times, distance=np.full(200, 0.2), squared_error=np.full(200, 0.01))
     monkeypatch.setattr(Session, "what_if", property(lambda _: answer))
     for plot, value in zip(shown.show(), (0.2, 0.01), strict=True):
         line = plot.data[-1]
@@ -101,7 +89,7 @@ def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
         assert (line[inside] == value).all() and np.isnan(line[-1])
     assert shown.says("what if") == 2
     # The exact answer after the draft: other times, so that nothing can be compared element by element.
-    answer = cast(WhatIf, _Answer(times[::2], np.full(100, 0.3), np.full(100, 0.02)))
+    answer = SimpleNamespace(times=times[::2], distance=np.full(100, 0.3), squared_error=np.full(100, 0.02))
     assert np.nanmax(shown.show()[0].data[-1]) == 0.3
     answer = None
     assert len(shown.show()[0].data[-1]) == 0 and not shown.says("what if")
@@ -118,7 +106,6 @@ def test_another_experiment_changes_lines_and_names() -> None:
 
 
 def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> None:
-    """Its error is a line that begins in the middle; and after a reset that waits, the axes are there all the same."""
     shown = ShownPanel("imitation")
     error = shown.show(0.6, avoid="free")[1]
     assert [len(line) for line in error.data[2:]] == [0, 0, 0]
@@ -147,20 +134,15 @@ def test_another_theme_dresses_all_plots_again() -> None:
 
 
 def plots(visitor: BlockingClient) -> list[tuple[np.ndarray, ...]]:
-    """The data of every plot, in order."""
     return [tuple(np.array(row) for row in element["data"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
 def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
-    """Colour and width of the first line of every plot, in order."""
     return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
 @pytest.mark.parametrize("change", [("colours", "Dark"), ("text", "Projector"), ("more plots", "q")])
-def test_plots_of_another_look_or_made_while_paused_are_not_empty(
-    house: OpenHouse, arrive: Arrive, change: tuple[str, str]
-) -> None:
-    """They hold the whole run; and each single step is on the plot."""
+def test_plots_of_another_look_or_made_while_paused_are_full(house: OpenHouse, arrive: Arrive, change: tuple[str, str]) -> None:
     one = arrive(house(), "dt=0.02")
     one.run_on(2.0)
     press(one, "pause")
@@ -176,43 +158,13 @@ def test_plots_of_another_look_or_made_while_paused_are_not_empty(
     one.visitor.wait_for(lambda _: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
 
 
-def test_what_the_ghost_does_and_what_would_have_been_are_on_the_plots(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house(), "whatif=1")
-    one.run_on(1.0)
-    own = len([row for row in plots(one.visitor)[0][1:] if len(row)])
-    press(one, "ghost")
-    one.run_on(0.5)
-    # The ghost has a line beside that of the run, the same one as long as nothing was changed.
-    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 1)
-    times, distance, *_, ghost, _ = plots(one.visitor)[0]
-    assert len(ghost) == len(times) > 9 and np.isfinite(ghost[:-1]).all() and np.allclose(ghost[:-1], distance[:-1])
-    # A line whose first value is missing would leave the page without a range for its axis.
-    assert all(np.isfinite(row[0]) for plot in plots(one.visitor) for row in plot if len(row))
-    one.visitor.set_value(page_label("dm"), 250.0)
-    one.visitor.wait_for(lambda _: len([row for row in plots(one.visitor)[0][1:] if len(row)]) == own + 2)
-
-
-def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house())
     one.run_on(1.0)
-    refreshes, payloads = [0], list[int]()
-    take = one.visitor.mirror.take
-
-    def count(message: dict[str, Any]) -> None:
-        if message["type"] == "GuiUpdateMessage" and "data" in message["updates"]:
-            refreshes[0] += 1
-            payloads.append(len(message["updates"]["data"][0]))
-        take(message)
-
-    monkeypatch.setattr(one.visitor.mirror, "take", count)
     received = one.visitor.received
-    frames, size, begin, clock = received.frames, received.bytes, one.session.simulation.time, time.perf_counter()
+    frames, size, begin = received.frames, received.bytes, one.session.simulation.time
     one.run_on(3.0)
-    simulated, wall = one.session.simulation.time - begin, time.perf_counter() - clock
-    frames, size = received.frames - frames, received.bytes - size
-    print(f"{frames / simulated:.0f} frames and {size / simulated / 1000:.0f} kB per simulated second, {simulated / wall:.2f}×")
-    assert size / simulated <= 150_000
+    simulated = one.session.simulation.time - begin
+    assert (received.bytes - size) / simulated <= 150_000
     # A frame simulates a tenth of a second at most; on a machine at leisure there are about 30 a second.
-    assert frames / simulated >= 10
-    assert 2 * 2 < refreshes[0] <= 2 * (10.0 * wall + 2.0)
-    assert max(payloads) <= 200
+    assert (received.frames - frames) / simulated >= 10

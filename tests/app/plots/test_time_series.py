@@ -1,7 +1,5 @@
 """The time plots: columns and colours of every experiment, the bins of a run, and the ghost's bins beside the run's."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path
@@ -58,7 +56,6 @@ def test_a_plot_has_the_same_lines_in_every_experiment(name: str) -> None:
 
 
 def test_a_law_of_ones_own_has_no_resting_distance(tmp_path: Path) -> None:
-    """Neither its line nor its name, from the moment on in which it runs, whatever the settings' law is."""
     path = tmp_path / "my_law.py"
     path.write_text("def law(s):\n    return s.nominal", encoding="utf-8")
     shown = ShownPanel("hold")
@@ -116,7 +113,6 @@ def test_changes_of_the_closest_pair_are_counted_once() -> None:
 
 @given(st.lists(st.sampled_from([0.3, 1.0, math.nan, math.inf]), min_size=2, max_size=12), st.booleans())
 def test_a_line_is_drawable(values: list[float], follows: bool) -> None:
-    """Where the axis follows the data, the first value of every line that is there is a number; nothing that is known is changed."""
     line = np.array(values)
     before = line.copy()
     drawn = drawable(line, follows)
@@ -132,7 +128,6 @@ def test_a_line_is_drawable(values: list[float], follows: bool) -> None:
 
 @pytest.mark.parametrize("late", [0, 700])
 def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
-    """The same run, begun later: the same values where both have some, and before that the run's, which it was."""
     simulation = Simulation(RunSettings())
     person = simulation.source()
     for _ in range(late):
@@ -153,7 +148,6 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
         assert np.array_equal(line[there], beside[there])
         before = times < late * 0.005 - 1e-6
         assert np.array_equal(line[before], beside[before])
-    # One that has not made a step yet.
     assert np.array_equal(RollingSeries().beside(own, columns), lines)
     # Of a ghost whose newest bin is far away nothing is shown.
     for _ in range(4400):
@@ -206,7 +200,6 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
     assert (np.diff(times) > 0.0).all() and times[-1] == table[-1, 0]
     assert times[-1] - times[0] <= WINDOW
     assert distance.min() == shown[:, COLUMN["d"]].min() and squared.max() == shown[:, COLUMN["e2"]].max()
-    # Bin by bin, too.
     numbers = (shown[:, 0] * (POINTS / WINDOW)).astype(int)
     for i, number in enumerate(np.unique(numbers)):
         rows = shown[numbers == number]
@@ -218,7 +211,6 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
 @pytest.mark.parametrize("steps", [30, 80, 400])
 @pytest.mark.parametrize("scene", ["hold", "ball"])
 def test_a_restarted_run_begins_with_empty_bins(scene: SceneName, steps: int) -> None:
-    """In the same room or in another, also if it has as many steps as before, or more, when it is looked at next."""
     simulation, buffer = Simulation(RunSettings()), RollingSeries()
     assert np.isnan(buffer.series((COLUMNS["d"],))[1]).all()
     person = simulation.source()

@@ -1,7 +1,5 @@
 """What the tests of the background have computed: in a module of its own, so that a worker need not load what tests need."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading
@@ -16,7 +14,6 @@ class Unwanted(Exception):
 
 
 def double(number: float, stopped: Callable[[], bool]) -> float:
-    """Twice the number."""
     assert not stopped()
     return 2.0 * number
 
@@ -34,23 +31,19 @@ def wait_for(path: Path, stopped: Callable[[], bool]) -> str:
 
 
 def note(path: Path, word: str, stopped: Callable[[], bool]) -> None:
-    """Add a word to a file."""
     with path.open("a", encoding="utf-8") as out:
         out.write(f"{word}\n")
 
 
 def refuse(stopped: Callable[[], bool]) -> None:
-    """Find something that a person can put right."""
     raise BadSetting("dm = 9 is out of range; give less.")
 
 
 def stumble(stopped: Callable[[], bool]) -> None:
-    """Find a mistake of the program."""
     raise ZeroDivisionError("somewhere inside")
 
 
 def die(stopped: Callable[[], bool]) -> None:
-    """Be killed, as by a system that runs out of memory."""
     os.kill(os.getpid(), signal.SIGKILL)
 
 

@@ -1,7 +1,6 @@
 """Waiting for processes, and looking whether they are alive."""
 
-from __future__ import annotations
-
+import os
 import select
 import subprocess
 import time
@@ -13,16 +12,20 @@ PATIENCE = 120.0
 
 
 def until(true: Callable[[], object], process: subprocess.Popen[bytes] | None = None) -> None:
-    """Return as soon as something is true, while a process lives."""
     deadline = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < deadline and (process is None or process.poll() is None), "not in time"
         select.select([], [], [], 0.004)
 
 
-def alive(number: int) -> bool:
-    """Return whether a process exists and is not a zombie."""
+def gone(pid: int) -> bool:
+    """Whether a process has ended, and been waited for if it is this one's child; an orphan is waited for by another."""
     try:
-        return Path(f"/proc/{number}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0] not in "ZX"
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    try:
+        state, parent = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[:2]
     except OSError:
         return False
+    return state == "Z" and int(parent) != os.getpid()

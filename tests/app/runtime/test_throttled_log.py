@@ -1,14 +1,12 @@
 """What happens many times a second is in the log once, and then as a count at intervals."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import ResetStep
@@ -17,19 +15,11 @@ from app.runtime.throttled_log import EVER_RARER, ThrottledLog
 from app.session.session import Session
 from app.settings import Settings
 from tests.app.conftest import OpenHouse, ask
+from tests.blocking_client import BlockingClient
 
 LOG = logging.getLogger("duet.tests.throttled")
-FRAMES = 32
-"""A second."""
-
-
-class Clock:
-    """A clock that is set by hand."""
-
-    now = 0.0
-
-    def __call__(self) -> float:
-        return self.now
+FRAMES = 32  # a second
+Caplog = pytest.LogCaptureFixture
 
 
 def raised(kind: type[Exception] = ValueError, text: str = "") -> Exception:
@@ -41,23 +31,22 @@ def raised(kind: type[Exception] = ValueError, text: str = "") -> Exception:
 
 
 @pytest.fixture
-def clock() -> Clock:
-    return Clock()
+def clock() -> SimpleNamespace:
+    return SimpleNamespace(now=0.0)
 
 
 @pytest.fixture
-def throttled(clock: Clock) -> ThrottledLog:
-    return ThrottledLog(LOG, clock=clock)
+def throttled(clock: SimpleNamespace) -> ThrottledLog:
+    return ThrottledLog(LOG, clock=lambda: clock.now)
 
 
 def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
-    """What was logged since the last call."""
     logged = [record.getMessage() for record in caplog.records]
     caplog.clear()
     return logged
 
 
-def over_time(clock: Clock, seconds: int, caplog: pytest.LogCaptureFixture, event: Callable[[], None]) -> list[tuple[float, str]]:
+def over_time(clock: SimpleNamespace, seconds: int, caplog: Caplog, event: Callable[[], None]) -> list[tuple[float, str]]:
     """When which lines were logged by an event in every frame."""
     logged: list[tuple[float, str]] = []
     for frame in range(1, seconds * FRAMES + 1):
@@ -67,8 +56,8 @@ def over_time(clock: Clock, seconds: int, caplog: pytest.LogCaptureFixture, even
     return logged
 
 
-def test_an_exception_of_every_frame_is_logged_once_and_then_counted(
-    throttled: ThrottledLog, clock: Clock, caplog: pytest.LogCaptureFixture
+def test_an_exception_of_every_frame_is_logged_once_and_counted(
+    throttled: ThrottledLog, clock: SimpleNamespace, caplog: Caplog
 ) -> None:
     throttled.exception("a frame failed", raised(text="at 1 s"), 7)
     assert caplog.records[0].exc_info is not None and "at 1 s" in caplog.text
@@ -80,8 +69,8 @@ def test_an_exception_of_every_frame_is_logged_once_and_then_counted(
     assert logged[1][1] == "a frame failed: 1920 times more in 60 s (ValueError)"
 
 
-def test_a_warning_has_one_line_a_kind_and_interval(clock: Clock, caplog: pytest.LogCaptureFixture) -> None:
-    throttled = ThrottledLog(LOG, (10.0,), clock)
+def test_a_warning_has_one_line_a_kind_and_interval(clock: SimpleNamespace, caplog: pytest.LogCaptureFixture) -> None:
+    throttled = ThrottledLog(LOG, (10.0,), lambda: clock.now)
     throttled.warning("slowed down", "client 1")
     throttled.warning("refused origin", "evil.example")
     assert lines(caplog) == ["slowed down: client 1", "refused origin: evil.example"]
@@ -102,9 +91,7 @@ def test_a_warning_has_one_line_a_kind_and_interval(clock: Clock, caplog: pytest
     ],
     ids=["another source", "another class", "another place", "another line"],
 )
-def test_another_exception_is_new(
-    throttled: ThrottledLog, caplog: pytest.LogCaptureFixture, other: Callable[[ThrottledLog], None]
-) -> None:
+def test_another_exception_is_new(throttled: ThrottledLog, caplog: Caplog, other: Callable[[ThrottledLog], None]) -> None:
     counts: list[int] = []
     for _ in range(2):
         throttled.exception("a frame failed", raised(), 7)
@@ -139,9 +126,7 @@ def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse
         assert logged[0] == "a frame of a visitor's page failed" and len(logged) < 3
 
 
-def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(monkeypatch: pytest.MonkeyPatch, caplog: Caplog) -> None:
     session = Session(Settings())
     run = LessonSession(session, load_lessons())
     run.enter(0)

@@ -1,7 +1,5 @@
 """A session at its start, on a machine on which no step takes any time."""
 
-from __future__ import annotations
-
 import pytest
 
 from app.session import session as session_module
@@ -14,16 +12,13 @@ DT = RunSettings().dt
 
 @pytest.fixture(autouse=True)
 def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However busy this machine is, no step takes any time."""
     monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
 
 
 @pytest.fixture
 def session() -> Session:
-    """A session with the default settings, at its start."""
     return Session(Settings())
 
 
 def bits(session: Session) -> bytes:
-    """Everything that happened, to the last bit."""
     return session.simulation.history.table().tobytes()

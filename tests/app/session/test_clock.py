@@ -1,20 +1,21 @@
-"""One visitor's clock: it runs with the wall, but never loses, repeats or reorders a step, and knows how fast time goes."""
-
-from __future__ import annotations
+"""One visitor's clock never loses, repeats or reorders a step; why a run stands still, and how it starts again."""
 
 import itertools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import MonkeyPatch
 
 from app.session import session as session_module
 from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of, next_speed
+from app.session.halt import Halt
 from app.session.session import Session
 from app.settings import Settings
-from scenes.targets import Target
+from scenes.targets import HandTarget, Target
 from tests.app.session.conftest import DT, bits
 
 
@@ -96,7 +97,7 @@ def test_slower_and_faster_stop_at_the_ends(session: Session, speed: float, by: 
     assert session.settings.page.speed == then
 
 
-def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: MonkeyPatch) -> None:
     clock, cost = [0.0], [BUDGET / 2]
     monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
     real: Callable[[Target | None], None] = session.simulation.step
@@ -109,7 +110,6 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, 
     made = [session.advance(0.08) for _ in range(20)]
     assert all(0 < count < 16 for count in made)
     assert session.pace.slowed and session.pace.rate < 0.9
-    # Slow, but every step is there, at its time and with its size.
     table = session.simulation.history.table()
     assert len(table) == sum(made) == session.simulation.steps
     assert np.allclose(np.diff(table[:, 0]), DT)
@@ -121,10 +121,9 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, 
     assert not session.pace.slowed and session.pace.rate == pytest.approx(1.0, abs=0.1)
 
 
-def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: MonkeyPatch) -> None:
     assert budget_of(0) == budget_of(1) == BUDGET
     assert all(sessions * budget_of(sessions) <= TOGETHER * BUDGET + 1e-12 for sessions in range(1, 41))
-    # Eight steps take a fifth of the budget here.
     clock = itertools.count(0.0, BUDGET / 5.0)
     monkeypatch.setattr(session_module, "perf_counter", lambda: next(clock))
     assert session.advance(LONGEST_GAP) == 20
@@ -156,9 +155,7 @@ def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session:
 
 
 @pytest.mark.parametrize("end", ["pause", "halt", "reset"])
-def test_a_run_that_stands_still_or_starts_again_hurries_no_longer(
-    session: Session, end: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(session: Session, end: str, monkeypatch: MonkeyPatch) -> None:
     # Every look at the clock uses up a frame's share.
     looks = itertools.count()
     monkeypatch.setattr(session_module, "perf_counter", lambda: 2.0 * BUDGET * next(looks))
@@ -168,3 +165,76 @@ def test_a_run_that_stands_still_or_starts_again_hurries_no_longer(
     for act in {"pause": (session.toggle_pause,) * 2, "halt": teacher, "reset": (session.reset,)}[end]:
         act()
         assert session.advance(0.0) == 0
+
+
+def test_the_run_goes_on_when_no_reason_is_left() -> None:
+    halt = Halt()
+    halt.set("lesson")
+    halt.set("replay")
+    halt.set("lesson", False)
+    assert halt and "replay" in halt and "lesson" not in halt
+    halt.set("replay", False)
+    assert not halt
+    halt.set("visitor")
+    halt.set("teacher")
+    halt.go_on()
+    assert "teacher" in halt and "visitor" not in halt
+
+
+Ask = Callable[[Session], None]
+
+
+@pytest.mark.parametrize("ask", [Session.single_step, Session.toggle_pause], ids=["a single step", "go on"])
+@pytest.mark.parametrize("posted", [True, False], ids=["by the page", "before the frame"])
+@pytest.mark.parametrize("paused", [True, False], ids=["paused before", "running before"])
+def test_no_step_is_made_while_the_teacher_stops_it(session: Session, ask: Ask, posted: bool, paused: bool) -> None:
+    session.advance(0.05)
+    before = session.simulation.steps
+    session.halt.set("visitor", paused)
+    session.halt.set("teacher")
+    for _ in range(3):
+        if posted:
+            session.post(lambda: ask(session))
+        else:
+            ask(session)
+        assert session.advance(0.05) == 0
+    session.post(lambda: session.change("dm", 0.2))
+    session.advance(0.05)
+    assert session.settings.run.law.critical_distance == 0.2, "anything but a step"
+    assert session.paused and session.simulation.steps == before
+    session.halt.set("teacher", False)
+    assert session.paused == paused and session.advance(0.0) == 0
+    session.single_step()
+    assert session.advance(0.0) == 1
+    session.toggle_pause()
+    assert session.advance(0.05) > 1
+
+
+CHANGES = [{}, {"guided": "left"}, {"rig": "table", "law": "unprotected"}, {"dt": 0.01, "autopilot": False}]
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_reset_is_a_fresh_start_to_the_last_bit(session: Session, change: dict[str, Any]) -> None:
+    session.advance(0.0349)
+    session.hold(HandTarget(np.array([0.3, 0.1, 0.9])))
+    session.advance(0.1)
+    for key, value in {"autopilot": True, **change}.items():
+        session.change(key, value)
+    for _ in range(30):
+        session.advance(0.1)
+    session.reset()
+    fresh = Session(session.settings)
+    assert session.simulation.time == 0.0 and session.simulation.history.count == 0 and session.held is None
+    for elapsed in (0.033, 0.041, 0.1, 0.07) * 8:
+        assert session.advance(elapsed) == fresh.advance(elapsed)
+    assert bits(session) == bits(fresh)
+    assert session.simulation.history.count > 100
+
+
+def test_reset_keeps_the_pause(session: Session) -> None:
+    session.advance(0.1)
+    session.toggle_pause()
+    session.reset()
+    assert session.paused and session.advance(0.1) == 0 and session.simulation.steps == 0
+    session.toggle_pause()
+    assert session.advance(0.1) == 20

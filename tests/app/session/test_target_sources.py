@@ -1,17 +1,18 @@
 """What moves the arm: the autopilot, a hand that takes hold, keys that nudge, a guest, or a recorded run."""
 
-from __future__ import annotations
-
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from app.session import session as session_module
 from app.session.session import Session
+from controllers.errors import BadSetting
 from scenes.headless import run
-from scenes.inputs import RecordedPerson
 from scenes.rerun import rerun
-from scenes.room import BALL_ROOM
+from scenes.room import BALL_ROOM, Room
+from scenes.settings import RunSettings
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
 from tests.app.session.conftest import DT, bits
 
@@ -44,7 +45,6 @@ def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) 
     for _ in range(10):
         session.advance(0.1)
     assert np.abs(session.simulation.positions - q).max() > 0.002
-    # The same person as that of a run without a page, from the first step on.
     session.reset()
     for _ in range(5):
         session.advance(0.1)
@@ -52,10 +52,8 @@ def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) 
     assert bits(session) == again.table.tobytes()
 
 
-TARGETS = (
-    *(HandTarget(np.array([0.4, 0.1, 1.0])), JointTarget(np.zeros(7))),
-    *(BallTarget(np.array([0.4, 0.1, 1.0])), AnglesTarget(np.zeros((2, 4)))),
-)
+PLACE = np.array([0.4, 0.1, 1.0])
+TARGETS = (HandTarget(PLACE), JointTarget(np.zeros(7)), BallTarget(PLACE), AnglesTarget(np.zeros((2, 4))))
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: type(target).__name__)
@@ -100,59 +98,35 @@ def test_another_person_or_place_starts_from_the_beginning(session: Session, key
         assert all(x is y is None or (x == y).all() for x, y in zip(mine, person, strict=True))
 
 
-class Pointer:
-    """A person who points at one place after the other, and notes when they were asked."""
-
-    def __init__(self) -> None:
-        self.asked: list[float] = []
-
-    def target(self, time: float) -> HandTarget:
-        self.asked.append(time)
-        return HandTarget(np.array([0.4, 0.1, 1.0 + time]))
-
-
 def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> None:
     session.advance(0.1)
     session.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
-    guest = Pointer()
+    asked: list[float] = []
+    guest: Any = SimpleNamespace(target=lambda time: asked.append(time) or HandTarget(np.array([0.4, 0.1, 1.0 + time])))
     session.set_source(guest)
     assert session.held is None and session.settings.page.autopilot
     session.advance(0.1)
-    assert np.allclose(guest.asked, np.arange(20) * DT)
+    assert np.allclose(asked, np.arange(20) * DT)
     # A hand goes first; the guest then begins again from the beginning, like the autopilot.
     session.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
-    assert len(guest.asked) == 20
+    assert len(asked) == 20
     session.hold(None)
     session.change("autopilot", True)
     session.advance(2.0 * DT)
-    assert np.allclose(guest.asked[20:], [0.0, DT])
+    assert np.allclose(asked[20:], [0.0, DT])
     session.reset()
     session.advance(DT)
-    assert guest.asked[-1] == 0.0
+    assert asked[-1] == 0.0
     session.set_source(None)
     assert isinstance(session.simulation.source().target(0.0), HandTarget)
     session.advance(DT)
-    assert len(guest.asked) == 23
+    assert len(asked) == 23
     session.set_source(guest)
     session.change("source", "camera")
     session.advance(DT)
-    assert len(guest.asked) == 23
-
-
-def test_a_recorded_run_can_be_played_again(session: Session) -> None:
-    for _ in range(12):
-        session.advance(0.1)
-    recorded = session.recorded()
-    assert recorded is not None and recorded.steps == 240
-    before = bits(session)
-    session.reset()
-    session.change("seed", 9)
-    session.set_source(RecordedPerson(recorded))
-    for _ in range(12):
-        session.advance(0.1)
-    assert bits(session) == before
+    assert len(asked) == 23
 
 
 def test_what_is_recorded_can_be_made_again_to_the_last_bit(session: Session) -> None:
@@ -208,7 +182,7 @@ def test_a_nudge_moves_the_hand(session: Session, scene: str, held: Target | Non
         assert np.linalg.norm(moved - [0.0, 0.02, 0.0]) < 5e-3
 
 
-def test_a_nudge_moves_the_ball(session: Session) -> None:
+def test_a_nudge_moves_the_ball_but_no_person(session: Session) -> None:
     session.change("scene", "ball")
     columns = session.simulation.room.ball
     assert columns is not None
@@ -225,9 +199,23 @@ def test_a_nudge_moves_the_ball(session: Session) -> None:
         session.advance(0.1)
     assert session.held.position[0] == BALL_ROOM
     assert abs(session.simulation.positions[columns][0] - BALL_ROOM) < 0.02
-
-
-def test_a_persons_own_arms_are_not_nudged(session: Session) -> None:
+    # A person's own arms are not nudged.
     session.change("scene", "imitation")
+    session.change("autopilot", True)
     session.nudge(np.array([0.0, 0.02, 0.0]))
     assert session.held is None and session.settings.page.autopilot
+
+
+def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(settings: RunSettings) -> Room:
+        raise BadSetting(f"{settings.robot} needs a package that is not installed.")
+
+    session.advance(0.1)
+    session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
+    before, room = session.settings, session.simulation.room
+    monkeypatch.setattr(session_module, "room_of", missing)
+    with pytest.raises(BadSetting, match="panda needs"):
+        session.change("robot", "panda")
+    assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room
+    assert session.held is not None
+    assert session.advance(0.1) == 20

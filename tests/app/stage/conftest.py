@@ -1,7 +1,5 @@
 """A guest whose arms rest at first, and what stands on the guest's stage."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any, get_args
 
@@ -9,11 +7,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.settings import SceneName
 from tests.app.conftest import Arrive, Guest, OpenHouse
+from tests.blocking_client import BlockingClient
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
 BALL, GRIP = "/gizmo/ball", "/gizmo/grip"
@@ -27,7 +25,6 @@ def one(house: OpenHouse, arrive: Arrive) -> Iterator[Guest]:
 
 
 def change(guest: Guest, **settings: Any) -> None:
-    """Change settings, one after the other in one frame, and wait until the next frame has been drawn."""
     guest.ask(lambda s: [s.change(key, value) for key, value in settings.items()])
     frames = guest.visitor.received.frames
     guest.visitor.wait_for(lambda v: v.received.frames > frames + 1)
@@ -47,18 +44,15 @@ def drawn(visitor: BlockingClient) -> set[str]:
 
 
 def place(guest: Guest, node: str) -> Array:
-    """Where a node is in its parent."""
     return np.array(guest.visitor.mirror.nodes[node]["position"], float)
 
 
 def visible(guest: Guest, node: str) -> bool:
-    """Whether a node is there and to be seen."""
     shown = guest.visitor.mirror.nodes.get(node)
     return shown is not None and bool(shown.get("visible", True))
 
 
 def comes(guest: Guest, distance: Any, limit: float) -> None:
-    """Wait until something measured on the session's thread falls below a limit."""
     for _ in range(200):
         if guest.ask(distance) < limit:
             return
@@ -90,14 +84,12 @@ def pull(guest: Guest, node: str, phase: str, taken: Array, to: Array) -> None:
 
 
 def drag(guest: Guest, node: str, to: Array, turn: Sequence[float] = TURN) -> None:
-    """Take hold of a gizmo and move it."""
     w, x, y, z = turn
     guest.visitor.move_gizmo(node, phase="start")
     guest.visitor.move_gizmo(node, tuple(to.tolist()), (w, x, y, z))
 
 
 def drawn_pose(guest: Guest, name: str) -> pin.SE3:
-    """Where the nested nodes put a node, in the world."""
     pose, path = pin.SE3.Identity(), ""
     for part in name.strip("/").split("/"):
         path += f"/{part}"

@@ -1,15 +1,13 @@
 """Every experiment shows its own things and nothing of the one before, to every visitor, in every look, and all of them at first sight."""
 
-from __future__ import annotations
-
 import math
+from types import SimpleNamespace
 from typing import Any, get_args
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from app.bench.blocking_client import BlockingClient
 from app.settings import Settings
 from app.stage.person_figure import on_stage
 from app.stage.stage_camera import place_camera, view_of
@@ -20,6 +18,7 @@ from scenes.settings import RobotName, RunSettings, SceneName, specs, values
 from scenes.simulation import Simulation
 from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse, live_sessions
 from tests.app.stage.conftest import BALL, GRIP, SCENES, change, drawn, settle, visible
+from tests.blocking_client import BlockingClient
 
 EXPECTED: dict[str, set[str]] = {
     "solo": {HAND, ELBOW, "/trace", "/place/ring"},
@@ -32,7 +31,6 @@ TELLING = set().union(*EXPECTED.values()) | {"/gizmo/left_wrist", "/gizmo/right_
 
 
 def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHouse, one: Guest) -> None:
-    """After any way through the scenes the page has the nodes that a fresh page of that scene has."""
     opened = house()
     way: list[tuple[SceneName, RobotName, str]] = [
         *((scene, "lwr", "torso") for scene in SCENES),
@@ -124,24 +122,16 @@ def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Any) -> None
     assert values(session.settings) == values(Settings()) | {"scene": "hold"}
 
 
-class Lens:
-    """A client's camera that only remembers."""
-
-    def __init__(self, aspect: float) -> None:
-        self.camera = self
-        self.aspect, self.fov = aspect, 1.0
-        self.up_direction, self.position, self.look_at = (0.0, 0.0, 1.0), np.zeros(3), np.zeros(3)
-
-    def sees(self, point: Array, covered: float) -> bool:
-        """Whether a point is in the free part of the picture."""
-        ahead = np.asarray(self.look_at) - np.asarray(self.position)
-        ahead /= np.linalg.norm(ahead)
-        right = np.cross(ahead, self.up_direction)
-        right /= np.linalg.norm(right)
-        away = point - np.asarray(self.position)
-        depth, slope = away @ ahead, math.tan(self.fov / 2.0)
-        x, y = away @ right / depth / slope / self.aspect, away @ np.cross(right, ahead) / depth / slope
-        return bool(abs(x) < 1.0 and 2.0 * covered - 1.0 < y < 1.0)
+def sees(camera: Any, point: Array, covered: float) -> bool:
+    """Whether a point is in the free part of the picture."""
+    ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, camera.up_direction)
+    right /= np.linalg.norm(right)
+    away = point - np.asarray(camera.position)
+    depth, slope = away @ ahead, math.tan(camera.fov / 2.0)
+    x, y = away @ right / depth / slope / camera.aspect, away @ np.cross(right, ahead) / depth / slope
+    return bool(abs(x) < 1.0 and 2.0 * covered - 1.0 < y < 1.0)
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -151,8 +141,9 @@ def test_the_first_sight_shows_all(scene: SceneName, robot: RobotName, aspect: f
     for rig in ("torso", "table"):
         simulation = Simulation(RunSettings(scene=scene, robot=robot, rig=rig))
         simulation.kinematics.update(simulation.positions)
-        lens: Any = Lens(aspect)
-        place_camera(lens, view_of(simulation), covered)
+        camera = SimpleNamespace(aspect=aspect, fov=1.0, up_direction=(0.0, 0.0, 1.0), position=np.zeros(3), look_at=np.zeros(3))
+        client: Any = SimpleNamespace(camera=camera)
+        place_camera(client, view_of(simulation), covered)
         kinematics, points = simulation.kinematics, []
         for arm in simulation.room.arms:
             points += [kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist)]
@@ -162,4 +153,4 @@ def test_the_first_sight_shows_all(scene: SceneName, robot: RobotName, aspect: f
         if scene == "imitation":
             points += [on_stage(np.array([0.0, side * 0.5, height])) for side in (-1, 1) for height in (0.4, -0.6)]
         for point in points:
-            assert lens.sees(point, covered), (rig, point)
+            assert sees(camera, point, covered), (rig, point)

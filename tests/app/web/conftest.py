@@ -1,7 +1,5 @@
 """A server with one of everything on it, and clients that speak viser's protocol."""
 
-from __future__ import annotations
-
 import itertools
 import urllib.error
 import urllib.request
@@ -11,16 +9,14 @@ from typing import Any
 
 import pytest
 
-from app.bench.blocking_client import BlockingClient
 from app.web.server import DuetServer
+from tests.blocking_client import BlockingClient
 
 Start = Callable[..., DuetServer]
 Join = Callable[..., BlockingClient]
 
 
 class Room:
-    """A server with one of everything on it, and what its callbacks have seen."""
-
     def __init__(self, server: DuetServer) -> None:
         self.server, gui = server, server.gui
         self.seen: list[tuple[str, Any]] = []
@@ -90,7 +86,6 @@ def get(url: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
 
 
 def write(visitor: BlockingClient, frames: bytes) -> None:
-    """Put websocket frames on the line as they are, in one piece."""
     opened = visitor.visitor._socket
     assert opened is not None
     visitor._loop.call_soon_threadsafe(opened.transport.write, frames)
@@ -109,14 +104,12 @@ def roundtrip(visitor: BlockingClient, room: Room) -> None:
 
 @contextmanager
 def visiting(server: DuetServer, **options: Any) -> Iterator[BlockingClient]:
-    """A client that has been sent what is on the page."""
     with BlockingClient(server.url, **options) as visitor:
         visitor.wait_for(lambda v: v.mirror.replayed)
         yield visitor
 
 
 def ended(visitor: BlockingClient) -> tuple[int, str]:
-    """Code and reason by which the server closes a connection."""
     visitor.wait_for(lambda v: v.closed)
     assert visitor.closed is not None and visitor.closed.rcvd is not None
     return visitor.closed.rcvd.code, visitor.closed.rcvd.reason

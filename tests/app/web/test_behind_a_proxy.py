@@ -1,32 +1,25 @@
 """Duet behind a proxy that has it in a folder, or gives it another name: it works, or the page and the log say what is missing."""
 
-from __future__ import annotations
-
 import logging
 import shutil
 import socket
 import socketserver
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 
 import pytest
 from playwright.sync_api import expect
 
-from app.bench.blocking_client import BlockingClient
 from app.classroom.address import find_address
 from scenes.settings import values
 from tests.app.conftest import HAND, OpenHouse, live_sessions
+from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot, until, wait_ready
 
 
 class Proxy(socketserver.ThreadingTCPServer):
-    """Hands on what comes for one folder, without the folder's name, under another Host or the same.
-
-    Args:
-        folder: such as /lab/duet; "" for the root.
-        host: what it writes for Host; None leaves it.
-    """
+    """Hands on what comes for one folder, without the folder's name; what it writes for Host: None leaves it."""
 
     allow_reuse_address = daemon_threads = True
 
@@ -64,19 +57,15 @@ class _Handing(socketserver.StreamRequestHandler):
             self.connection.shutdown(socket.SHUT_RDWR)
 
 
-@contextmanager
-def proxy(folder: str, host: str | None) -> Iterator[Proxy]:
-    with Proxy(folder, host) as made:
-        threading.Thread(target=made.serve_forever, args=(0.01,), daemon=True).start()
-        yield made
-        made.shutdown()
-
-
 @pytest.fixture
 def proxies() -> Iterator[tuple[Proxy, Proxy]]:
     """One that has us in a folder and writes a Host of its own, and one that leaves both as they are."""
-    with proxy("/lab/duet", "upstream") as rewriting, proxy("", None) as keeping:
+    with Proxy("/lab/duet", "upstream") as rewriting, Proxy("", None) as keeping:
+        for proxy in (rewriting, keeping):
+            threading.Thread(target=proxy.serve_forever, args=(0.01,), daemon=True).start()
         yield rewriting, keeping
+        for proxy in (rewriting, keeping):
+            proxy.shutdown()
 
 
 def test_both_proxies_work_once_their_address_is_let_in(

@@ -1,7 +1,5 @@
 """Broken messages of every kind end the connection they came by, and nothing else."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import math
@@ -18,19 +16,18 @@ import websockets
 from viser import _messages as viser_messages
 from viser.infra._messages import wire_field_names
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA
 from app.web.message_gate import Gate, Traffic
 from app.web.refusal import Malformed, Refused
 from app.web.schemas import SHAPES
 from app.web.traffic_limits import TrafficLimits
 from tests.app.web.conftest import Join, Room, ended, roundtrip, write
+from tests.blocking_client import BlockingClient
 
 NAN, INF = math.nan, math.inf
 
 
 def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
-    """One message of every kind, as the browser sends them."""
     point, pixel = [0.0, 0.0, 1.0], [0.5, 0.5]
     uuid, owned = room.slider._impl.uuid, {"name": "/hand", "owner": ""}
     ray = {"ray_origin": point, "ray_direction": point, "modifier": None}
@@ -84,34 +81,18 @@ def test_the_browser_sends_no_kind_that_we_do_not_know() -> None:
 
 
 def mutations(rng: random.Random, messages: list[dict[str, Any]]) -> bytes | str:
-    """Something broken: raw bytes, cut or flipped messages, wrong types, missing and surplus fields."""
-    message = dict(rng.choice(messages))
+    message, pack = dict(rng.choice(messages)), msgspec.msgpack.encode
     odd: list[Any] = [None, True, -1, 2**63, NAN, INF, "x", "", [], [1], {}, {"a": 1}, b"\xff", [[1, 2], [3]]]
     odd += ["y" * 3000, [NAN] * 3, {"value": NAN}]
-    which = rng.randrange(9)
-    if which == 0:
-        return rng.randbytes(rng.randrange(200))
-    if which == 1:
-        return "text"
-    if which == 2:
-        raw = bytearray(msgspec.msgpack.encode(message))
-        for _ in range(rng.randrange(1, 4)):
-            raw[rng.randrange(len(raw))] = rng.randrange(256)
-        return bytes(raw)
-    if which == 3:
-        raw = msgspec.msgpack.encode(message)
-        return raw[: rng.randrange(len(raw))]
-    if which == 4:
-        return msgspec.msgpack.encode(rng.choice(odd))
-    if which == 5:
-        message[rng.choice(["surplus", "owner", "excluded_self_client", "type"])] = rng.choice(odd)
-    elif which == 6:
-        del message[rng.choice(list(message))]
-    elif which == 7:
-        return b"\x81" * rng.randrange(1, 3000) + b"\xc0"
-    else:
-        message[rng.choice(list(message))] = rng.choice(odd)
-    return msgspec.msgpack.encode(message)
+    whole, key = pack(message), rng.choice(list(message))
+    flipped = bytearray(whole)
+    for _ in range(rng.randrange(1, 4)):
+        flipped[rng.randrange(len(flipped))] = rng.randrange(256)
+    surplus = rng.choice(["surplus", "owner", "excluded_self_client", "type"])
+    broken: list[bytes | str] = [rng.randbytes(rng.randrange(200)), "text", bytes(flipped), whole[: rng.randrange(len(whole))]]
+    broken += [pack(rng.choice(odd)), pack({name: value for name, value in message.items() if name != key})]
+    broken += [pack({**message, name: rng.choice(odd)}) for name in (surplus, key)]
+    return rng.choice([*broken, b"\x81" * rng.randrange(1, 3000) + b"\xc0"])
 
 
 def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:
@@ -188,7 +169,6 @@ def test_many_small_elements_are_refused_before_they_cost_memory(
 
 
 def costs_little(gate: Gate, raw: bytes, *errors: type[Exception]) -> None:
-    """Check that a message is not let through, and that this takes little memory."""
     traffic = Traffic(TrafficLimits())
     tracemalloc.start()
     try:

@@ -1,17 +1,21 @@
-"""The answers to requests: the index with its headers and its query, the state of health, the page of a full server, and all methods."""
-
-from __future__ import annotations
+"""The server's answers to requests; what it cannot do it says when it starts, and it leaves nothing behind when it stops."""
 
 import contextlib
 import json
 import re
 import socket
+import threading
+from typing import Any
 
 import pytest
+from viser import infra
 
-from app.bench.blocking_client import BlockingClient
 from app.web.index_page import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
+from app.web.listening import PortInUse, port_answers
+from app.web.server import DuetServer
+from controllers.errors import BadSetting, DuetError
 from tests.app.web.conftest import Join, Room, Start, ended, get
+from tests.blocking_client import BlockingClient
 
 
 def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, join: Join) -> None:
@@ -77,7 +81,6 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> Non
         assert "8 places" in full_page(8) and "one place" in full_page(1)
         assert not re.search(r"(href|src)=.https?:|@import|url\(", full_page(8)), "it needs nothing from elsewhere"
         assert json.loads(get(server.url + "/healthz")[2])["room"] is False
-        # A page that was loaded while there was room.
         with BlockingClient(server.url) as late:
             assert ended(late) == (1013, ROOM_IS_FULL)
         eight.pop().close()
@@ -101,7 +104,6 @@ def test_documents_are_served_in_the_language_that_is_asked_for(start: Start) ->
 
 
 def ask(room: Room, *pieces: bytes) -> tuple[int, dict[str, str], bytes]:
-    """Send pieces of a request, one by one, and return status, headers and body of what comes until the server closes."""
     with socket.create_connection(("127.0.0.1", room.server.get_port()), timeout=60) as line:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for piece in pieces:
@@ -136,7 +138,6 @@ def test_other_methods_are_answered_with_what_is_possible(room: Room) -> None:
             status, answered, body = ask(room, request(method, "/", *headers) + sent[:3], sent[3:])
             assert (status, answered["allow"], body) == (405, "GET, HEAD", b"Only GET and HEAD are possible.\n"), method
             assert answered["x-content-type-options"] == "nosniff"
-    # Only GET becomes a websocket.
     upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: " + "A" * 22 + "==")
     for method in ("HEAD", "POST"):
         assert ask(room, request(method, "/", *upgrade))[0] == 405
@@ -149,3 +150,58 @@ def test_what_is_no_request_is_not_answered(room: Room) -> None:
             with contextlib.suppress(ConnectionResetError):
                 assert line.recv(100) == b""
     assert ask(room, request("HEAD"))[0] == 200
+
+
+@pytest.mark.parametrize("other_host", ["127.0.0.1", "0.0.0.0"])
+def test_a_busy_port_is_an_error_that_names_the_remedy(other_host: str) -> None:
+    with socket.socket() as other:
+        other.bind((other_host, 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(PortInUse, match=rf"port {port} .*--port {port % 65535 + 1}") as error:
+            DuetServer(port=port)
+        assert isinstance(error.value, DuetError) and "\n" not in str(error.value)
+        # What macOS needs; the rule itself is the same everywhere.
+        assert port_answers("127.0.0.1", port)
+    assert not port_answers("127.0.0.1", port)
+    DuetServer(port=port).stop()
+
+
+@pytest.mark.parametrize(
+    "options", [{"port": 70000}, {"port": -1}, {"host": "203.0.113.9"}, {"host": "no such host"}, {"max_clients": 0}]
+)
+def test_impossible_settings_are_explained(options: dict[str, Any]) -> None:
+    with pytest.raises(BadSetting, match="valid: "):
+        DuetServer(**{"port": 0, **options})
+
+
+def test_stopping_releases_port_thread_and_page(start: Start, capfd: pytest.CaptureFixture[str]) -> None:
+    before = set(threading.enumerate())
+    server = start()
+    port, visitor = server.get_port(), BlockingClient(server.url)
+    visitor.wait_for(lambda v: v.mirror.replayed)
+    server.stop()
+    server.stop()
+    visitor.wait_for(lambda v: v.closed)
+    visitor.close()
+    again = start(port)
+    assert again.get_port() == port and again.run != server.run
+    again.stop()
+    assert set(threading.enumerate()) <= before
+    assert capfd.readouterr().out == ""
+
+
+def test_a_visitor_at_the_door_during_construction_is_served(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+    early: list[BlockingClient] = []
+    original = infra.WebsockServer.start
+
+    def start_and_be_met(self: infra.WebsockServer) -> None:
+        original(self)
+        # viser listens already, but has yet to build its scene and its GUI.
+        early.append(BlockingClient(f"http://127.0.0.1:{self._port}"))
+
+    monkeypatch.setattr(infra.WebsockServer, "start", start_and_be_met)
+    server = start()
+    early[0].wait_for(lambda v: v.mirror.replayed and server.get_clients())
+    early[0].close()
+    assert early[0].closed is not None and early[0].closed.rcvd is not None and early[0].closed.rcvd.code == 1000

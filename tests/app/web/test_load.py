@@ -1,22 +1,14 @@
 """Connections that send too much, read too little, say nothing, are too many, or come and go; and files that they send."""
 
-from __future__ import annotations
-
-import gc
 import itertools
-import os
 import random
 import socket
-import threading
-import weakref
 from typing import Any
 
 import msgspec
 import pytest
-import viser
 from websockets.frames import OP_BINARY, Frame
 
-from app.bench.blocking_client import BlockingClient
 from app.bench.headless_client import CAMERA, HeadlessClient
 from app.web.allowance import Allowance
 from app.web.index_page import OPEN_TOO_OFTEN
@@ -24,6 +16,7 @@ from app.web.message_gate import Traffic
 from app.web.traffic_limits import TrafficLimits
 from tests.app.page.helpers import notes
 from tests.app.web.conftest import Join, Room, Start, ended, roundtrip, visiting, write
+from tests.blocking_client import BlockingClient
 
 
 def test_a_flood_is_slowed_down() -> None:
@@ -31,9 +24,7 @@ def test_a_flood_is_slowed_down() -> None:
     pauses = [allowance.spend(1.0, now=10.0) for _ in range(60)]
     assert pauses[:50] == [0.0] * 50 and pauses[50:] == pytest.approx([0.01 * k for k in range(1, 11)])
     assert allowance.spend(1.0, now=20.0) == 0.0
-
-
-def test_messages_count_by_their_size_too() -> None:
+    # Messages count by their size, too.
     limits = TrafficLimits(messages_per_second=100.0, bytes_per_second=1e6)
     small, large = Traffic(limits), Traffic(limits)
     assert [small.pause(10) for _ in range(50)] == [0.0] * 50 and small.pause(10) > 0.0
@@ -61,38 +52,6 @@ def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Start) -> N
         assert witness.closed is None
 
 
-@pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
-def test_fifty_visits_leave_nothing_behind(room: Room, join: Join) -> None:
-    handles: weakref.WeakSet[viser.ClientHandle] = weakref.WeakSet()
-
-    @room.server.on_client_connect
-    async def _(client: viser.ClientHandle) -> None:
-        client.gui.add_slider("mine", min=0.0, max=1.0, step=0.1, initial_value=0.0)
-        client.scene.add_frame("/mine")
-        handles.add(client)
-
-    def visit() -> None:
-        with BlockingClient(room.server.url) as visitor:
-            visitor.wait_for(lambda v: "/mine" in v.mirror.nodes)
-
-    def count() -> tuple[int, int, int]:
-        gc.collect()
-        return len(os.listdir("/proc/self/fd")), threading.active_count(), len(room.server._websock_server._live_connections)
-
-    witness = join()
-    visit()
-    witness.wait_for(lambda v: room.server.count_clients() == 1)
-    before = count()
-    for _visit in range(50):
-        visit()
-    witness.wait_for(lambda v: room.server.count_clients() == 1)
-    roundtrip(witness, room)
-    assert count() == before
-    assert len(handles) <= 2  # the witness, and one that a local variable of the loop may still hold
-    assert len(room.server.get_clients()) == 1
-    assert len(room.server.scene._active_transform_drag_handles) == 0
-
-
 def test_a_connection_that_says_nothing_is_closed_and_one_that_falls_silent_is_not(start: Start) -> None:
     room = Room(start(limits=TrafficLimits(first_message_seconds=0.3)))
     with visiting(room.server) as quiet:
@@ -115,19 +74,20 @@ def test_a_tab_has_so_many_connections_and_an_address_for_programs(room: Room, j
     assert all(one.closed is None for one in (*eight, *pages))
 
 
-def announcement(visitor: BlockingClient, size: int, *, parts: int, transfer: str = "t") -> dict[str, Any]:
-    """The message before a file of `size` bytes in `parts` parts."""
+def parts_of(visitor: BlockingClient, size: int, pieces: dict[int, int], parts: int, transfer: str = "t") -> list[dict[str, Any]]:
+    """The announcement of a file of `size` bytes in `parts` parts, and the pieces, part number → number of bytes."""
     file = {"source_component_uuid": visitor.mirror.labelled("file")["uuid"], "transfer_uuid": transfer}
     announced = {"filename": "a.bvh", "mime_type": "", "part_count": parts, "size_bytes": size}
-    return {"type": "FileTransferStartUpload", **file, **announced}
+    sent = [{"part_index": index, "content": b"x" * piece} for index, piece in pieces.items()]
+    return [
+        {"type": "FileTransferStartUpload", **file, **announced},
+        *({"type": "FileTransferPart", **file, **one} for one in sent),
+    ]
 
 
-def upload(visitor: BlockingClient, size: int, pieces: dict[int, int], *, parts: int, transfer: str = "t") -> None:
-    """Announce a file of `size` bytes in `parts` parts, then send the pieces, part number → number of bytes."""
-    visitor.send(announcement(visitor, size, parts=parts, transfer=transfer))
-    file = {"source_component_uuid": visitor.mirror.labelled("file")["uuid"], "transfer_uuid": transfer}
-    for index, piece in pieces.items():
-        visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * piece})
+def upload(visitor: BlockingClient, size: int, pieces: dict[int, int], parts: int, transfer: str = "t") -> None:
+    for message in parts_of(visitor, size, pieces, parts, transfer):
+        visitor.send(message)
 
 
 def test_files_up_to_the_cap_arrive(start: Start) -> None:
@@ -148,7 +108,7 @@ def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(start: 
     room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
     with visiting(room.server, query=query, camera=False) as visitor:
         # In one piece with the first message: on a busy server they wait side by side.
-        messages = (CAMERA, announcement(visitor, 2_000_001, parts=4))
+        messages = (CAMERA, *parts_of(visitor, 2_000_001, {}, 4))
         write(visitor, b"".join(Frame(OP_BINARY, msgspec.msgpack.encode(one)).serialize(mask=True) for one in messages))
         visitor.wait_for(lambda _: len(notes(visitor)) == 1)
         assert said in notes(visitor)[0]

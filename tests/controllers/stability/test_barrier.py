@@ -1,7 +1,5 @@
 """The barrier function W: its integral, its slope, and where it falls along a run of a planar arm."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -64,7 +62,6 @@ class Planar:
     radius: float
 
     def tip(self, q: Array) -> Array:
-        """Place (2,) of the tip."""
         angles = np.cumsum(q)
         return np.array([0.4, 0.35, 0.25]) @ np.column_stack((np.cos(angles), np.sin(angles)))
 
@@ -73,7 +70,6 @@ class Planar:
         return float(np.linalg.norm(self.tip(q) - self.ball)) - self.radius
 
     def row(self, q: Array) -> Array:
-        """J_d (3,)."""
         angles, lengths = np.cumsum(q), np.array([0.4, 0.35, 0.25])
         links = lengths[:, None] * np.column_stack((-np.sin(angles), np.cos(angles)))
         J = np.cumsum(links[::-1], axis=0)[::-1]
@@ -125,7 +121,6 @@ def frozen_run(arm: Planar, start: Array, n: float, exact: bool, steps: int = 50
 
 
 def risen(values: Array) -> float:
-    """By how much values have risen in all, against the first one."""
     return float(np.maximum(np.diff(values), 0.0).sum()) / abs(float(values[0]))
 
 
@@ -134,8 +129,7 @@ def risen(values: Array) -> float:
 def test_w_falls_along_a_run_and_keeps_the_distance(n: float, start: tuple[float, ...]) -> None:
     """With v ∝ |J_d|² W never rises, and d stays above d_m; with the paper's constant v it hardly rises while |J_d| hardly changes."""
     W, _, distances = frozen_run(NEAR, np.array(start), n, True)
-    assert np.isfinite(W).all() and W[-1] < 0.99 * W[0]
-    assert np.diff(W).max() <= 1e-14
+    assert np.isfinite(W).all() and W[-1] < 0.99 * W[0] and np.diff(W).max() <= 1e-14
     assert distances.min() > 0.15 > NEAR.distance(GOAL)
     W, _, distances = frozen_run(NEAR, np.array(start), n, False)
     assert np.isfinite(W).all() and risen(W) < 1e-4

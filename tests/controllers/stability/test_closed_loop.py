@@ -1,7 +1,5 @@
 """M of section III against finite differences of the closed loop."""
 
-from __future__ import annotations
-
 from itertools import islice
 
 import numpy as np
@@ -33,7 +31,6 @@ class LeftArm:
         self.jacobian = self.kinematics.hand_jacobian(self.arm).copy()
 
     def look(self, q: Array) -> Proximity:
-        """Put the left arm somewhere and detect."""
         whole = self.whole.copy()
         whole[self.arm.joints] = q
         self.kinematics.update(whole)
@@ -45,7 +42,6 @@ class LeftArm:
         return float(self.detector.distances()[self.near.pair])
 
     def hand(self, q: Array) -> pin.SE3:
-        """Pose of the hand, a copy."""
         self.look(q)
         return self.kinematics.hand_pose(self.arm).copy()
 

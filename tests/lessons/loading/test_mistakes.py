@@ -1,7 +1,5 @@
 """A broken lesson is named with its line and the remedy, and nothing else suffers."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -14,7 +12,6 @@ from tests.lessons.helpers import SMALL, book_of
 
 
 def line_with(text: str, part: str) -> int:
-    """The number of the only line with a part in it."""
     (line,) = [number for number, line in enumerate(text.splitlines(), 1) if part in line]
     return line
 
@@ -81,8 +78,7 @@ def test_a_mistake_is_named_with_its_line_and_the_remedy(tmp_path: Path, old: st
     book = book_of(tmp_path, text)
     assert [lesson.id for lesson in book.lessons] == ["good"]
     (problem,) = book.problems
-    assert problem.file == "01-small.md"
-    assert message in problem.message
+    assert problem.file == "01-small.md" and message in problem.message
     if where.startswith("## "):
         # What is missing has no line of its own: that of the step, or of its block, will do.
         assert line_with(text, where) <= problem.line <= line_with(text, where) + 4
@@ -159,8 +155,7 @@ def test_notes_without_a_lesson_are_a_problem_and_bad_ones_are_left_out(tmp_path
     (tmp_path / "01-small.notes.md").write_bytes(b"\xff\xfe")
     (tmp_path / "02-other.notes.md").write_text("x", encoding="utf-8")
     assert [problem.file for problem in load_lessons(tmp_path).problems] == ["02-other.notes.md"]
-    assert load_notes(tmp_path) == {"other": "x"}
-    assert load_notes(tmp_path / "none") == {}
+    assert load_notes(tmp_path) == {"other": "x"} and load_notes(tmp_path / "none") == {}
 
 
 HERE = "Because $x$."

@@ -1,9 +1,8 @@
-"""Every measurement against a computation that shares nothing with it but the run."""
-
-from __future__ import annotations
+"""Every measurement against a computation that shares nothing with it but the run, which is seen without the measurements' own code."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -12,15 +11,125 @@ import pinocchio as pin
 import pytest
 from scipy.spatial.distance import pdist
 
+from app.lessons import FOLDER
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Start
-from app.lessons.measures import QUANTITIES, checked_parameters, measure, shown_value
+from app.lessons.measures.quantity import QUANTITIES, checked_parameters, measure, shown_value
 from app.lessons.reference_runs import simulated
 from app.lessons.room_places import RoomPlace
+from app.lessons.runs import Input, Setup
 from controllers.kinematics import Array
-from scenes.room import PATH
+from scenes.history import COLUMN
+from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.simulation import Simulation
-from tests.lessons.measures.runs import RUNS, Seen, looped_zigzag, seen, setup
+
+UP = (0.0, 0.0, 1.0)
+
+
+def setup(seconds: float = 8.0, given: Input | None = None, start: Start | None = None, **changes: object) -> Setup:
+    return Setup(tuple(changes.items()), given or Input("none"), start, seconds, FOLDER)
+
+
+SOLO: dict[str, Any] = {"scene": "solo", "dt": 0.02}
+BALL: dict[str, Any] = {"scene": "ball", "pairs": "single", "n": 2.0, "k": 2.0, "dt": 0.02}
+TABLE: dict[str, Any] = {"rig": "table", "pairs": "single", "n": 2.0, "k": 2.0, "dt": 0.02}
+TURN = Input("script", "elbow_to", (("angle", 0.6),))
+
+
+def ball_at(*place: Any) -> Start:
+    return Start(RoomPlace(*place))
+
+
+RUNS: dict[str, Setup] = {
+    "circle": setup(16.2, **SOLO, path="circle", k=0.5),
+    "elbow": setup(8.0, TURN, **SOLO, k=2.0),
+    "turned": setup(8.0, TURN, scene="solo", task="pose", k=5.0, dt=0.005),
+    "pose": setup(1.0, **SOLO, task="pose"),
+    "ball": setup(8.0, **BALL),
+    "switch": setup(5.0, scene="ball", pairs="single", law="strict_switched", k=2.0, dt=0.005),
+    "tail": setup(8.0, None, ball_at("goal", UP, 0.1), **BALL),
+    "steep": setup(8.0, None, ball_at("goal", (0.0, -0.3145, -0.1), 0.2), **BALL | {"dm": 0.1, "n": 20.0, "k": 10.0}),
+    "beside": setup(6.0, None, ball_at("elbow", UP, 0.14), **BALL | {"point": "elbow", "n": 6.0}),
+    "short": setup(1.4, None, ball_at("elbow", "upper_arm", 0.1, 0.35), **BALL | {"point": "elbow", "dt": 0.01}),
+    "push": setup(2.6, Input("script", "push", (("speed", 0.4),)), **TABLE | {"scene": "hold", "wmax": 0.4, "dt": 0.005}),
+    "slave": setup(6.0, Input("autopilot"), scene="master_slave", **TABLE),
+    "wave": setup(12.0, Input("autopilot"), scene="hold", rig="torso", pairs="single", dt=0.02),
+}
+
+
+@dataclass
+class Seen:
+    simulation: Simulation
+    table: Array
+
+    def col(self, name: str) -> Array:
+        return self.table[:, COLUMN[name]]
+
+    @property
+    def q(self) -> Array:
+        return self.simulation.history.positions(self.table)
+
+    @property
+    def dq(self) -> Array:
+        return self.simulation.history.velocities(self.table)[:, self.simulation.avoiding.joints]
+
+    def place(self, q: Array, what: str = "hand") -> Array:
+        model, arm = self.simulation.room.model, self.simulation.avoiding
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, np.ascontiguousarray(q))
+        return (data.oMf[arm.hand].translation if what == "hand" else data.oMi[arm.elbow].translation).copy()
+
+    def path(self, what: str) -> Array:
+        return np.array([self.place(q, what) for q in self.q])
+
+    def jacobian(self, function: Callable[[Array], Array], q: Array) -> Array:
+        columns: list[Array] = []
+        joints = self.simulation.avoiding.joints
+        for j in range(joints.start, joints.stop):
+            step = np.zeros_like(q)
+            step[j] = 1e-6
+            columns.append((function(q + step) - function(q - step)) / 2e-6)
+        return np.array(columns, np.float64).T
+
+    def gap(self, q: Array) -> Array:
+        """Distance of the ball, by its radius and that of the control point (1,)."""
+        point = self.place(q, "hand" if self.simulation.settings.point == "hand" else "elbow")
+        return np.array([float(np.linalg.norm(point - q[self.simulation.room.ball])) - BALL_RADIUS - POINT_RADIUS])
+
+    def lever(self, row: int) -> Array:
+        return self.jacobian(self.gap, self.q[row])[0]
+
+    def hand_jacobian(self, row: int) -> Array:
+        return self.jacobian(self.place, self.q[row])
+
+    def least(self, row: int) -> float:
+        """Smallest eigenvalue of sym(M), M by eqs (17)–(25) with numpy's own pseudo-inverses and K_a = K_b = K."""
+        lam, K = float(self.col("lambda")[row]), self.simulation.settings.gain
+        J_a, J_b = self.lever(row)[None, :], self.hand_jacobian(row)
+        a, b = np.linalg.pinv(J_a), np.linalg.pinv(J_b)
+        N = np.eye(7) - lam * a @ J_a
+        M = K * np.block([[J_a @ a, J_a @ N @ b], [J_b @ a, J_b @ N @ b]])
+        return float(np.linalg.eigvalsh((M + M.T) / 2.0).min())
+
+    def rho(self, row: int) -> float:
+        j, J = self.lever(row), self.hand_jacobian(row)
+        return float(np.linalg.norm(J.T @ np.linalg.lstsq(J.T, j, rcond=None)[0]) / np.linalg.norm(j))
+
+
+@cache
+def seen(name: str) -> Seen:
+    simulation = simulated(RUNS[name])
+    return Seen(simulation, simulation.history.table())
+
+
+def looped_zigzag(d: Array) -> float:
+    """Chatter, step by step."""
+    steps, best = np.diff(d).tolist(), 0.0
+    for k in range(len(steps) - 3):
+        four = steps[k : k + 4]
+        if all(a * b < 0.0 for a, b in pairwise(four)):
+            best = max(best, min(map(abs, four)))
+    return best
 
 
 def circle_error(s: Seen, time: float) -> Array:
@@ -31,7 +140,6 @@ def circle_error(s: Seen, time: float) -> Array:
 
 
 def first_over_half(s: Seen) -> int:
-    """The step in which λ is first 1."""
     return next(k for k, lam in enumerate(s.col("lambda")) if lam > 0.5)
 
 
@@ -41,11 +149,6 @@ def crossing(s: Seen, at: float) -> int:
     return next(k for k in range(len(d) - 1) if (d[k] - at) * (d[k + 1] - at) <= 0.0)
 
 
-def e(s: Seen) -> Array:
-    """|e|."""
-    return s.col("e2") ** 0.5
-
-
 def fall(s: Seen) -> int:
     """The step below d_m after which d falls most."""
     d = s.col("d")
@@ -53,7 +156,6 @@ def fall(s: Seen) -> int:
 
 
 def length(s: Seen, row: int) -> float:
-    """|J_d|."""
     return float(np.linalg.norm(s.lever(row)))
 
 
@@ -92,7 +194,7 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "joint_error_beyond": ("slave", {"distance": 0.25}, lambda s: max(sideways(s)[s.col("d") > 0.25]), 1e-12),
     "null_dimension": ("pose", {}, lambda s: 7.0 - 6.0, 1e-6),
     "hand_error_now": ("ball", {}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[-1]))), 1e-3),
-    "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(e(s)[150:]), 1e-12),
+    "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(s.col("e2")[150:]) ** 0.5, 1e-12),
     "hand_error_at": ("tail", {"time": 7.5}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[375]))), 1e-9),
     "elbow_travel": ("elbow", {}, lambda s: float(pdist(s.path("elbow")).max()), 1e-6),
     "mark_miss": ("elbow", {"angle": 0.0}, lambda s: 0.0, 1e-12),
@@ -119,7 +221,12 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "zigzag": ("steep", {}, lambda s: looped_zigzag(s.col("d")), 0.0),
     "eigenvalue_now": ("beside", {}, lambda s: s.least(-1), 0.01),
     "least_eigenvalue": ("beside", {"since": 5.5}, lambda s: min(s.least(k) for k in range(275, 300)), 0.01),
-    "rank_now": ("beside", {}, lambda s: rank_of(s), 0.0),
+    "rank_now": (
+        "beside",
+        {},
+        lambda s: float(np.linalg.matrix_rank(np.vstack([s.lever(-1), s.hand_jacobian(-1)]), tol=1e-4)),
+        0.0,
+    ),
     "survival_now": ("beside", {}, lambda s: 1.0 - s.col("lambda")[-1] * s.rho(-1) ** 2, 1e-6),
     "coupling_now": ("beside", {}, lambda s: float(np.linalg.norm(s.lever(-1) @ np.linalg.pinv(s.hand_jacobian(-1)))), 1e-5),
 }
@@ -130,11 +237,6 @@ def away(s: Seen) -> Array:
     """Unit vector from the ball to the hand at the end."""
     way = s.place(s.q[-1]) - s.q[-1][s.simulation.room.ball]
     return np.asarray(way / np.linalg.norm(way), np.float64)
-
-
-def rank_of(s: Seen) -> float:
-    """Of both tasks' rows, by differences."""
-    return float(np.linalg.matrix_rank(np.vstack([s.lever(-1), s.hand_jacobian(-1)]), tol=1e-4))
 
 
 def by_bisection(n: float, v: float, K: float, inside: float) -> float:

@@ -1,7 +1,5 @@
 """Walkthroughs of a small lesson, once and twice."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 
@@ -14,13 +12,11 @@ from tests.lessons.helpers import book_of, small_walk
 
 @pytest.fixture
 def walk(tmp_path: Path) -> Walkthrough:
-    """A fresh walkthrough of the small lesson."""
     return small_walk(tmp_path)
 
 
 @cache
 def two_lessons(folder: Path) -> LessonBook:
-    """The small lesson twice; read once."""
     (folder / "two").mkdir(exist_ok=True)
     book_of(folder / "two")
     return book_of(folder / "two", name="02-again.md")

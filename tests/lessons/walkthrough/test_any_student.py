@@ -1,16 +1,21 @@
-"""Whatever a student does, nothing gets stuck."""
+"""Whatever a student does, nothing gets stuck; what survives a reload: all of it, what still fits of it, and of nonsense a fresh start."""
 
-from __future__ import annotations
+import json
+from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
+from app.lessons.progress import Progress, from_json, to_json
+from app.lessons.reference_runs import simulated
 from app.lessons.walkthrough import Walkthrough
 from scenes.settings import changed
 from scenes.simulation import Simulation
+from tests.lessons.helpers import SMALL, book_of, run_out, small_walk, to_challenge
 from tests.lessons.walkthrough.conftest import two_lessons
 
 SIMPLE = ("next", "back", "reset", "show_why", "hint", "run_again", "observe", "attempt", "run", "reload", "write")
@@ -26,8 +31,6 @@ ACTIONS = st.lists(
 
 
 class Student:
-    """Does things, and a page that goes along."""
-
     def __init__(self, book: LessonBook) -> None:
         self.walk = Walkthrough(book)
         self._turn = -1
@@ -41,7 +44,6 @@ class Student:
             self._person = self.walk.target_source(self.simulation)
 
     def do(self, action: str | tuple[object, ...]) -> None:
-        """One thing."""
         walk, simulation = self.walk, self.simulation
         match action:
             case "next":
@@ -84,8 +86,7 @@ def test_nothing_a_student_does_raises_or_gets_stuck(tmp_path_factory: pytest.Te
     for action in actions:
         student.do(action)
         view = student.walk.view()
-        assert view.locked == (view.phase is Phase.PREDICT)
-        assert view.phase in view.phases
+        assert view.locked == (view.phase is Phase.PREDICT) and view.phase in view.phases
     walk = student.walk
     lesson, step = walk.lesson.id, walk.view().index
     walk.reset()
@@ -102,3 +103,68 @@ def test_nothing_a_student_does_raises_or_gets_stuck(tmp_path_factory: pytest.Te
         if not walk.back():
             break
     assert walk.lesson is book.lessons[0] and walk.step is book.lessons[0].steps[0]
+
+
+def test_everything_survives_a_reload(walk: Walkthrough) -> None:
+    walk.choose(0)
+    run_out(walk)
+    walk.show_why()
+    run_out(walk)
+    walk.next()
+    to_challenge(walk)
+    walk.attempt(simulated(walk.setup))
+    walk.hint()
+    walk.write("It was the tail.")
+    text = walk.to_json()
+    again = Walkthrough.from_json(walk.book, text)
+    assert again.view() == walk.view() and again.done == walk.done
+    assert again.to_json() == text
+    assert again.done.words == "It was the tail." and again.phase is Phase.CHALLENGE
+
+
+def test_an_infinite_distance_survives(walk: Walkthrough) -> None:
+    walk.choose(0)
+    run_out(walk)
+    outcome = walk.done.outcome
+    assert outcome is not None
+    text = walk.to_json().replace(str(outcome.values[0][0]), '"inf"')
+    again = Walkthrough.from_json(walk.book, text)
+    assert again.done.outcome is not None and again.done.outcome.values[0][0] == np.inf
+
+
+def test_a_lesson_that_has_changed_meanwhile_keeps_what_still_fits(tmp_path: Path) -> None:
+    walk = small_walk(tmp_path)
+    walk.choose(1)
+    run_out(walk)
+    walk.hint()
+    text = walk.to_json()
+    shorter = SMALL.replace("compare = [{ n = 4.0 }]\n", "").replace("With n = 4 it is {measured:d:1}.", "")
+    again = Walkthrough.from_json(book_of(tmp_path, shorter), text)
+    assert again.done.choice == 1 and again.done.outcome is None and again.done.hints == 1
+    assert again.phase is Phase.DO
+    gone = Walkthrough.from_json(book_of(tmp_path, SMALL.replace('id = "first"', 'id = "other"')), text)
+    assert gone.phase is Phase.PREDICT and gone.done.untouched
+
+
+@given(data=st.recursive(
+    st.none() | st.booleans() | st.integers(-5, 5) | st.floats(allow_nan=False) | st.sampled_from(["first", "small", "inf", "do", ""]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(
+        st.sampled_from(["version", "lesson", "step", "phase", "steps", "choice", "outcome", "values", "unlike", "last", "judgements",
+                         "hints", "attempts", "passed", "words", "why"]), inner, max_size=6),
+    max_leaves=20,
+))  # fmt: skip
+@settings(max_examples=300)
+def test_nonsense_is_a_fresh_start_or_what_can_be_read_of_it(tmp_path_factory: pytest.TempPathFactory, data: object) -> None:
+    book = two_lessons(tmp_path_factory.getbasetemp())
+    if isinstance(data, dict):
+        data = {"version": 1, "steps": [{"lesson": "small", "step": "first", **data}], "lesson": "small", "step": "first"} | data
+    walk = Walkthrough.from_json(book, json.dumps(data))
+    walk.view()
+    assert from_json(walk.to_json()) is not None
+    assert walk.choose(0) == (walk.done.outcome is None)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"version": 2}', "[" * 100_000, '{"version": 1, "steps": 7}'])
+def test_what_is_no_progress_at_all(walk: Walkthrough, text: str) -> None:
+    assert Walkthrough.from_json(walk.book, text).view() == walk.view()
+    assert to_json(Progress()) == to_json(from_json(text))

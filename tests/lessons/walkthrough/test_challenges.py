@@ -1,9 +1,6 @@
 """Challenges: which inequality fails and by how much, and what counts as an attempt."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.testing import assert_allclose
 
 from app.custom_law.trials import WHY
 from app.lessons.law_challenge import StandIn, examine, stand_in
@@ -66,7 +63,6 @@ def test_a_run_that_is_not_over_does_not_count(walk: Walkthrough) -> None:
 
 
 def test_forecasts_are_compared_with_runs_of_their_own() -> None:
-    """5 % off passes, 6 % does not, nothing said does not; the truth is the first jump of each run."""
     walk = Walkthrough(our_book())
     walk.go("strict-priority", 2)
     to_challenge(walk)
@@ -82,7 +78,6 @@ def test_forecasts_are_compared_with_runs_of_their_own() -> None:
 
 
 def test_what_the_student_did_is_kept_for_the_step_that_asks_for_it() -> None:
-    """Lesson 6: until there is something, the script pushes; then the student's own push does."""
     walk = Walkthrough(our_book())
     walk.go("hold", 3)
     simulation = Simulation(walk.settings().run)
@@ -98,22 +93,7 @@ def test_what_the_student_did_is_kept_for_the_step_that_asks_for_it() -> None:
     assert walk.target_source(simulation) is own
 
 
-def test_marks_are_where_the_elbow_can_be() -> None:
-    """Lesson 1: on the elbow's circle, more than 8 cm apart."""
-    walk = Walkthrough(our_book())
-    walk.go("redundancy", 2)
-    simulation = Simulation(walk.settings().run)
-    marks = walk.marks(simulation)
-    assert marks.shape == (2, 3) and np.linalg.norm(marks[1] - marks[0]) > 0.08
-    kinematics, arm = simulation.kinematics, simulation.avoiding
-    kinematics.update(simulation.positions)
-    for joint in (arm.shoulder, arm.wrist):
-        centre, elbow = kinematics.joint_point(joint), kinematics.joint_point(arm.elbow)
-        assert_allclose(np.linalg.norm(marks - centre, axis=1), np.linalg.norm(elbow - centre), atol=1e-12)
-
-
 def textbook(s: Situation) -> np.ndarray:
-    """Eq. (32) with the undamped pseudo-inverse."""
     lam = 1.0 if s.distance <= 0.15 else (0.15 / s.distance) ** 6
     square = float(s.row @ s.row)
     return s.nominal + s.row * (lam * (0.3 + s.pull) / square) if square else s.nominal

@@ -1,33 +1,33 @@
-"""The order of things in a lesson: goal, prediction, run, outcome and reason, and the ways back."""
-
-from __future__ import annotations
+"""The order of things in a lesson (goal, prediction, run, outcome, reason, and the ways back) and the run of each step."""
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
 from app.lessons.reference_runs import begin, simulated
 from app.lessons.walkthrough import Walkthrough
-from scenes.settings import changed
+from app.settings import PageSettings, Settings
+from controllers.errors import BadSetting
+from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
-from tests.lessons.helpers import run_out, to_challenge
-
-
-def test_nothing_runs_before_an_answer_is_chosen(walk: Walkthrough) -> None:
-    assert walk.locked and walk.phase is Phase.PREDICT and not walk.view().can_next
-    assert not walk.next() and not walk.choose(2) and not walk.choose(-1)
-    assert walk.locked
-    assert walk.choose(0)
-    assert not walk.locked and walk.phase is Phase.DO
+from tests.lessons.helpers import our_book, run_out, to_challenge
 
 
 def test_goal_predict_do_observe_explain_challenge(walk: Walkthrough) -> None:
-    seen: list[tuple[str, ...]] = [tuple(name for name, _ in walk.view().texts)]
-    walk.choose(1)
+    def texts() -> tuple[str, ...]:
+        return tuple(name for name, _ in walk.view().texts)
+
+    # Nothing runs before an answer is chosen.
+    assert walk.locked and walk.phase is Phase.PREDICT and not walk.view().can_next
+    assert not walk.next() and not walk.choose(2) and not walk.choose(-1)
+    seen = [texts()]
+    assert walk.locked and walk.choose(1) and not walk.locked and walk.phase is Phase.DO
     run_out(walk)
     for _ in range(5):
-        seen.append(tuple(name for name, _ in walk.view().texts))
+        seen.append(texts())
         if not walk.next():
             break
     everything = ("goal", "predict", "do", "observe", "explain", "challenge")
@@ -79,7 +79,6 @@ def test_an_unfinished_run_decides_nothing(walk: Walkthrough) -> None:
 def test_a_prediction_can_be_changed_until_the_outcome_is_known(walk: Walkthrough) -> None:
     walk.choose(0)
     assert walk.choose(1) and walk.done.choice == 1
-    # Looking back at the question keeps the answer.
     assert walk.back() and walk.locked and walk.done.choice == 1 and walk.view().can_next
     assert walk.next() and walk.phase is Phase.DO and walk.done.choice == 1
     walk.back()
@@ -130,3 +129,53 @@ def test_back_and_forward_keep_what_was_done_and_reset_is_a_fresh_start(walk: Wa
     assert walk.view() == fresh and fresh.hints == () and fresh.more_hints
     # But for the student's own words, which cannot be had again.
     assert replace(walk.done, words="").untouched and walk.done.words == "mine"
+
+
+def test_the_run_has_the_lessons_settings_and_the_pages_own_look(walk: Walkthrough) -> None:
+    before = Settings(RunSettings(scene="hold", gain=7.0), PageSettings(theme="dark"))
+    after = walk.settings(before)
+    assert after.page.theme == "dark"
+    assert after.run.scene == "ball" and after.run.law.order == 2.0 and after.run.gain == RunSettings().gain
+
+
+def test_every_run_of_every_lesson_can_be_begun_as_a_page_does_it() -> None:
+    walk = Walkthrough(our_book())
+    for i, lesson in enumerate(walk.book.lessons):
+        for j, step in enumerate(lesson.steps):
+            walk.go(i, j)
+            if step.question:
+                walk.choose(0)
+            simulation = Simulation(walk.settings().run, 100)
+            simulation.reset(walk.start(simulation))
+            assert all(value is None or np.isfinite(value) for _, value in walk.live(simulation))
+            person = walk.target_source(simulation)
+            for _ in range(3):
+                simulation.step(person.target(simulation.time))
+            live = walk.live(simulation)
+            assert len(live) == len(step.numbers) and all(m.text(value) for m, value in live)
+            assert all(value is not None for _, value in live)
+
+
+def test_a_fresh_run_is_asked_for_when_one_has_to_begin(walk: Walkthrough) -> None:
+    turn = walk.run_id
+    walk.choose(0)
+    assert walk.run_id == turn + 1
+    run_out(walk)
+    assert walk.phase is Phase.OBSERVE and walk.run_id == turn + 1
+    walk.next()
+    assert walk.phase is Phase.EXPLAIN and walk.run_id == turn + 1
+    walk.next()
+    assert walk.phase is Phase.CHALLENGE and walk.run_id == turn + 2
+    walk.next()
+    walk.reset()
+    assert walk.run_id == turn + 4
+
+
+def test_going_to_a_step_that_is_not_there_is_refused(walk: Walkthrough) -> None:
+    before = walk.view()
+    for lesson, step in (("none", 0), (7, 0), (-1, 0), ("small", 2), ("small", -1)):
+        with pytest.raises(BadSetting):
+            walk.go(lesson, step)
+    assert walk.view() == before
+    with pytest.raises(BadSetting, match="no lesson"):
+        Walkthrough(LessonBook((), ()))

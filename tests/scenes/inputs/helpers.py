@@ -15,7 +15,6 @@ Arrays = st.SearchStrategy[np.ndarray]
 
 
 def arrays(count: int, low: float | None = None, high: float | None = None) -> Arrays:
-    """`count` numbers of a range, or of any size and sign."""
     return st.lists(st.floats(low, high, allow_nan=False), min_size=count, max_size=count).map(np.array)
 
 
@@ -41,7 +40,6 @@ def same(a: Target | None, b: Target | None) -> bool:
 
 
 def everything(log: InputsLog) -> Recorded:
-    """All that is in a log."""
     recorded = log.window(1e9)
     assert recorded is not None
     return recorded

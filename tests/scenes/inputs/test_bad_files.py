@@ -42,7 +42,6 @@ def with_parts(**changes: Any) -> bytes:
 
 
 def edited(name: str, index: int, value: float) -> dict[str, np.ndarray]:
-    """A part with one number replaced."""
     with np.load(io.BytesIO(DATA)) as arrays:
         array = arrays[name].copy()
     array[index] = value
@@ -50,9 +49,7 @@ def edited(name: str, index: int, value: float) -> dict[str, np.ndarray]:
 
 
 def test_files_that_are_wrong_as_a_whole() -> None:
-    # Positive control an unchanged file is read.
     assert recorded_from(with_parts(), "a.npz").steps == SAMPLE.steps
-    # An orientation that is none is refused.
     for rotation, fine in ((np.eye(3), True), (np.eye(3) * 1.01, False), (np.diag([1.0, 1.0, -1.0]), False)):
         code, numbers = encoded(HandTarget(np.zeros(3), rotation))
         packed = PackedTargets(np.array([code], np.uint8), np.array([1], np.uint32), np.frombuffer(numbers))
@@ -62,7 +59,6 @@ def test_files_that_are_wrong_as_a_whole() -> None:
         else:
             with pytest.raises(BadInputFile, match="orientation"):
                 recorded_from(data, "a")
-    # Nothing in a file is run.
     objects = np.empty(2, object)
     objects[:] = [{"a": 1}, "b"]
     with pytest.raises(BadInputFile, match="damaged"):
@@ -70,40 +66,28 @@ def test_files_that_are_wrong_as_a_whole() -> None:
 
 
 BAD: list[tuple[dict[str, Any], str]] = [
-    ({"about": {"version": 2}}, "version 2"),
-    ({"about": {"version": "1"}}, "version"),
+    ({"about": {"version": 2}}, "version 2"), ({"about": {"version": "1"}}, "version"),
     ({"about": {"format": "something else"}}, "not a file of recorded inputs"),
-    ({"about": {"settings": {"scene": "circus"}}}, "scene = 'circus'"),
-    ({"about": {"settings": {"dm": 7.0}}}, "dm = 7"),
-    ({"about": {"settings": {"volume": 11}}}, "no setting 'volume'"),
-    ({"about": {"settings": []}}, "no settings"),
-    ({"about": {"changes": []}}, "settings that do not fit"),
-    ({"about": {"changes": [{"scene": "solo"}]}}, "changes scene"),
-    ({"about": {"changes": [7]}}, "damaged"),
-    ({"about": {"settings": {"scene": "solo"}}}, "of other arms"),
+    ({"about": {"settings": {"scene": "circus"}}}, "scene = 'circus'"), ({"about": {"settings": {"dm": 7.0}}}, "dm = 7"),
+    ({"about": {"settings": {"volume": 11}}}, "no setting 'volume'"), ({"about": {"settings": []}}, "no settings"),
+    ({"about": {"changes": []}}, "settings that do not fit"), ({"about": {"changes": [{"scene": "solo"}]}}, "changes scene"),
+    ({"about": {"changes": [7]}}, "damaged"), ({"about": {"settings": {"scene": "solo"}}}, "of other arms"),
     ({"about": {"settings": {"scene": "master_slave"}}}, "another experiment"),
     *(({"about": about}, "impossible time") for about in ({"time": -1.0}, {"steps": 1.5})),
-    ({"about": {"memories": [1]}}, "another experiment"),
-    ({"about": np.zeros(3, np.uint8)}, "damaged"),
-    ({"codes": None}, "part is missing"),
-    (edited("codes", 0, 200), "unknown kind"),
+    ({"about": {"memories": [1]}}, "another experiment"), ({"about": np.zeros(3, np.uint8)}, "damaged"),
+    ({"codes": None}, "part is missing"), (edited("codes", 0, 200), "unknown kind"),
     (edited("codes", 0, 16 + 2), "missing numbers"),
     *((edited("counts", 0, count), "number of steps") for count in (0, 4_000_000_000)),
     *((edited("numbers", 3, number), "not finite") for number in (np.nan, np.inf)),
-    (edited("numbers", 3, 1e3), "out of any reach"),
-    ({"numbers": np.zeros(2)}, "missing numbers"),
-    ({"numbers": np.zeros((2, 2))}, "wrong number"),
-    ({"numbers": np.zeros(4, np.float32)}, "wrong type"),
-    ({"lengths": np.array([1], np.uint32)}, "fit"),
-    ({"lengths": np.array([], np.uint32)}, "stretches"),
+    (edited("numbers", 3, 1e3), "out of any reach"), ({"numbers": np.zeros(2)}, "missing numbers"),
+    ({"numbers": np.zeros((2, 2))}, "wrong number"), ({"numbers": np.zeros(4, np.float32)}, "wrong type"),
+    ({"lengths": np.array([1], np.uint32)}, "fit"), ({"lengths": np.array([], np.uint32)}, "stretches"),
     ({"lengths": np.array([-1, 2])}, "lengths"),
     *((edited("positions", 0, position), "impossible posture") for position in (np.nan, 100.0)),
-    (edited("velocities", 0, 1e9), "impossible posture"),
-    ({"positions": np.zeros(3)}, "other arms"),
-    ({"memory_0_0": np.zeros(99)}, "another experiment"),
-    ({"memory_1_0": np.full(3, np.nan)}, "impossible number"),
+    (edited("velocities", 0, 1e9), "impossible posture"), ({"positions": np.zeros(3)}, "other arms"),
+    ({"memory_0_0": np.zeros(99)}, "another experiment"), ({"memory_1_0": np.full(3, np.nan)}, "impossible number"),
     ({"memory_1_0": None}, "damaged"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("changes", "message"), BAD, ids=[f"{i}-{m}" for i, (_, m) in enumerate(BAD)])

@@ -1,21 +1,26 @@
-"""What a person wanted, step by step: kept to the last bit, and forgotten in time."""
+"""What a person wanted, step by step: kept to the last bit, forgotten in time, and done again from a log or a file."""
 
 import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenes.inputs import CHAPTER, InputsLog
-from scenes.packing import decoded, encoded
+from controllers.errors import BadInputFile
+from scenes.headless import run
+from scenes.inputs import CHAPTER, InputsLog, Recorded, RecordedPerson
+from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from
+from scenes.packing import PackedTargets, decoded, encoded
 from scenes.rerun import rerun
-from scenes.settings import RunSettings, changed
+from scenes.settings import RunSettings, SceneName, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
-from tests.scenes.helpers import logged_run, scene_settings
-from tests.scenes.inputs.helpers import TARGETS, everything, same
+from tests.scenes.helpers import SCENES, logged_run, scene_settings
+from tests.scenes.inputs.helpers import TARGETS, arrays, everything, same, sample_file, targets
 
 
 def test_whole_numbers_and_slices_are_targets_too() -> None:
@@ -43,7 +48,6 @@ def test_every_step_comes_back(runs: list[tuple[Target | None, int]]) -> None:
 
 
 def test_a_log_copies_and_forgets() -> None:
-    # What was recorded does not change with the caller's arrays.
     log, simulation = InputsLog(), Simulation(RunSettings(), 1)
     place = np.array([0.4, 0.0, 1.0])
     log.record(simulation, HandTarget(place))
@@ -55,14 +59,7 @@ def test_a_log_copies_and_forgets() -> None:
     assert first.position[0] == 0.4 and second.position[0] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         first.position[0] = 1.0
-    # There is no window before the first step.
     assert InputsLog().window(10.0) is None
-    # A recording is plain data.
-    _, log = logged_run(scene_settings("imitation"), 1.5)
-    recorded = everything(log)
-    again = pickle.loads(pickle.dumps(recorded))
-    assert all(same(a, b) for a, b in zip(again.targets(), recorded.targets(), strict=True))
-    # The oldest is forgotten but never too soon.
     log = InputsLog(keep=3.0)
     logged_run(RunSettings(), 3.9, log)
     assert log.seconds == pytest.approx(3.9)
@@ -84,8 +81,7 @@ def test_a_window_is_as_long_as_asked_for_or_a_little_longer(seconds: float) -> 
     assert recorded.snapshot.steps == simulation.steps - recorded.steps
 
 
-def test_memory_and_settings_of_a_log() -> None:
-    # Memory is bounded and reported.
+def test_the_memory_of_a_log_is_bounded() -> None:
     def wander(log: InputsLog, steps: int) -> int:
         simulation, most = Simulation(RunSettings(), 1), 0
         for i in range(steps):
@@ -99,32 +95,11 @@ def test_memory_and_settings_of_a_log() -> None:
     assert 5_000 * (15 * 8 + 5) < wander(full, 5_000) < 5_000 * (15 * 8 + 5) + 200_000
     assert full.nbytes >= len(pickle.dumps(everything(full))) * 0.9
     assert wander(bounded, 20_000) < 300_000
-    # A person who holds still costs next to nothing.
     still, simulation = InputsLog(), Simulation(RunSettings(), 1)
     for _ in range(20_000):
         still.record(simulation, HandTarget(np.zeros(3)))
         simulation.steps += 1
     assert still.seconds == pytest.approx(100.0) and still.nbytes < 100 * 5_000
-    # A log keeps the settings as they changed.
-    settings = RunSettings()
-    simulation, log = Simulation(settings), InputsLog()
-    person = simulation.source()
-    history = []
-    for i in range(700):
-        if i in (120, 121, 500):
-            settings = changed(changed(settings, "dm", 0.10 + i / 10_000), "k", 1.0 + i / 1000)
-            simulation.apply(settings)
-        if i == 300:
-            simulation.apply(changed(settings, "n", 3.0))
-            simulation.apply(settings)  # there and back between two steps: nothing has happened
-        history.append(settings)
-        target = person.target(simulation.time)
-        log.record(simulation, target)
-        simulation.step(target)
-    recorded = everything(log)
-    kept = [stretch.settings for stretch in recorded.stretches for _ in range(stretch.targets.steps)]
-    assert kept == history
-    assert len(recorded.stretches) == 4
 
 
 @pytest.mark.parametrize("change", [{"guided": "left"}, {"scene": "master_slave"}, {"rig": "table"}, "reset"])
@@ -140,3 +115,61 @@ def test_a_log_begins_again_when_the_run_cannot_be_made_again(change: Any) -> No
     recorded = everything(log)
     assert recorded.steps == 1 and log.seconds == pytest.approx(simulation.settings.dt)
     assert rerun(recorded).table.tobytes() == simulation.history.table(1).tobytes()
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_recorded_person_does_the_same_again(scene: SceneName) -> None:
+    settings = scene_settings(scene)
+    simulation, log = logged_run(settings, 2.5)
+    again = run(settings, 2.5, RecordedPerson(everything(log)))
+    assert again.table.tobytes() == simulation.history.table().tobytes()
+
+
+def test_a_recorded_person_acts_at_other_time_steps_and_rests_at_the_end() -> None:
+    simulation, log = logged_run(RunSettings(), 0.2)
+    simulation.apply(changed(simulation.settings, "dt", 0.02))
+    for place in (1.0, 2.0):
+        log.record(simulation, HandTarget(np.full(3, place)))
+        simulation.step(None)
+    person, wanted = RecordedPerson(everything(log)), list(everything(log).targets())
+    assert len(wanted) == 42
+    early = [(0.0, 0), (0.0025, 0), (0.005, 1), (0.1999, 39)]
+    for time, index in [*early, (0.2, 40), (0.219, 40), (0.22, 41), (0.24, 41), (99.0, 41)]:
+        assert same(person.target(time), wanted[index]), time
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_file_brings_everything_back(scene: SceneName, tmp_path: Path) -> None:
+    recorded, data = sample_file(scene)
+    (tmp_path / "a.npz").write_bytes(data)
+    back = read_recorded(tmp_path / "a.npz")
+    assert back.settings == recorded.settings and back.steps == recorded.steps and len(back.stretches) == 2
+    assert rerun(back).table.tobytes() == rerun(recorded).table.tobytes()
+
+
+POSSIBLE = targets(arrays(3, -2.0, 2.0), arrays(3, -3.0, 3.0).map(pin.exp3), arrays(7, -3.0, 3.0), arrays(8, -3.0, 3.0))
+
+
+@settings(max_examples=50)
+@given(st.lists(st.tuples(POSSIBLE, st.integers(1, 5)), min_size=1, max_size=12))
+def test_every_possible_target_goes_through_a_file(runs: list[tuple[Target | None, int]]) -> None:
+    codes, numbers = zip(*(encoded(target) for target, _ in runs), strict=True)
+    packed = PackedTargets(
+        np.array(codes, np.uint8), np.array([count for _, count in runs], np.uint32), np.frombuffer(b"".join(numbers))
+    )
+    base, _ = sample_file()
+    back = recorded_from(recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),))), "a.npz")
+    wanted = [target for target, count in packed.runs() for _ in range(count)]
+    assert all(same(a, b) for a, b in zip(back.targets(), wanted, strict=True))
+
+
+def test_inputs_of_either_kind_are_a_person(tmp_path: Path) -> None:
+    recorded, data = sample_file("ball")
+    (tmp_path / "a.npz").write_bytes(data)
+    (tmp_path / "a.csv").write_text("t,x,y,z\n0,0.4,0,1\n")
+    person = read_person(tmp_path / "a.npz", recorded.settings)
+    assert same(person.target(0.5), RecordedPerson(recorded).target(0.5))
+    hand = read_person(tmp_path / "a.csv", RunSettings()).target(0.0)
+    assert isinstance(hand, HandTarget) and hand.position.tolist() == [0.4, 0.0, 1.0]
+    with pytest.raises(BadInputFile, match=r"in the scene ball, not hold; add --scene ball\."):
+        read_person(tmp_path / "a.npz", RunSettings())

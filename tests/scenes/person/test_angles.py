@@ -1,27 +1,17 @@
 """Four angles an arm: what they mean, there and back, mirrored, and without a jump where they cannot be seen."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from numpy.typing import ArrayLike
 
 from controllers.kinematics import Array
-from scenes.person.angles import (
-    MODEL_PROPORTIONS,
-    BodyPoints,
-    Proportions,
-    arm_directions,
-    arm_points,
-    arm_rotation,
-    body_angles,
-    direction_angles,
-    remembered,
-    torso_rotation,
-    wrapped,
-)
+from scenes.person import angles as person
 from scenes.settings import ArmName
 from tests.scenes.person.strategies import SIDES, arms, bodies, plain_arms
 
@@ -30,17 +20,16 @@ EYE = np.eye(3)
 
 
 def arm_angles(shoulder: Array, elbow: Array, wrist: Array, side: ArmName, previous: Array | None = None) -> Array:
-    """The angles of an arm from its three points in the torso frame: the inverse of `arm_points`."""
     upper, forearm = (bone / np.linalg.norm(bone) for bone in (elbow - shoulder, wrist - elbow))
-    return direction_angles(upper, forearm, side, previous)
+    return person.direction_angles(upper, forearm, side, previous)
 
 
-def body_points(angles: Array, turn: Array = EYE, place: Array = FORWARD, scale: float = 1.0) -> BodyPoints:
+def body_points(angles: Array, turn: Array = EYE, place: Array = FORWARD, scale: float = 1.0) -> person.BodyPoints:
     """The points of a body with these angles, hips half a metre below the shoulders, moved anywhere."""
-    chains = np.array([arm_points(angles[i], side) for i, side in enumerate(SIDES)])
+    chains = np.array([person.arm_points(angles[i], side) for i, side in enumerate(SIDES)])
     moved = (chains @ turn.T) * scale + place
     hips = turn @ np.array([0.0, 0.0, -0.5]) * scale + place
-    return BodyPoints(moved[:, 0], moved[:, 1], moved[:, 2], hips)
+    return person.BodyPoints(moved[:, 0], moved[:, 1], moved[:, 2], hips)
 
 
 @pytest.mark.parametrize(
@@ -52,18 +41,17 @@ def body_points(angles: Array, turn: Array = EYE, place: Array = FORWARD, scale:
     ],
 )  # fmt: skip
 def test_the_words_of_the_docstring(degrees: tuple[float, ...], upper: Array, forearm: Array) -> None:
-    """Each angle does what its name says; the right arm does the same in a mirror."""
     angles = np.radians(np.array(degrees, float))
     mirror = np.array([1.0, -1.0, 1.0])
     for side, flip in zip(SIDES, (1.0, mirror), strict=True):
-        found = arm_directions(angles, side)
+        found = person.arm_directions(angles, side)
         assert_allclose(found[0], upper * flip, atol=1e-12)
         assert_allclose(found[1], forearm * flip, atol=1e-12)
 
 
 @given(arms)
 def test_left_and_right_are_mirror_images(angles: Array) -> None:
-    left, right = arm_points(angles, "left"), arm_points(angles, "right")
+    left, right = person.arm_points(angles, "left"), person.arm_points(angles, "right")
     for a, b in zip(left, right, strict=True):
         assert_allclose(a * [1.0, -1.0, 1.0], b, atol=1e-12)
     assert_allclose(arm_angles(*left, "left"), arm_angles(*right, "right"), atol=1e-12)
@@ -71,127 +59,114 @@ def test_left_and_right_are_mirror_images(angles: Array) -> None:
 
 @given(arms, st.sampled_from(SIDES))
 def test_turning_keeps_lengths(angles: Array, side: ArmName) -> None:
-    # R is one, and its third axis is the upper arm.
-    R = arm_rotation(angles, side)
+    R = person.arm_rotation(angles, side)
     assert_allclose(R @ R.T, EYE, atol=1e-12)
     assert np.linalg.det(R) > 0.0
-    assert_allclose(R @ -UP, arm_directions(angles, side)[0], atol=1e-12)
-    # Bones have the person's lengths.
-    shoulder, elbow, wrist = arm_points(angles, side)
-    assert math.isclose(float(np.linalg.norm(elbow - shoulder)), MODEL_PROPORTIONS.upper_arm)
-    assert math.isclose(float(np.linalg.norm(wrist - elbow)), MODEL_PROPORTIONS.forearm)
+    assert_allclose(R @ -UP, person.arm_directions(angles, side)[0], atol=1e-12)
+    shoulder, elbow, wrist = person.arm_points(angles, side)
+    assert math.isclose(float(np.linalg.norm(elbow - shoulder)), person.MODEL_PROPORTIONS.upper_arm)
+    assert math.isclose(float(np.linalg.norm(wrist - elbow)), person.MODEL_PROPORTIONS.forearm)
 
 
 @given(plain_arms, st.sampled_from(SIDES))
 def test_round_trip_of_the_angles(angles: Array, side: ArmName) -> None:
-    points = arm_points(angles, side)
+    points = person.arm_points(angles, side)
     assert_allclose(arm_angles(*points, side), angles, atol=1e-9)
     assert_allclose(arm_angles(*points, side, angles + 0.05), angles, atol=1e-9)
 
 
 @given(arms, st.sampled_from(SIDES), st.floats(0.05, 3.0))
 def test_round_trip_of_the_points(angles: Array, side: ArmName, scale: float) -> None:
-    """In every posture, singular ones too, the angles give back where the bones pointed, whoever is tracked."""
-    person = Proportions(0.4 * scale, 0.3 * scale, 0.25 * scale)
-    points = arm_points(angles, side, person)
-    back = arm_points(arm_angles(*points, side), side, person)
+    lengths = person.Proportions(0.4 * scale, 0.3 * scale, 0.25 * scale)
+    points = person.arm_points(angles, side, lengths)
+    back = person.arm_points(arm_angles(*points, side), side, lengths)
     assert_allclose(back, points, atol=1e-7 * scale)
 
 
 @given(bodies(plain_arms), st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(0.01, 100.0))
 def test_any_frame_and_unit(angles: Array, rotation: tuple[float, float, float], scale: float) -> None:
     a, b, c = rotation
-    turn = arm_rotation(np.array([a, b, c, 0.0]), "left")
+    turn = person.arm_rotation(np.array([a, b, c, 0.0]), "left")
     points = body_points(angles, turn, np.array([5.0, -2.0, 1.0]), scale)
-    R = torso_rotation(points.shoulders[0], points.shoulders[1], points.hips)
+    R = person.torso_rotation(points.shoulders[0], points.shoulders[1], points.hips)
     assert R is not None
     assert_allclose(R, turn, atol=1e-9)
-    found = body_angles(points)
+    found = person.body_angles(points)
     assert found is not None
     assert_allclose(found, angles, atol=1e-7)
+
+
+def tracked(path: Iterable[ArrayLike], side: ArmName, previous: Array, noise: float = 0.0) -> Array:
+    """Angles (k, 4) found along a path of true ones, each with the one before as its memory; the first is where it begins."""
+    random, found = np.random.default_rng(3), [previous]
+    for angles in path:
+        upper, forearm = person.arm_directions(np.array(angles), side)
+        forearm = forearm + random.normal(0.0, noise, 3)
+        found.append(person.direction_angles(upper, forearm / np.linalg.norm(forearm), side, found[-1]))
+    return np.array(found)
 
 
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("tilt", [0.0, 0.002, -0.03])
 def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
-    """An arm that is raised sideways, past the T and over the head, jumps in no angle, and its bones stay where they are seen."""
-    previous, worst_step, worst_miss = np.radians([0.0, 10.0, 0.0, 80.0]), 0.0, 0.0
-    for raised in np.radians(np.linspace(10.0, 170.0, 321)):
-        directions = arm_directions(np.array([tilt, raised, 0.0, math.radians(80.0)]), side)
-        angles = direction_angles(*directions, side, previous)
-        worst_step = max(worst_step, float(np.abs(angles - previous).max()))
-        worst_miss = max(worst_miss, float(np.abs(np.subtract(arm_directions(angles, side), directions)).max()))
-        previous = angles
-    assert worst_step < math.radians(5.0)
-    assert worst_miss < math.radians(3.0)
-    assert_allclose(previous, [tilt, math.radians(170.0), 0.0, math.radians(80.0)], atol=1e-3)
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_positive_control_without_a_memory_the_t_is_a_jump(side: ArmName) -> None:
-    found = [
-        direction_angles(*arm_directions(np.radians([0.1, raised, 0.0, 80.0]), side), side)
-        for raised in np.linspace(80.0, 100.0, 41)
+    path = [[tilt, raised, 0.0, math.radians(80.0)] for raised in np.radians(np.linspace(10.0, 170.0, 321))]
+    found = tracked(path, side, np.radians([0.0, 10.0, 0.0, 80.0]))
+    assert np.abs(np.diff(found, axis=0)).max() < math.radians(5.0)
+    for angles, true in zip(found[1:], path, strict=True):
+        assert_allclose(
+            person.arm_directions(angles, side), person.arm_directions(np.array(true), side), rtol=0.0, atol=math.radians(3.0)
+        )
+    assert_allclose(found[-1], path[-1], atol=1e-3)
+    # Positive control: without a memory the T is a jump.
+    alone = [
+        person.direction_angles(*person.arm_directions(np.radians([0.1, up, 0.0, 80.0]), side), side)
+        for up in np.linspace(80, 100, 41)
     ]
-    assert np.abs(np.diff(found, axis=0)).max() > 2.0
+    assert np.abs(np.diff(alone, axis=0)).max() > 2.0
 
 
 def test_memory_of_angles() -> None:
     # As the elbow straightens the rotation stays, whatever noise says; bent again it is found again.
-    random = np.random.default_rng(3)
-    previous = np.radians([30.0, 20.0, 40.0, 90.0])
-    steps = []
-    for elbow in [*np.linspace(90.0, 0.0, 200), *np.zeros(50), *np.linspace(0.0, 90.0, 200)]:
-        upper, forearm = arm_directions(np.radians([30.0, 20.0, 40.0, elbow]), "left")
-        forearm = forearm + random.normal(0.0, 0.002, 3)
-        angles = direction_angles(upper, forearm / np.linalg.norm(forearm), "left", previous)
-        steps.append(abs(angles[2] - previous[2]))
-        previous = angles
-    assert max(steps) < 0.1
-    assert_allclose(previous, np.radians([30.0, 20.0, 40.0, 90.0]), atol=0.01)
+    elbows = [*np.linspace(90.0, 0.0, 200), *np.zeros(50), *np.linspace(0.0, 90.0, 200)]
+    path = np.radians([[30.0, 20.0, 40.0, elbow] for elbow in elbows])
+    found = tracked(path, "left", path[0], noise=0.002)
+    assert np.abs(np.diff(found[:, 2])).max() < 0.1
+    assert_allclose(found[-1], path[-1], atol=0.01)
     # Abduction goes on counting too, past the head and down the other side.
-    previous = np.radians([5.0, 10.0, 0.0, 80.0])
-    for raised in np.linspace(0.2, 5.5, 800):
-        angles = direction_angles(*arm_directions(np.array([0.09, raised, 0.0, 1.4]), "right"), "right", previous)
-        assert np.abs(angles - previous).max() < 0.1
-        previous = angles
-    assert_allclose(previous, [0.09, 5.5, 0.0, 1.4], atol=1e-3)
+    found = tracked(
+        ([0.09, raised, 0.0, 1.4] for raised in np.linspace(0.2, 5.5, 800)), "right", np.radians([5.0, 10.0, 0.0, 80.0])
+    )
+    assert np.abs(np.diff(found, axis=0)).max() < 0.1
+    assert_allclose(found[-1], [0.09, 5.5, 0.0, 1.4], atol=1e-3)
     # A windmill goes on counting; nothing wraps.
-    previous = np.radians([0.0, 10.0, 0.0, 30.0])
-    for flexion in np.linspace(0.0, 3.0 * np.pi, 400):
-        angles = direction_angles(*arm_directions(np.array([flexion, *previous[1:]]), "left"), "left", previous)
-        assert abs(angles[0] - previous[0]) < 0.1
-        previous = angles
-    assert_allclose(previous[0], 3.0 * np.pi, atol=1e-6)
+    start = np.radians([0.0, 10.0, 0.0, 30.0])
+    found = tracked(([flexion, *start[1:]] for flexion in np.linspace(0.0, 3.0 * np.pi, 400)), "left", start)
+    assert np.abs(np.diff(found[:, 0])).max() < 0.1
+    assert_allclose(found[-1, 0], 3.0 * np.pi, atol=1e-6)
     # What is remembered fades: a posture that is held is found after some samples.
     true = np.radians([50.0, 87.0, 10.0, 80.0])
-    directions = arm_directions(true, "left")
-    angles = np.radians([0.0, 87.0, 50.0, 80.0])
-    for _ in range(60):
-        angles = direction_angles(*directions, "left", angles)
-    assert_allclose(angles, true, atol=1e-6)
+    assert_allclose(tracked([true] * 60, "left", np.radians([0.0, 87.0, 50.0, 80.0]))[-1], true, atol=1e-6)
 
 
 @given(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(0.0, 1.0))
 def test_remembered(angle: float, previous: float, sine: float) -> None:
-    """Between the old value and the nearest way to the new one; the new one, up to turns, if it can be trusted."""
-    found = remembered(angle, previous, sine)
-    step = wrapped(angle - previous)
+    found = person.remembered(angle, previous, sine)
+    step = person.wrapped(angle - previous)
     assert min(0.0, step) - 1e-12 <= found - previous <= max(0.0, step) + 1e-12
     if sine >= 0.1:
-        assert abs(wrapped(found - angle)) < 1e-9
-    assert remembered(angle, previous, 0.0) == previous
+        assert abs(person.wrapped(found - angle)) < 1e-9
+    assert person.remembered(angle, previous, 0.0) == previous
 
 
 def test_points_that_make_no_body_give_no_angles() -> None:
     whole = body_points(np.radians([[20.0, 10.0, 0.0, 60.0]] * 2))
-    assert body_angles(whole) is not None
+    assert person.body_angles(whole) is not None
     for hips in (whole.shoulders[0], whole.shoulders.mean(axis=0)):
-        assert body_angles(whole._replace(hips=hips)) is None
+        assert person.body_angles(whole._replace(hips=hips)) is None
     elbows, wrists = whole.elbows, whole.wrists
     for place, wrong in ((elbows[0], whole.shoulders[0]), (wrists[1], elbows[1]), (wrists[1], np.nan), (elbows[1], np.inf)):
         right = place.copy()
         place[:] = wrong
-        assert body_angles(whole) is None
+        assert person.body_angles(whole) is None
         place[:] = right
-    assert body_angles(whole) is not None
+    assert person.body_angles(whole) is not None

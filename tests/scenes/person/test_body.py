@@ -32,28 +32,20 @@ def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @cache
 def human() -> pin.Model:
-    """The model as Pinocchio reads it."""
     return pin.buildModelFromUrdf(str(body._human_urdf()))
 
 
-def model_points(angles: Array) -> dict[str, Array]:
-    """Shoulders, elbows and wrists of the URDF with these angles, in the torso frame."""
+def model_points(angles: Array) -> Array:
+    """Shoulder, elbow and wrist of both arms (2, 3, 3) of the URDF with these angles, in the torso frame."""
     model = human()
     data, q = model.createData(), pin.neutral(model)
     for i, side in enumerate(SIDES):
         for joint, value in zip(("shoulder_Z", "shoulder_X", "shoulder_Y", "elbow_Z"), angles[i] * [1, 1, -1, 1], strict=True):
             q[model.joints[model.getJointId(f"{side}_{joint}")].idx_q] = value
     pin.framesForwardKinematics(model, data, q)
-
-    def place(name: str) -> Array:
-        return data.oMi[model.getJointId(name)].translation
-
-    middle = (place("left_shoulder_Z") + place("right_shoulder_Z")) / 2.0
-    return {
-        f"{side}_{joint}": body.TORSO_FROM_MODEL @ (place(f"{side}_{joint}_Z") - middle)
-        for side in SIDES
-        for joint in ("shoulder", "elbow", "wrist")
-    }
+    ids = [[model.getJointId(f"{side}_{joint}_Z") for joint in ("shoulder", "elbow", "wrist")] for side in SIDES]
+    points = np.array([[data.oMi[id].translation for id in arm] for arm in ids])
+    return (points - points[:, 0].mean(axis=0)) @ body.TORSO_FROM_MODEL.T
 
 
 def drawn_poses(angles: Array) -> dict[str, pin.SE3]:
@@ -67,10 +59,8 @@ def drawn_poses(angles: Array) -> dict[str, pin.SE3]:
 
 @given(bodies(arms))
 def test_our_angles_are_the_models_joints(angles: Array) -> None:
-    found = model_points(angles)
-    for i, side in enumerate(SIDES):
-        for joint, wanted in zip(("shoulder", "elbow", "wrist"), arm_points(angles[i], side), strict=True):
-            assert_allclose(found[f"{side}_{joint}"], wanted, atol=1e-9)
+    wanted = [arm_points(angles[i], side) for i, side in enumerate(SIDES)]
+    assert_allclose(model_points(angles), wanted, atol=1e-9)
 
 
 def test_the_nodes_go_where_the_arms_go() -> None:
@@ -85,7 +75,6 @@ def test_the_nodes_go_where_the_arms_go() -> None:
 
 
 def test_the_parts() -> None:
-    """Five nodes, parents first, small, and of the right size."""
     parts = body.body_parts()
     assert tuple(part.name for part in parts) == NAMES
     assert all(part.parent in ("", *NAMES[:i]) for i, part in enumerate(parts))
@@ -103,13 +92,11 @@ def test_the_parts() -> None:
 
 
 def test_bones_run_along_the_meshes() -> None:
-    """Each arm's mesh lies around its own bone, from joint to joint, and left and right are mirror images."""
     p, meshes = MODEL_PROPORTIONS, body.person_meshes()
     for side in SIDES:
         for name, length in ((f"{side}_upper_arm", p.upper_arm), (f"{side}_forearm", p.forearm)):
             low, high = meshes[name].bounds
-            assert np.abs([low[:2], high[:2]]).max() < 0.07
-            assert -0.005 < high[2] < 0.05
+            assert np.abs([low[:2], high[:2]]).max() < 0.07 and -0.005 < high[2] < 0.05
             assert low[2] < -0.95 * length
     for name in ("upper_arm", "forearm"):
         left, right = meshes[f"left_{name}"].bounds, meshes[f"right_{name}"].bounds
@@ -118,7 +105,6 @@ def test_bones_run_along_the_meshes() -> None:
 
 
 def test_the_cache(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second time nothing is built; nor is anything needed of the package but its version."""
     first = [part.glb for part in body.body_parts()]
     assert list(cache_folder.iterdir())
     body.body_parts.cache_clear()

@@ -16,7 +16,6 @@ from tests.scenes.person.strategies import SIDES
 @pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize("clip", ["wave", "cross"])
 def test_round_trip(style: str, clip: str) -> None:
-    """Clip → BVH → the same angles, in any naming, channel order, unit and axes, wherever the person walks."""
     source = Clip(clip, 2)  # type: ignore[arg-type]
     motion = read_bvh(write_bvh(source, STYLES[style], frames=120))
     assert motion.duration == pytest.approx(119 * 0.05)
@@ -27,7 +26,6 @@ def test_round_trip(style: str, clip: str) -> None:
 
 
 def test_frames_layout_and_offsets() -> None:
-    # Straight between two frames; at rest before the first and after the last.
     motion = read_bvh(write_bvh(Clip("wave", 1), MIXAMO, frames=60))
     a, b, half = (motion.angles(t) for t in (1.0, 1.05, 1.025))
     assert a is not None and b is not None and half is not None
@@ -65,7 +63,6 @@ def test_frames_layout_and_offsets() -> None:
 
 
 def test_sources_of_a_file(tmp_path: Path) -> None:
-    """A path, its text, text with another end of line or a byte order mark, bytes: the same motion; the name is kept."""
     text = write_bvh(Clip("reach", 1), BLENDER, frames=5)
     path = tmp_path / "walk.bvh"
     path.write_text(text)

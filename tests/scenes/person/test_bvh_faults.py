@@ -20,18 +20,15 @@ ROW = next(i for i, line in enumerate(LINES) if line.startswith("Frame Time")) +
 
 
 def refused(source: Path | str | bytes, *words: str) -> None:
-    """Check that a file is refused by one line that says all the words."""
     with pytest.raises(BadInputFile) as caught:
         read_bvh(source)
     text = str(caught.value)
-    assert "\n" not in text
-    assert len(text) < 500 + len(str(source)) * isinstance(source, (Path, str))
+    assert "\n" not in text and len(text) < 500 + len(str(source)) * isinstance(source, (Path, str))
     for word in words:
         assert word in text, text
 
 
 def with_line(index: int, line: str) -> str:
-    """The good file with one line changed."""
     return "\n".join([*LINES[:index], line, *LINES[index + 1 :]])
 
 
@@ -39,7 +36,6 @@ NUMBERS = LINES[ROW + 1].split()
 
 
 def test_no_person_in_it() -> None:
-    # The file from which the bad ones are made is good.
     assert len(read_bvh(GOOD).table) == 4
     # Without thighs, hips or a spine it is not known where up is.
     text = GOOD
@@ -120,7 +116,6 @@ def test_bad_files(tmp_path: Path) -> None:
 
 
 def test_too_large(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Size is bounded in bytes, lines, joints and frames, before anything large is made."""
     path = tmp_path / "big.bvh"
     path.write_text(GOOD)
     monkeypatch.setattr(bvh_file, "MOST_BYTES", 100)
@@ -155,5 +150,4 @@ def test_any_damage(start: int, length: int, patch: str) -> None:
     except BadInputFile as error:
         assert "\n" not in str(error)
         return
-    assert np.isfinite(motion.table).all()
-    assert motion.table.shape[1:] == (2, 4)
+    assert np.isfinite(motion.table).all() and motion.table.shape[1:] == (2, 4)

@@ -1,22 +1,25 @@
-"""From pose landmarks to angles; and the thread that looks, with films and detectors of our own."""
+"""From pose landmarks to angles; the thread that looks; and the ways into cameras, videos and models."""
 
+import importlib
 import math
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from numpy.testing import assert_allclose
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, BadSetting, DuetError
 from controllers.kinematics import Array
-from scenes.person import camera
+from scenes.person import camera, film
 from scenes.person.angles import arm_points
 from scenes.person.camera import CameraSource, read_film
 from scenes.person.clips import Clip
 from scenes.person.film import VideoFrame
 from scenes.person.landmarks import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, landmarks_to_angles
+from scenes.person.source import MissingPackage
 from tests.scenes.person.strategies import SIDES, bodies, plain_arms
 
 PATIENCE = 20.0
@@ -54,7 +57,6 @@ def test_landmarks_to_angles_also_without_hips(angles: Array) -> None:
 
 @pytest.mark.parametrize("landmark", ARMS)
 def test_lost(landmark: int) -> None:
-    """Each joint of the arms must be visible, finite, and not on top of the next."""
     good = landmarks_of(Clip("wave", 1).angles(1.0))
     assert landmarks_to_angles(good, SEEN) is not None
     hidden = SEEN.copy()
@@ -72,7 +74,6 @@ def test_lost(landmark: int) -> None:
 
 
 def test_a_noisy_sequence_with_drop_outs() -> None:
-    """A clip seen with a centimetre of noise, and now and then not at all: near the truth, and without whole turns."""
     random, clip, previous, errors, lost = np.random.default_rng(5), Clip("medley", 2), None, [], 0
     for t in np.arange(0.0, clip.duration, 1.0 / 30.0):
         visibility = np.where(random.uniform(size=33) < 0.01, 0.2, 0.9)
@@ -83,13 +84,10 @@ def test_a_noisy_sequence_with_drop_outs() -> None:
         previous = found
         errors.append(np.abs(found - clip.angles(t)).max())
     assert 5 < lost < 300
-    assert np.median(errors) < math.radians(12.0)
-    assert max(errors) < math.radians(75.0)
+    assert np.median(errors) < math.radians(12.0) and max(errors) < math.radians(75.0)
 
 
 class Reel:
-    """A film of clip postures; the picture number is in its first pixel."""
-
     def __init__(self, count: int, live: bool = True, rate: float = 1000.0, fault: int = -1) -> None:
         self.live, self.count, self.rate, self.fault = live, count, rate, fault
         self.at, self.closed = 0, threading.Event()
@@ -110,14 +108,11 @@ class Reel:
 
 
 class Eye:
-    """Knows the clip; blind for the pictures named."""
-
     def __init__(self, *blind: int) -> None:
-        self.blind, self.seen, self.closed = blind, threading.Semaphore(0), False
+        self.blind, self.closed = blind, False
 
     def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
         number = int(picture.image[0, 0, 0])
-        self.seen.release()
         return None if number in self.blind else (landmarks_of(Clip("wave", 1).angles(0.1 * number)), SEEN)
 
     def close(self) -> None:
@@ -135,21 +130,17 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 def near(found: Array | None, picture: int) -> bool:
-    """Whether these are the angles in a picture."""
     return found is not None and bool(np.abs(found - Clip("wave", 1).angles(0.1 * picture)).max() < 1e-6)
 
 
 def test_the_newest_counts() -> None:
-    """Whatever the time that is asked for, the last picture is the answer; no person in it is None; stopping lets go of everything."""
     now, reel, eye = [0.0], Reel(200), Eye(40)
     source = CameraSource(reel, eye, clock=lambda: now[0]).start()
     try:
-        assert source.angles(0.0) is None
-        assert "No person is seen" in source.message
+        assert source.angles(0.0) is None and "No person is seen" in source.message
         reel.gate.release(31)
         until(lambda: near(source.angles(0.0), 30))
-        assert near(source.angles(1e9), 30)
-        assert source.message == ""
+        assert near(source.angles(1e9), 30) and source.message == ""
         kept = source.angles(0.0)
         assert kept is not None
         kept[:] = 9.0
@@ -159,8 +150,7 @@ def test_the_newest_counts() -> None:
         reel.gate.release()
         until(lambda: near(source.angles(0.0), 41))
         now[0] += camera.STALE + 0.01
-        assert source.angles(0.0) is None
-        assert "No person is seen" in source.message
+        assert source.angles(0.0) is None and "No person is seen" in source.message
         reel.count = 0
         reel.gate.release()
         until(lambda: not source.running)
@@ -173,7 +163,6 @@ def test_the_newest_counts() -> None:
 
 
 def test_threads_start_stop_and_fail() -> None:
-    # Stopping is always possible.
     source = CameraSource(Reel(0), Eye())
     source.stop()
     assert source.message == "The camera is off."
@@ -185,7 +174,6 @@ def test_threads_start_stop_and_fail() -> None:
     source.stop()
     source.stop()
     assert reel.closed.is_set()
-    # A camera that fails ends the looking, with its reason in one line; nothing else dies.
     reel = Reel(5, fault=2)
     source = CameraSource(reel, Eye()).start()
     reel.gate.release(3)
@@ -219,3 +207,57 @@ def test_films_played_and_read() -> None:
     with pytest.raises(BadInputFile, match="longer than 30 minutes"):
         read_film(long, Eye())
     assert long.closed.is_set()
+
+
+def test_without_the_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+
+    def missing(name: str) -> None:
+        raise ModuleNotFoundError(f"No module named {name!r}")
+
+    monkeypatch.setattr(importlib, "import_module", missing)
+    (there := tmp_path / "file").write_bytes(b"x")
+    for attempt in (lambda: film.open_camera(0), lambda: film.open_video(there), lambda: film.open_detector(there)):
+        with pytest.raises(MissingPackage, match=r"pip install 'lwr-duet\[camera\]'") as caught:
+            attempt()
+        assert isinstance(caught.value, DuetError)
+
+
+def test_missing_files(tmp_path: Path) -> None:
+    for attempt in (film.open_video, film.open_detector):
+        for path in (tmp_path / "none.mp4", tmp_path):
+            with pytest.raises(BadInputFile, match="there is no such file"):
+                attempt(path)
+
+
+def test_no_camera() -> None:
+    pytest.importorskip("cv2")
+    for index in (-1, 1000, 97):
+        with pytest.raises(BadSetting, match=f"Camera {index}"):
+            film.open_camera(index)
+
+
+def test_a_real_video(tmp_path: Path) -> None:
+    cv2 = pytest.importorskip("cv2")
+    path = tmp_path / "red.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (64, 48))
+    for _ in range(6):
+        writer.write(np.full((48, 64, 3), (10, 20, 200), np.uint8))
+    writer.release()
+    reel = film.open_video(path)
+    assert not reel.live
+    pictures = list(iter(reel.next, None))
+    reel.close()
+    assert_allclose([p.time for p in pictures], np.arange(6) / 20.0)
+    assert_allclose(pictures[0].image.mean(axis=(0, 1)), [200, 20, 10], atol=12)
+    noise = tmp_path / "noise.avi"
+    noise.write_bytes(bytes(range(256)) * 20)
+    with pytest.raises(BadInputFile, match="not a video"):
+        film.open_video(noise)
+
+
+def test_a_model_that_is_none(tmp_path: Path) -> None:
+    pytest.importorskip("mediapipe")
+    model = tmp_path / "pose.task"
+    model.write_bytes(b"no model")
+    with pytest.raises(BadInputFile, match="MediaPipe cannot use it"):
+        film.open_detector(model)

@@ -21,9 +21,7 @@ points = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
 
 
 def check_lengths(figure: Figure) -> None:
-    """Bones have their lengths, elbows bend no further than they can, angles are finite."""
-    assert np.isfinite(figure.angles()).all()
-    assert (figure.angles()[:, 3] <= MOST_BENT + 1e-6).all()
+    assert np.isfinite(figure.angles()).all() and (figure.angles()[:, 3] <= MOST_BENT + 1e-6).all()
     for side in SIDES:
         shoulder, elbow, wrist = figure.points(side)
         assert np.isclose(np.linalg.norm(elbow - shoulder), figure.proportions.upper_arm)
@@ -32,7 +30,6 @@ def check_lengths(figure: Figure) -> None:
 
 @given(bodies(arms), st.sampled_from(SIDES), points)
 def test_a_wrist_and_an_elbow_go_where_they_are_dragged(start: Array, side: ArmName, point: Array) -> None:
-    """The wrist to the nearest point of its reach; the upper arm points there, and the forearm keeps its direction if it can."""
     arm, wrist, elbow = SIDES.index(side), Figure(start=start), Figure(start=start)
     shoulder = wrist.points(side)[0]
     distance = float(np.linalg.norm(point - shoulder))
@@ -54,7 +51,6 @@ def test_a_wrist_and_an_elbow_go_where_they_are_dragged(start: Array, side: ArmN
 
 @pytest.mark.parametrize("side", SIDES)
 def test_a_drag_in_small_steps_moves_in_small_steps(side: ArmName) -> None:
-    """Round in circles, through the stretched arm and back: wrist and elbow follow without a jump."""
     figure = Figure()
     worst = 0.0
     before = np.array(figure.points(side))
@@ -98,7 +94,6 @@ def test_a_point_that_is_none_or_the_shoulder_leaves_a_whole_figure_behind(point
 
 @pytest.mark.parametrize("direction", np.vstack([np.eye(3), -np.eye(3)]))
 def test_straight_arms_bend_somewhere(direction: Array) -> None:
-    """A stretched arm pulled towards its shoulder bends, whichever way it points."""
     figure = Figure(start=np.zeros((2, 4)))
     shoulder = figure.points("right")[0]
     figure.drag_elbow("right", shoulder + direction)

@@ -28,20 +28,16 @@ def test_steps_rates_and_inputs() -> None:
         t = 0.01 * k
         assert math.isclose(y, rate * t if t < reached else 2.0 - knee * math.exp(-omega * (t - reached)), abs_tol=1e-9)
         assert slow.rates[0] <= rate + 1e-12
-    # `rates` is what the output just did.
     low_pass = AngleFilter(ZERO)
     wanted = np.linspace(-1.0, 1.0, 8).reshape(2, 4)
     a = low_pass.step(wanted, 0.005)
     b = low_pass.step(wanted, 0.005)
     assert_allclose(low_pass.rates, (b - a) / 0.005, atol=1e-12)
-    # A person who is never seen moves nothing.
     low_pass = AngleFilter(np.full((2, 4), 0.3))
     assert_allclose(low_pass.step(None, 0.1), 0.3)
     assert low_pass.lost
-    # A step of no length does nothing.
     low_pass = AngleFilter(ZERO)
     assert_allclose(low_pass.step(np.ones((2, 4)), 0.0), 0.0)
-    # Neither what comes in nor what goes out is shared with the caller.
     start, wanted = np.zeros((2, 4)), np.ones((2, 4))
     low_pass, twin = AngleFilter(start), AngleFilter(ZERO)
     start[:] = 9.0
@@ -56,7 +52,6 @@ def test_steps_rates_and_inputs() -> None:
     st.integers(2, 9),
 )  # fmt: skip
 def test_the_step_does_not_matter(inputs: list[float], cutoff: float, rate: float, dt: float, parts: int) -> None:
-    """One step, or many short ones with the same input: the same output; and never faster than allowed."""
     one, many = (AngleFilter(np.zeros(1), cutoff, rate) for _ in range(2))
     for x in inputs:
         before = one.values.copy()
@@ -70,7 +65,6 @@ def test_the_step_does_not_matter(inputs: list[float], cutoff: float, rate: floa
 
 @pytest.mark.parametrize("missing", [None, np.full((2, 4), np.nan), np.array([[0, 0, 0, np.inf], [0, 0, 0, 0.0]])])
 def test_lost(missing: np.ndarray | None) -> None:
-    """Without a person, the output comes to rest at what was seen last, and says for how long; then it goes on."""
     low_pass = AngleFilter(ZERO)
     seen = np.full((2, 4), 0.4)
     for _ in range(20):
@@ -78,8 +72,7 @@ def test_lost(missing: np.ndarray | None) -> None:
     assert (low_pass.lost, low_pass.lost_for) == (False, 0.0)
     for _ in range(300):
         low_pass.step(missing, 0.01)
-    assert low_pass.lost
-    assert math.isclose(low_pass.lost_for, 3.0)
+    assert low_pass.lost and math.isclose(low_pass.lost_for, 3.0)
     assert_allclose(low_pass.values, seen, atol=1e-9)
     low_pass.step(seen, 0.01)
     assert (low_pass.lost, low_pass.lost_for) == (False, 0.0)

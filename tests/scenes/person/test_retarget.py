@@ -1,7 +1,5 @@
 """The robots' arms point where the person's do, wherever their joints allow it, and never leap without need."""
 
-from functools import cache
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -16,29 +14,22 @@ from scenes.person.angles import arm_directions
 from scenes.person.clips import CLIP_NAMES, REST, Clip, ClipName
 from scenes.person.retarget import LIMIT_MARGIN, Retargeter, arm_joints, natural_pose
 from scenes.rigs import MIRROR, RIGS
-from scenes.room import Room, build_room
+from scenes.room import build_room
 from scenes.settings import RigName
 from tests.scenes.person.strategies import SIDES, arms, bodies
 
+ROOM = build_room("torso")
 LIMITS = np.array([joint.position_limit for joint in JOINTS[:4]]) - LIMIT_MARGIN
 REACHABLE = float(LIMITS[1])
 """A bone may stand off the axis of what carries it by so much."""
 
 
-@cache
-def room() -> Room:
-    """The room of the torso, and whatever its capsules are."""
-    return build_room("torso")
-
-
 def bases(rig: RigName = "torso") -> tuple[pin.SE3, pin.SE3]:
-    """Where the arms stand, left first."""
     return RIGS[rig].left_base, RIGS[rig].right_base
 
 
 def pointed(q: Array, arm: int, rig: RigName = "torso") -> tuple[Array, Array]:
-    """Where a robot's upper arm and forearm point, by the forward kinematics of its model; world."""
-    robot = room().robots[arm]
+    robot = ROOM.robots[arm]
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, np.concatenate([q, np.zeros(3)]))
     base = bases(rig)[arm]
@@ -55,19 +46,17 @@ def reachable(angles: Array, arm: int, rig: RigName = "torso") -> bool:
 
 
 def joint_distance(q: Array) -> float:
-    """The smallest distance between the robots' arms with these first four joints each [m]."""
-    kinematics = Kinematics(room().model, room().arms)
-    posture = room().start.copy()
-    for arm, joints in zip(room().arms, q, strict=True):
+    kinematics = Kinematics(ROOM.model, ROOM.arms)
+    posture = ROOM.start.copy()
+    for arm, joints in zip(ROOM.arms, q, strict=True):
         posture[arm.joints.start : arm.joints.start + 4] = joints
     kinematics.update(posture)
-    return ProximityDetector(kinematics, room().geometry).detect().distance
+    return ProximityDetector(kinematics, ROOM.geometry).detect().distance
 
 
 @pytest.mark.parametrize("rig", ["torso", "table"])
 @given(bodies(arms))
 def test_directions_match(rig: RigName, angles: Array) -> None:
-    """Forward kinematics gives back the person's directions; joints stay inside their limits in any case."""
     q = natural_pose(angles, RIGS[rig])
     assert (np.abs(q) <= LIMITS + 1e-12).all()
     for arm, side in enumerate(SIDES):
@@ -78,7 +67,6 @@ def test_directions_match(rig: RigName, angles: Array) -> None:
 
 @given(bodies(arms), st.integers(0, 10_000))
 def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
-    """Whatever the joints were before, off the axes the directions match, and nothing leaves its limits."""
     before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS, (2, 4))
     retargeter = Retargeter()
     retargeter.reset(before)
@@ -96,7 +84,6 @@ def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
 @settings(max_examples=600)
 @given(arms, st.integers(0, 10_000))
 def test_the_nearest_branch(angles: Array, seed: int) -> None:
-    """Among the closed-form solutions inside the limits, none is nearer to the joints before than the one that is taken."""
     before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS)
     base = RIGS["torso"].left_base.rotation
     directions = arm_directions(angles, "left")
@@ -134,13 +121,11 @@ def test_mirror_images_and_bones_out_of_reach(angles: Array) -> None:
 @pytest.mark.parametrize("name", CLIP_NAMES)
 @pytest.mark.parametrize("seed", range(3))
 def test_clips_never_leap(name: ClipName, seed: int) -> None:
-    """Every clip is followed on one branch, inside the limits, and at speeds that the robots nearly have."""
     clip, dt = Clip(name, seed), 0.02
     retargeter = Retargeter()
     q = np.array([retargeter.joints(clip.angles(k * dt)) for k in range(int(clip.duration / dt) + 2)])
     assert np.abs(np.diff(q, axis=0)).max() / dt < np.radians(110.0)
-    assert (q[:, :, [1, 3]] > 0.0).all()
-    assert (np.abs(q) < LIMITS - np.radians(2.0)).all()
+    assert (q[:, :, [1, 3]] > 0.0).all() and (np.abs(q) < LIMITS - np.radians(2.0)).all()
     assert_allclose(q[0], natural_pose(REST), atol=1e-9)
 
 
@@ -179,13 +164,11 @@ def test_special_postures_and_reset() -> None:
         straight = retargeter.joints(bent)
     assert_allclose(straight[:, 2], q[:, 2], atol=1e-3)
     assert_allclose(straight[:, 3], 0.0, atol=1e-9)
-    # After a reset the same angles give the same joints as for a new person.
     retargeter = Retargeter()
     retargeter.joints(np.radians([[-170.0, 20.0, 0.0, 30.0]] * 2))
     retargeter.reset(-natural_pose(REST))
     retargeter.reset()
     assert_allclose(retargeter.joints(REST), natural_pose(REST), atol=0.0)
-    # Writing to the result does not disturb the next one.
     retargeter = Retargeter()
     retargeter.joints(REST)[:] = 7.0
     assert_allclose(retargeter.joints(REST), natural_pose(REST), atol=1e-12)

@@ -21,7 +21,6 @@ ROOT_LINK = {"panda": "panda_link0", "ur5": "base_link"}
 
 @cache
 def other_reader(name: RobotName) -> yourdfpy.URDF:
-    """The robot's file as yourdfpy reads it."""
     files = importlib.metadata.files("example-robot-data")
     assert files is not None
     (urdf,) = (Path(str(file.locate())) for file in files if str(file).endswith(EXAMPLES[name].urdf))

@@ -1,4 +1,4 @@
-"""Any arm moves as its own file says, and a file that is missing or damaged is named with its remedy."""
+"""Any arm moves as its own file says, and two of any make start well and keep clear in a room."""
 
 import importlib.metadata
 from dataclasses import replace
@@ -9,15 +9,19 @@ import pytest
 from numpy.testing import assert_allclose
 
 from controllers.errors import BadSetting
+from controllers.kinematics import Kinematics
+from controllers.proximity import ProximityDetector
 from scenes.robots import RobotName, robot, start_posture
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import build_example
+from scenes.room import build_room
+from scenes.settings import RigName
+from tests.scenes.helpers import RIG_NAMES
 from tests.scenes.robots.helpers import NAMES, OTHERS, link_poses, other_reader, postures
 
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_both_readers_and_the_file_agree(name: RobotName) -> None:
-    # Every frame that has the name of a link, the hand among them, over the whole range of the joints.
     model = robot(name).model
     data = model.createData()
     for q in postures(model, 10):
@@ -26,7 +30,6 @@ def test_both_readers_and_the_file_agree(name: RobotName) -> None:
         assert robot(name).hand in poses
         for link, pose in poses.items():
             assert_allclose(data.oMf[model.getFrameId(link)].homogeneous, pose, atol=1e-9, err_msg=link)
-    # Limits are those of the file.
     model, reader = robot(name).model, other_reader(name)
     for i, joint in enumerate(list(model.names)[1:]):
         limit = reader.joint_map[joint].limit
@@ -39,8 +42,7 @@ def test_a_robot_is_complete(name: RobotName, joints: int) -> None:
     arm = robot(name)
     assert robot(name) is arm
     assert arm.model.nq == arm.model.nv == len(arm.labels) == len(set(arm.labels)) == joints
-    assert arm.model.existFrame(arm.hand)
-    assert 1 <= arm.shoulder < arm.elbow < arm.wrist <= joints
+    assert arm.model.existFrame(arm.hand) and 1 <= arm.shoulder < arm.elbow < arm.wrist <= joints
     assert 1 <= len(arm.capsules) <= 6
     assert len({capsule.name for capsule in arm.capsules}) == len(arm.capsules)
     carriers = [capsule.joint for capsule in arm.capsules]
@@ -48,19 +50,15 @@ def test_a_robot_is_complete(name: RobotName, joints: int) -> None:
 
 
 def test_robots_by_name() -> None:
-    # The paper s robot is the one it was.
     assert robot("lwr") is robot("lwr") and robot("lwr").name == "KUKA LWR 4+"
-    # An unknown robot names the known ones.
     with pytest.raises(BadSetting, match=r"'r2d2'.*lwr, panda, ur5"):
         robot("r2d2")  # pyright: ignore[reportArgumentType]
-    # A damaged package is named with its remedy.
     with pytest.raises(BadSetting, match=r"damaged.*pip install"):
         build_example(replace(EXAMPLES["ur5"], urdf="ur_description/urdf/gone.urdf"))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_landmarks_make_an_arm(name: RobotName) -> None:
-    """Shoulder, elbow and wrist stand well apart and off one line, so that there is an elbow to swivel; the shoulder is at rest."""
     arm = robot(name)
     data = arm.model.createData()
     pin.forwardKinematics(arm.model, data, start_posture(name, "table", "left"))
@@ -72,14 +70,28 @@ def test_landmarks_make_an_arm(name: RobotName) -> None:
 
 
 def test_missing_packages_are_named_with_their_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    # A missing package is named with its remedy.
     def missing(name: str) -> None:
         raise importlib.metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr("importlib.metadata.files", missing)
     with pytest.raises(BadSetting, match="pip install example-robot-data"):
         build_example(EXAMPLES["panda"])
-    # An empty package is named with its remedy.
     monkeypatch.setattr("importlib.metadata.files", lambda _: [])
     with pytest.raises(BadSetting, match=r"without its robots.*pip install"):
         build_example(EXAMPLES["panda"])
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("name", NAMES)
+def test_arms_start_clear_of_each_other_and_of_their_stops_and_mirrored(name: RobotName, rig: RigName) -> None:
+    """25 cm apart, 15° from every stop; hands at the same height, on either side, in front."""
+    room = build_room(rig, name)
+    kinematics = Kinematics(room.model, room.arms)
+    kinematics.update(room.start)
+    assert ProximityDetector(kinematics, room.geometry).detect("single").distance >= 0.25
+    margin = np.minimum(room.start - room.model.lowerPositionLimit, room.model.upperPositionLimit - room.start)
+    assert margin.min() > np.radians(15)
+    left, right = (kinematics.hand_pose(arm).translation for arm in room.arms)
+    assert_allclose(left, right * ((1, -1, 1) if rig == "torso" else (-1, -1, 1)), atol=2e-3)
+    assert left[0] > 0.6 if rig == "torso" else -0.45 < left[0] < -0.15
+    assert 0.8 < left[2] < 1.6

@@ -1,20 +1,25 @@
-"""What robots look like: small, in two palettes, seen through as a ghost, taken from a cache, and inside the capsules."""
+"""Capsules enclose all of a robot that can collide, and are tight; what is drawn is small, in palettes, and inside them."""
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from numpy.testing import assert_allclose
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array
 from scenes.lwr import shells
 from scenes.robots import RobotName, drawing, robot
 from scenes.robots.drawing import joint_frames, link_meshes, robot_glbs
+from scenes.robots.enclosing import GRID, SHORTEST, enclosing_capsule
 from scenes.robots.example_data import EXAMPLES
+from scenes.robots.fitting import build_example
 from tests.scenes.helpers import glb_head, own_cache
-from tests.scenes.robots.helpers import NAMES, OTHERS, away, collision_points, link_poses, postures
+from tests.scenes.robots.helpers import NAMES, OTHERS, away, collision_points, link_poses, outside, postures
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -28,8 +33,7 @@ def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def test_a_robot_is_small(name: RobotName, palette: str) -> None:
     fine, coarse = robot_glbs(name, palette), robot_glbs(name, palette, coarse=True)
     assert len(fine) == len(coarse) == robot(name).model.njoints
-    assert sum(map(len, fine)) <= 1_000_000
-    assert sum(map(len, coarse)) <= 200_000
+    assert sum(map(len, fine)) <= 1_000_000 and sum(map(len, coarse)) <= 200_000
     assert all(len(glb_head(data)["meshes"]) == 1 for data in coarse)
 
 
@@ -45,11 +49,9 @@ def test_a_ghost_can_be_seen_through(name: RobotName, coarse: bool) -> None:
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_palettes_and_normals(name: RobotName) -> None:
-    # The two palettes differ.
     orange, silver = (robot_glbs(name, palette) for palette in ("orange", "silver"))
     # Base and flange of the UR5 are bare metal.
     assert sum(a != b for a, b in zip(orange, silver, strict=True)) >= len(orange) - 2
-    # Normals are unit and agree with the faces.
     for parts in link_meshes(name):
         for part in parts.values():
             assert_allclose(np.linalg.norm(part.vertex_normals, axis=1), 1, atol=1e-6)
@@ -60,7 +62,6 @@ def test_palettes_and_normals(name: RobotName) -> None:
 @pytest.mark.parametrize("coarse", [False, True])
 @pytest.mark.parametrize("name", OTHERS)
 def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse: bool) -> None:
-    """Nothing was lost, and nothing stands in a wrong place: boxes around drawn links agree with those of the collision shapes."""
     model, points = robot(name).model, collision_points(name)
     poses = link_poses(name, np.zeros(model.nq))
     data = model.createData()
@@ -108,7 +109,6 @@ def test_shells_come_from_the_cache(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("coarse", "slack"), [(False, 0.001), (True, 0.003)])
 @pytest.mark.parametrize("name", OTHERS)
 def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slack: float) -> None:
-    """Drawn links lie inside the capsules but for a millimetre, so that what a person sees touch has touched."""
     arm = robot(name)
     data = arm.model.createData()
     for q in postures(arm.model, 5):
@@ -116,3 +116,44 @@ def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slac
         drawn = [(data.oMi[joint], part) for joint, parts in enumerate(link_meshes(name, coarse)) for part in parts.values()]
         world = np.vstack([part.vertices @ pose.rotation.T + pose.translation for pose, part in drawn])
         assert np.min([away(capsule, data, world, {}) for capsule in arm.capsules], axis=0).max() < slack
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_capsules_enclose_all_that_can_collide(name: RobotName) -> None:
+    points = collision_points(name)
+    assert sum(len(cloud) for cloud in points.values()) > 10_000
+    for q in postures(robot(name).model, 15):
+        assert outside(name, points, q) < 1e-9
+
+
+@pytest.mark.parametrize(("name", "part"), [(name, segment.name) for name in OTHERS for segment in EXAMPLES[name].segments])
+def test_capsules_are_tight(name: RobotName, part: str) -> None:
+    points = collision_points(name)
+    assert max(outside(name, points, q, {part: 0.003}) for q in postures(robot(name).model, 8)) > 0
+
+
+def test_fitting_by_example() -> None:
+    corners = 0.02 * np.array(list(itertools.product((-1, 1), repeat=3)))
+    start, end, radius = enclosing_capsule(corners)
+    assert np.linalg.norm(end - start) >= SHORTEST - 1e-9
+    assert radius <= 0.02 * np.sqrt(3) + 2 * GRID
+    for a, b in zip(robot("ur5").capsules, build_example(EXAMPLES["ur5"]).capsules, strict=True):
+        assert_array_equal(np.r_[a.start, a.end, a.radius], np.r_[b.start, b.end, b.radius])
+
+
+turns = st.tuples(*[st.floats(-3.0, 3.0)] * 3).map(lambda v: pin.exp3(np.array(v)))
+
+
+@settings(max_examples=12)
+@given(turns, st.floats(0.02, 0.4), st.floats(0.03, 0.12), st.integers(0, 99))
+def test_a_capsule_is_found_again(turn: Array, length: float, radius: float, seed: int) -> None:
+    normals = np.random.default_rng(seed).normal(size=(600, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    on_axis = np.where(normals[:, 2:] > 0, length, 0.0) * np.array([0.0, 0.0, 1.0])
+    points = (radius * normals + on_axis) @ turn.T + np.array([0.1, -0.2, 0.3])
+    start, end, found = enclosing_capsule(points)
+    axis = end - start
+    share = np.clip((points - start) @ axis / (axis @ axis), 0.0, 1.0)
+    assert np.linalg.norm(points - start - share[:, None] * axis, axis=1).max() <= found + 1e-9
+    volume = np.pi * found**2 * (np.linalg.norm(axis) + 4 / 3 * found)
+    assert volume < 1.1 * np.pi * radius**2 * (length + 4 / 3 * radius)

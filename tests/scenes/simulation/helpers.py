@@ -10,7 +10,6 @@ TREATMENTS: tuple[Treatment, ...] = ("single", "soft")
 
 
 def inside_limits(simulation: Simulation) -> bool:
-    """Whether all joints are finite and inside their stops, and no faster than they can be."""
     model, q, dq = simulation.room.model, simulation.positions, simulation.velocities
     inside = (q >= model.lowerPositionLimit - 1e-12).all() and (q <= model.upperPositionLimit + 1e-12).all()
     return bool(np.isfinite(q).all() and inside and (np.abs(dq) <= model.velocityLimit + 1e-12).all())

@@ -58,7 +58,6 @@ def test_changes_on_the_way() -> None:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_changing_the_guided_arm_keeps_the_arms_and_swaps_the_roles(rig: RigName) -> None:
-    """No arm moves; the other hand's place is now where it is; from then on the new arm follows the target."""
     simulation = Simulation(hold_settings(rig))
     play(simulation, wander(simulation, 300))
     q = simulation.positions.copy()

@@ -12,12 +12,10 @@ import sys
 from playwright.sync_api import sync_playwright
 
 from tests.browser import launch
-from tests.tools.monkey.visitor import let_loose
-from tests.tools.monkey.watch import Trouble
+from tests.tools.monkey.visitor import Trouble, let_loose
 
 
 def main() -> int:
-    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1])
     parser.add_argument("--seconds", type=float, default=60.0)

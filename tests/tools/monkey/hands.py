@@ -4,11 +4,28 @@ from __future__ import annotations
 
 import random
 from typing import Final, Literal
+from urllib.parse import quote
 
 from playwright.sync_api import Page
 
-from tests.tools.monkey.material import KEYS, SIZES, TEXTS
-
+SCRIPT: Final = "<img src=x onerror=alert(1)>"
+KEYS: Final = (*" .[]RAVLG12345NBCHYX?", "ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "PageUp", "Escape", "Tab", "Enter")
+TEXTS: Final = ("", SCRIPT, "\u202e", "é" * 300, "0", "-1", "1e999", "NaN", "0.12", "99999999", "12,5")
+SIZES: Final = ((1440, 900), (1024, 768), (800, 600), (390, 844))
+LINKS: Final = (
+    *("", "a" * 3000, f"q={quote(SCRIPT)}", "lesson=1", "lesson=3&step=2", "lesson=10", "lesson=99", "lesson=%3Cb%3E&step=-1"),
+    *("step=2", "scene=imitation&ghost=frozen", "scene=nowhere", "rig=table&law=unprotected&dm=0.1&n=10", "dm=NaN&n=1e999&v="),
+    *("%00%ff=%fe", "dm=0.1&dm=0.2", "lang=de", "lang=xx", "robot=panda&scene=solo", "resume=../../etc", "window=0x0"),
+    "whatif=1&plot=speeds",
+)
+RUBBISH: Final = (
+    ("empty.duet", b""),
+    ("noise.duet", bytes(random.Random(0).randbytes(3000))),
+    ("noise.bvh", b"HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 nan\n"),
+    ("half.zst", b"\x28\xb5\x2f\xfd" + bytes(range(50))),
+    ("a.csv", b"t,x,y,z\n0,1e308,nan,x\n"),
+    ("\N{PILE OF POO}.json", b'{"version": 1e999, "inputs": [[]]}' * 50),
+)
 _ELEMENTS: Final = """kind => [...document.querySelectorAll(kind)].filter(n => {
     const box = n.getBoundingClientRect();
     return box.width > 2 && box.height > 2 && box.bottom > 0 && box.right > 0 && box.top < innerHeight && box.left < innerWidth
@@ -28,12 +45,7 @@ class NothingThere(Exception):
 
 
 class Hands:
-    """Mouse and keyboard of one visitor.
-
-    Args:
-        page: that they act on.
-        choices: of what they do.
-    """
+    """Mouse and keyboard of one visitor."""
 
     def __init__(self, page: Page, choices: random.Random) -> None:
         self._page, self._mouse, self._keys, self._random = page, page.mouse, page.keyboard, choices
@@ -58,19 +70,16 @@ class Hands:
         return f"from {x:.0f}, {y:.0f} by {right}, {down} px, pressing {key or 'nothing'} meanwhile"
 
     def click(self, kind: str) -> str:
-        """Click on one of the elements of a kind."""
         x, y, label = self._pick(kind)
         self._mouse.click(x, y, click_count=2 if self._random.random() < 0.05 else 1)
         return f"clicks on {label!r} at {x:.0f}, {y:.0f}"
 
     def choose(self) -> str:
-        """Open a list and choose an option."""
         x, y, label = self._pick("input[role=combobox], input[aria-haspopup=listbox], [role=combobox]")
         self._mouse.click(x, y)
         return f"of the list {label!r} {self.click('[role=option]')}"
 
     def slide(self) -> str:
-        """Move a slider by keys or by the mouse."""
         x, y, label = self._pick("[role=slider]")
         if self._random.random() >= 0.4:
             return f"pulls the slider {label!r} {self._pull(x, y, self._random.randint(-160, 160), 0, 5)}"
@@ -81,7 +90,6 @@ class Hands:
         return f"presses {keys} on the slider {label!r}"
 
     def write(self) -> str:
-        """Type a text into a field."""
         x, y, _ = self._pick("input[type=text]:not([role=combobox]), textarea, input[type=number]")
         text = self._random.choice(TEXTS)
         self._mouse.click(x, y, click_count=3)
@@ -90,7 +98,6 @@ class Hands:
         return f"types {text[:30]!r} at {x:.0f}, {y:.0f}"
 
     def press(self) -> str:
-        """Press a key or four, half of the time outside of any field."""
         keys = self._random.choices(KEYS, k=self._random.choice((1, 1, 1, 4)))
         if self._random.random() < 0.5:
             self._page.evaluate("document.activeElement?.blur()")
@@ -99,7 +106,6 @@ class Hands:
         return f"presses {keys}"
 
     def drag_handle(self) -> str:
-        """Pull near a handle."""
         handles = self._page.evaluate(_HANDLES)
         gizmos = [one for one in handles if one[0].startswith("/gizmo")] or handles
         if not gizmos:
@@ -109,7 +115,6 @@ class Hands:
         return f"pulls near {name} {self._pull(x + off[0], y + off[1], right, down, 8)}"
 
     def turn_view(self) -> str:
-        """Drag the view, or turn the wheel."""
         x, y = self._random.randint(50, 700), self._random.randint(80, 500)
         if self._random.random() < 0.3:
             self._mouse.move(x, y)
@@ -121,7 +126,6 @@ class Hands:
         return f"drags the view with the {button} button {self._pull(x, y, right, down, 8, button)}"
 
     def click_anywhere(self) -> str:
-        """Click on any place of the window below its top."""
         size = self._page.viewport_size or {"width": 800, "height": 600}
         x, y = self._random.randint(0, size["width"] - 1), self._random.randint(48, size["height"] - 1)
         self._mouse.click(x, y, button=self._random.choice(("left", "left", "right")))
@@ -137,7 +141,6 @@ class Hands:
         return "opens a place for files" if chosen else "finds no place for files"
 
     def resize(self) -> str:
-        """Make the window larger or smaller."""
         width, height = self._random.choice(SIZES)
         self._page.set_viewport_size({"width": width, "height": height})
         return f"makes the window {width} × {height}"

@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import logging
 import random
 import tempfile
+import threading
 import time
+import traceback
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import TimeoutError as NoAnswer
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
+import numpy as np
 from playwright.sync_api import Browser, BrowserContext, Dialog, Error, FileChooser
 
 from app.hosting.private_host import PrivateHost
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
-from scenes.settings import specs
+from scenes.settings import changed, specs, values
 from tests.app.conftest import ask, live_sessions
 from tests.browser import artefacts, listen
-from tests.tools.monkey.hands import Hands, NothingThere
-from tests.tools.monkey.material import LINKS, RUBBISH, TEXTS
-from tests.tools.monkey.watch import Trouble, Watch, assert_sound, watching
+from tests.tools.monkey.hands import LINKS, RUBBISH, TEXTS, Hands, NothingThere
 
 PATIENCE: Final = 60.0
 """How long the page or the server may take to answer on a busy machine [s]."""
@@ -40,18 +43,63 @@ _DRAWN: Final = "begin => document.timeline.currentTime !== begin"
 """The time of the newest frame, and whether there is another one."""
 
 
+class Trouble(AssertionError):
+    """Something that must never happen."""
+
+
+class Watch(logging.Handler):
+    """Everything that went wrong, on the page or at the server."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.complaints: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        trace = "".join(traceback.format_exception(*record.exc_info)) if record.exc_info else ""
+        self.complaints.append(f"server's log: {record.name}: {record.getMessage()}\n{trace}")
+
+    def take_thread(self, what: threading.ExceptHookArgs) -> None:
+        trace = "".join(traceback.format_exception(what.exc_type, what.exc_value, what.exc_traceback))
+        self.complaints.append(f"a thread ended: {trace}")
+
+    def check(self) -> None:
+        if self.complaints:
+            raise Trouble("\n".join(self.complaints))
+
+
+@contextmanager
+def watching() -> Iterator[Watch]:
+    """Note every error of the program while open."""
+    watch, before = Watch(), threading.excepthook
+    logging.getLogger().addHandler(watch)
+    threading.excepthook = watch.take_thread
+    try:
+        yield watch
+    finally:
+        threading.excepthook = before
+        logging.getLogger().removeHandler(watch)
+
+
+def assert_sound(session: Session) -> None:
+    """All that moves is and was where it can be, and every setting is one that can be set; else Trouble."""
+    for who, simulation in (("run", session.simulation), ("ghost", session.ghost)):
+        if simulation is None:
+            continue
+        model, history = simulation.room.model, simulation.history
+        q, dq = np.vstack([history.positions(history.table()), simulation.positions]), simulation.velocities
+        if not (np.isfinite(q).all() and np.isfinite(dq).all()):
+            raise Trouble(f"{who}: not finite: {simulation.positions}, {dq}")
+        beyond = np.maximum(model.lowerPositionLimit - q, q - model.upperPositionLimit).max()
+        if beyond > 1e-9:
+            raise Trouble(f"{who}: out of its bounds by {beyond:.3g}: {simulation.positions}")
+    usual = values(Settings())
+    for key, value in values(session.settings).items():
+        if changed(session.settings, key, value) != session.settings or type(value) is not type(usual[key]):
+            raise Trouble(f"{key} = {value!r} is no value of a setting")
+
+
 class Monkey:
-    """One visitor.
-
-    Args:
-        opened: a house with no other visitor.
-        context: of a browser, empty.
-        seed: of all choices.
-        watch: hears of everything that goes wrong.
-
-    Attributes:
-        done: what was done, in words.
-    """
+    """One visitor of a house with no other; `done` says in words what was done."""
 
     def __init__(self, opened: App, context: BrowserContext, seed: int, watch: Watch) -> None:
         self.opened, self.context, self.seed, self.watch = opened, context, seed, watch
@@ -82,8 +130,6 @@ class Monkey:
             "size": (1, hands.resize),
         }
 
-    # ---- what is heard -----------------------------------------------------------------------------------------------------
-
     def _listen(self) -> None:
         page, complaints = self.page, self.watch.complaints
 
@@ -109,8 +155,6 @@ class Monkey:
         chooser.set_files(path)
         self.done.append(f"    gives the file {name} ({len(content)} B)")
 
-    # ---- where it goes -----------------------------------------------------------------------------------------------------
-
     def _follow_link(self) -> str:
         link = self._random.choice(LINKS)
         if self._random.random() < 0.4:
@@ -131,10 +175,7 @@ class Monkey:
         self._settle()
         return "goes back"
 
-    # ---- what must be true -------------------------------------------------------------------------------------------------
-
     def arrive(self, link: str) -> None:
-        """Open the house's page by a link."""
         self.page.goto(f"{self.opened.url}/?{link}", timeout=1000 * PATIENCE)
         self._settle()
 
@@ -153,22 +194,16 @@ class Monkey:
 
     def _settle(self) -> None:
         """Wait until the page is there, with one session of its own."""
-        self.page.wait_for_function(
-            "() => window.__viserMutable?.canvas && __viserMutable.nodeRefFromName", timeout=1000 * PATIENCE
-        )
+        there = "() => window.__viserMutable?.canvas && __viserMutable.nodeRefFromName"
+        self.page.wait_for_function(there, timeout=1000 * PATIENCE)
         self._until(lambda: len(live_sessions(self.opened)) == 1 and self.opened.server.count_clients() == 1, "one session")
 
     def _session(self) -> Session:
         self._until(lambda: len(live_sessions(self.opened)) == 1, "one session")
-        (session,) = live_sessions(self.opened).values()
-        return session
+        return next(iter(live_sessions(self.opened).values()))
 
     def check(self) -> None:
-        """Look at page and server.
-
-        Raises:
-            Trouble: something is not as it must be.
-        """
+        """Look at page and server; Trouble if something is not as it must be."""
         self.watch.check()
         try:
             ask(self._session(), assert_sound, PATIENCE)
@@ -177,10 +212,9 @@ class Monkey:
         seen = self._frames
         self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         session = self._session()
-        if not session.paused:
-            self._until(
-                lambda: self._frames > seen or session.paused or session not in live_sessions(self.opened).values(), "a frame"
-            )
+        self._until(
+            lambda: self._frames > seen or session.paused or session not in live_sessions(self.opened).values(), "a frame"
+        )
         self.watch.check()
 
     def leave(self) -> None:
@@ -192,7 +226,6 @@ class Monkey:
         self.watch.check()
 
     def act(self) -> None:
-        """Do one thing, and look whether all is well."""
         names = list(self.actions)
         (name,) = self._random.choices(names, [self.actions[one][0] for one in names])
         self.counts[name] += 1
@@ -211,11 +244,7 @@ class Monkey:
 
 
 def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lecture: bool = False) -> Monkey:
-    """Let a visitor (a lecturer, in a lecture) do anything for so long, and for so many actions at least; return them.
-
-    Raises:
-        Trouble: the message says what was done.
-    """
+    """Let a visitor (a lecturer, in a lecture) do anything for so long, and for so many actions at least; return them."""
     opened = start_app("127.0.0.1", 0, Settings(), lecture=lecture)
     context = browser.new_context(viewport={"width": 1024, "height": 768}, accept_downloads=True)
     try:

@@ -11,8 +11,31 @@ from typing import Any
 from app.bench.headless_client import HeadlessClient
 
 
+class OperatingClient(HeadlessClient):
+    """A `HeadlessClient` that operates the page as a visitor does, and breaks off as a lost line does."""
+
+    async def set_value(self, label: str, value: object) -> None:
+        """Operate the GUI element with this label."""
+        await self.send({"type": "GuiUpdateMessage", "uuid": self.mirror.labelled(label)["uuid"], "updates": {"value": value}})
+
+    async def click(self, label: str) -> None:
+        """Press the button with this label."""
+        uuid = self.mirror.labelled(label, "GuiButtonMessage")["uuid"]
+        await self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
+
+    async def break_off(self, unfinished: bytes = b"") -> None:
+        """End the connection like a lost line, without a closing handshake; `unfinished`: a message of which only a part is sent before."""
+        assert self._socket is not None
+        if unfinished:
+            # A masked binary frame (RFC 6455, section 5.2) that promises all, and half of it.
+            head = b"\x82\xfe" + len(unfinished).to_bytes(2, "big") + b"\0\0\0\0"
+            self._socket.transport.write(head + unfinished[: len(unfinished) // 2])
+            await asyncio.sleep(0)
+        self._socket.transport.abort()
+
+
 class BlockingClient:
-    """A `HeadlessClient` with its event loop in a thread of its own, for code in a thread that already has a running loop (Playwright).
+    """An `OperatingClient` with its event loop in a thread of its own, for code in a thread that already has a running loop (Playwright).
 
     Raises, when made:
         websockets.InvalidStatus: the server refuses the connection.
@@ -23,7 +46,7 @@ class BlockingClient:
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True, name="visitor")
         self._thread.start()
         try:
-            self.visitor = HeadlessClient(url, origin, query, **options)
+            self.visitor = OperatingClient(url, origin, query, **options)
             self._run(self.visitor.connect(camera=camera))
         except BaseException:
             self._end()

@@ -1,0 +1,239 @@
+"""What stands on the stage is taken hold of: hand and elbow, master and slave, ghost, ball, and the figure of imitation."""
+
+import math
+from typing import get_args
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.testing import assert_allclose
+
+from app.page.handles.arm_handles import swivel_frame, wanted_pose
+from app.session.session import Session
+from app.stage.person_figure import SCALE, on_person, on_stage
+from controllers.kinematics import Array
+from scenes import solo
+from scenes.person.angles import arm_points
+from scenes.person.figure import Figure
+from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS
+from scenes.settings import ArmName
+from scenes.targets import AnglesTarget, BallTarget, HandTarget
+from tests.app.conftest import ELBOW, HAND, Guest
+from tests.app.page.helpers import press
+from tests.app.stage.conftest import GRIP, ball, change, comes, drag, drawn, drawn_pose, hand, home, place, pull, settle, visible
+
+
+def test_the_hand_of_the_single_arm(one: Guest) -> None:
+    change(one, scene="solo")
+    visitor, start = one.visitor, one.ask(hand)
+    assert_allclose(place(one, HAND), start, atol=2e-3)
+    # Where only the position is asked for, there is nothing to turn.
+    assert visitor.mirror.nodes[HAND]["disable_rotations"]
+    goal = start + np.array([0.05, 0.08, 0.04])
+    drag(one, HAND, goal)
+    one.wait(lambda s: isinstance(s.held, HandTarget) and s.held.rotation is None)
+    comes(one, lambda s: float(np.linalg.norm(hand(s) - goal)), 5e-3)
+    visitor.move_gizmo(HAND, phase="end")
+    one.wait(lambda s: s.held is None)
+    # Released, the place stays there, and so do hand and handle.
+    one.run_on(1.0)
+    assert np.linalg.norm(one.ask(hand) - goal) < 5e-3
+    assert_allclose(place(one, "/place/ring"), one.ask(lambda s: wanted_pose(s.simulation)[0]), atol=1e-4)
+    assert np.linalg.norm(place(one, "/place/ring") - goal) < 1e-3
+    change(one, task="pose")
+    visitor.wait_for(lambda v: not v.mirror.nodes[HAND]["disable_rotations"])
+
+
+ELBOWS = [("lwr", "position", 0.1), ("lwr", "pose", 0.1), ("panda", "pose", 0.1), ("ur5", "position", 0.75)]
+
+
+@pytest.mark.parametrize(("robot", "task", "left"), ELBOWS)
+def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest, robot: str, task: str, left: float) -> None:
+    change(one, scene="solo", robot=robot, task=task)
+
+    def state(s: Session) -> tuple[Array, Array, Array, Array]:
+        frame, foot = swivel_frame(s.simulation)
+        return s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy(), hand(s), frame, foot
+
+    elbow, start, frame, foot = one.ask(state)
+    q = pin.Quaternion(frame @ pin.rpy.rpyToMatrix(0.3, 0.0, 0.0))
+    drag(one, ELBOW, elbow, (q.w, q.x, q.y, q.z))
+    goal = foot + pin.exp3(frame[:, 0] * 0.3) @ (elbow - foot)
+    before = float(np.linalg.norm(goal - elbow))
+    comes(one, lambda s: float(np.linalg.norm(state(s)[0] - goal)), left * before)
+    assert np.linalg.norm(one.ask(hand) - start) < 2e-3
+    one.visitor.move_gizmo(ELBOW, phase="end")
+    one.wait(lambda s: s.held is None)
+
+
+def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
+    change(one, scene="solo", path="circle", speed=2.0)
+    nodes = one.visitor.mirror.nodes
+    one.visitor.wait_for(lambda v: "/path/line" in v.mirror.nodes and HAND not in v.mirror.nodes)
+    assert ELBOW not in nodes and "/path/A" not in nodes
+    points = np.array(nodes["/path/line"]["points"], float).reshape(-1, 3)
+    home = points[0]
+    centre = home + np.array([0.0, 0.0, solo.RADIUS])
+    assert_allclose(np.linalg.norm(points - centre, axis=1), solo.RADIUS, atol=1e-5)
+    press_left = one.ask(lambda s: s.settings.page.autopilot)
+    press(one, "left")
+    assert one.session.held is None and one.session.settings.page.autopilot == press_left
+    one.run_on(2.0)
+    one.visitor.wait_for(lambda v: v.mirror.nodes["/trace"].get("visible"))
+    # The trace is where the hand has been: near the circle.
+    trace = np.array(nodes["/trace"]["points"], float).reshape(-1, 3)
+    assert np.abs(np.linalg.norm(trace - centre, axis=1) - solo.RADIUS).max() < 0.01
+    change(one, path="stay")
+    one.visitor.wait_for(lambda v: "/path/line" not in v.mirror.nodes and HAND in v.mirror.nodes)
+
+
+def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) -> None:
+    change(one, scene="master_slave", avoid="free", speed=2.0)
+    assert not any(visible(one, name) for name in drawn(one.visitor) if name.startswith("/wish"))
+    start = one.ask(hand)
+    other = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
+    goal = start + 0.7 * (other - start)
+    drag(one, HAND, goal, one.visitor.mirror.nodes[HAND]["wxyz"])
+    comes(one, lambda s: float(np.linalg.norm(hand(s) - goal)), 0.05)
+    # The slave would mirror it into the master; it gives way, and how it ought to stand is drawn beside it.
+    one.visitor.wait_for(lambda _: visible(one, "/wish/left/base"))
+    assert "/wish/right/base" not in drawn(one.visitor)
+    press(one, "pause")
+    settle(one)
+    desired = one.ask(lambda s: s.simulation.sample().desired[s.simulation.avoiding.joints].copy())
+    node = "/wish/left/base"
+    for i, angle in enumerate(desired):
+        node += f"/j{i + 1}"
+        actual = "/arms" + node[len("/wish") :]
+        turned, real = (np.array(one.visitor.mirror.nodes[name]["wxyz"]) for name in (node, actual))
+        q = one.ask(lambda s, i=i: float(s.simulation.positions[s.simulation.avoiding.joints][i]))
+        between = 2.0 * math.acos(min(abs(float(turned @ real)), 1.0))
+        assert between == pytest.approx(abs(angle - q), abs=1e-3)
+
+
+def test_a_ghost_is_seen_where_it_differs_and_costs_nothing_when_off(one: Guest) -> None:
+    press(one, "ghost")
+    assert one.session.settings.page.ghost == "frozen" and one.session.ghost is not None
+    one.run_on(0.2)
+    assert not any(name.startswith("/ghost") for name in drawn(one.visitor))
+    change(one, law="unprotected", speed=2.0, autopilot=True)
+    one.visitor.wait_for(lambda _: visible(one, "/ghost/left/base"))
+    assert "/ghost/right/base" not in drawn(one.visitor)
+    press(one, "ghost")
+    assert one.session.settings.page.ghost == "off"
+    one.visitor.wait_for(lambda v: not any(name.startswith("/ghost") for name in drawn(one.visitor)))
+
+
+def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
+    change(one, scene="ball")
+    way = np.array(one.visitor.mirror.nodes["/path/line"]["points"], float).reshape(2, 3)
+    assert_allclose(way[1] - way[0], PATH, atol=1e-6)
+    assert_allclose(way[0], one.ask(home), atol=1e-6)
+    for name, end in (("A", way[0]), ("B", way[1])):
+        assert one.visitor.mirror.nodes[f"/path/{name}"]["text"] == name
+        assert np.linalg.norm(place(one, f"/path/{name}") - end) < 0.05
+    one.run_on(4.0)
+    one.visitor.wait_for(lambda v: v.mirror.nodes["/trace"].get("visible"))
+
+
+@pytest.mark.parametrize("point", ["hand", "elbow", "arm"])
+def test_the_control_point_hangs_on_the_arm(one: Guest, point: str) -> None:
+    change(one, scene="ball", point=point)
+    shown = [name for name in drawn(one.visitor) if name.endswith("control_point")]
+    assert one.visitor.mirror.nodes["/ball"]["radius"] == BALL_RADIUS
+    if point == "arm":
+        assert shown == []
+        return
+    (name,) = shown
+    node = one.visitor.mirror.nodes[name]
+    assert node["radius"] == POINT_RADIUS and 0.0 < node["opacity"] < 1.0
+
+    def measured(s: Session) -> tuple[Array, Array]:
+        simulation = s.simulation
+        simulation.kinematics.update(simulation.positions)
+        near = simulation.detector.detect("single", 100.0)
+        return simulation.positions.copy(), simulation.detector.witness_points(near.pair)[0].copy()
+
+    press(one, "pause")
+    settle(one)
+    q, closest = one.ask(measured)
+    # Along the nested nodes it comes out where the detector has it: a radius from the closest point.
+    middle = drawn_pose(one, name).translation
+    assert np.linalg.norm(closest - middle) == pytest.approx(POINT_RADIUS, abs=2e-3)
+    toward = (q[-3:] - middle) / np.linalg.norm(q[-3:] - middle)
+    assert_allclose(closest, middle + POINT_RADIUS * toward, atol=2e-3)
+
+
+def test_the_ball_itself_is_pulled_across_the_view(one: Guest) -> None:
+    change(one, scene="ball")
+    middle = one.ask(ball)
+    taken = middle + np.array([BALL_RADIUS, 0.0, 0.0])
+    way = np.array([0.0, 0.12, -0.03])
+    pull(one, GRIP, "start", taken, taken)
+    one.wait(lambda s: isinstance(s.held, BallTarget))
+    # Taken at its surface, it does not jump.
+    assert np.linalg.norm(one.session.held.position - middle) < 1e-6  # type: ignore[union-attr]
+    pull(one, GRIP, "update", taken, taken + way)
+    comes(one, lambda s: float(np.linalg.norm(ball(s) - middle - way)), 2e-3)
+    # Odd places are not followed, far ones end at the edge of the room.
+    pull(one, GRIP, "update", taken, np.array([1e7, 0.0, 0.0]))
+    one.run_on(0.1)
+    assert np.abs(one.session.held.position).max() <= 2.6  # type: ignore[union-attr]
+    pull(one, GRIP, "end", taken, taken + way)
+    one.wait(lambda s: s.held is None)
+
+
+def test_the_figure_stands_where_its_arms_are() -> None:
+    point = np.array([0.2, -0.3, 0.1])
+    assert_allclose(on_person(on_stage(point)), point, atol=1e-12)
+    ends = [on_stage(p) for p in arm_points(Figure().angles()[0], "left")]
+    assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(SCALE * 0.276, abs=1e-3)
+
+
+def drawn_wrist(guest: Guest, side: ArmName) -> Array:
+    forearm = drawn_pose(guest, f"/person/body/{side}_upper_arm/{side}_forearm")
+    return forearm.act(np.array([0.0, 0.0, -SCALE * Figure().proportions.forearm]))
+
+
+def test_a_clip_moves_the_figure_and_the_robots(one: Guest) -> None:
+    change(one, scene="imitation", clip="wave", autopilot=True)
+    one.run_on(1.5)
+    press(one, "pause")
+    settle(one)
+    wish = one.ask(lambda s: s.target())
+    assert isinstance(wish, AnglesTarget) and wish.angles is not None
+    for i, side in enumerate(get_args(ArmName)):
+        _, _, wrist = arm_points(wish.angles[i], side)
+        one.visitor.wait_for(lambda _, side=side, wrist=wrist: np.allclose(drawn_wrist(one, side), on_stage(wrist), atol=2e-3))
+    assert not visible(one, "/person/lost")
+    # The autopilot is that person: without it no person is seen.
+    press(one, "autopilot")
+    one.visitor.wait_for(lambda _: visible(one, "/person/lost"))
+
+
+def test_the_figure_is_pulled_and_the_robots_follow(one: Guest) -> None:
+    change(one, scene="imitation", source="figure")
+    knob = "/gizmo/left_wrist"
+    one.visitor.wait_for(lambda v: knob in v.mirror.nodes)
+    one.visitor.wait_for(lambda _: np.allclose(drawn_wrist(one, "left"), place(one, knob), atol=2e-3))
+    start = place(one, knob)
+    q = one.ask(lambda s: s.simulation.positions.copy())
+    goal = start + np.array([0.10, 0.05, 0.15])
+    pull(one, knob, "start", start, start)
+    pull(one, knob, "update", start, goal)
+    one.visitor.wait_for(lambda _: np.linalg.norm(place(one, knob) - goal) < 5e-3)
+    one.visitor.wait_for(lambda _: np.linalg.norm(drawn_wrist(one, "left") - goal) < 5e-3)
+    pull(one, knob, "end", start, goal)
+    one.run_on(2.0)
+    moved = np.abs(one.ask(lambda s: s.simulation.positions.copy()) - q)
+    left, right = (one.session.simulation.room.arm(side).joints for side in get_args(ArmName))
+    assert moved[left].max() > 0.2 and moved[right].max() < 0.02
+    # It stays as it was pulled; a reset lets it stand as at the start; another source has no handles.
+    assert np.linalg.norm(place(one, knob) - goal) < 5e-3
+    press(one, "reset")
+    one.visitor.wait_for(lambda _: np.linalg.norm(place(one, knob) - start) < 5e-3)
+    change(one, source="clips")
+    assert knob not in one.visitor.mirror.nodes
+    one.run_on(1.0)
+    wish = one.ask(lambda s: s.target())
+    assert wish is None or isinstance(wish, AnglesTarget)
