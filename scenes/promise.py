@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.kinematics import Array
+from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
 from scenes.history import COLUMN
 from scenes.settings import LawSettings, RunSettings
@@ -52,7 +53,7 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
             tied[max(0, k - reach) : k + 1 + reach] = True
     return {
         Condition.SPEED: w > v,
-        Condition.LEVER: (s < 1.0) & (w <= v) & (s * (v + u) - u < w),
+        Condition.LEVER: (s < FIRM_LEVER) | ((s < 1.0) & (w <= v) & (s * (v + u) - u < w)),
         Condition.BOUND: (authority == Authority.STOP) | (authority == Authority.SPEED),
         Condition.PAIRS: tied,
     }
