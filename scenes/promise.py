@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from controllers.kinematics import Array
 from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
-from scenes.history import COLUMN
+from scenes.history import COLUMN, History
 from scenes.settings import LawSettings, RunSettings
 
 TIE: Final = 0.05
@@ -47,7 +47,7 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
     authority = table[:, COLUMN["authority"]]
     tied = np.zeros(len(table), bool)
     if law.pairs == "single":
-        reach = max(1, round(TIE / settings.dt))
+        reach = _reach(settings)
         switches = np.flatnonzero(np.diff(table[:, COLUMN["pair"]]))
         for k in switches.tolist():
             tied[max(0, k - reach) : k + 1 + reach] = True
@@ -57,6 +57,12 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
         Condition.BOUND: (authority == Authority.STOP) | (authority == Authority.SPEED),
         Condition.PAIRS: tied,
     }
+
+
+def missing_now(settings: RunSettings, history: History) -> tuple[Condition, ...]:
+    """Return the conditions that are missing in the newest step of a history; () if it is empty."""
+    table = history.table(_reach(settings) + 1)
+    return tuple(condition for condition, steps in missing(settings, table).items() if steps.any() and steps[-1])
 
 
 def broken_by(settings: RunSettings, table: Array) -> float:
@@ -73,3 +79,8 @@ def broken_by(settings: RunSettings, table: Array) -> float:
         lost = max(0.0, lost + (min(fall, 0.0) if excuse else fall))
         most = max(most, lost)
     return most
+
+
+def _reach(settings: RunSettings) -> int:
+    """Return `TIE` in steps."""
+    return max(1, round(TIE / settings.dt))
