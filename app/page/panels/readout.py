@@ -304,7 +304,7 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
     weak = min(levers) < FIRM_LEVER
     lever = ("alarm" if weak else "", tr("lever s = {s}", s=", ".join(f"{s:.2f}" for s in levers)))
-    return f'<div class="duet-status">{_pills_html([pill, lever])}</div>'
+    return f'<div class="duet-status">{_pills_html([lever, pill])}</div>'
 
 
 def _condition_text(condition: Condition, simulation: Simulation, sample: Sample) -> str:
