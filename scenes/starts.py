@@ -53,7 +53,9 @@ def read_start(path: Path, room: Room) -> Array:
     cells = [cell for line in lines for cell in line]
     if len(cells) != len(names):
         raise BadInputFile(f"{path}: has {len(cells)} numbers, but {len(names)} joints move: {', '.join(names)}.")
-    return np.array([_position(path, room, joint, name, cell) for joint, (name, cell) in enumerate(zip(names, cells, strict=True))])
+    return np.array(
+        [_position(path, room, joint, name, cell) for joint, (name, cell) in enumerate(zip(names, cells, strict=True))]
+    )
 
 
 def _cells(line: str) -> list[str]:

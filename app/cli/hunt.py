@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Hunt:
     """Make random runs and look for a number that is none, a stop or a top speed that is passed, d_law > d, or a promise d_law ≥ d_m
-    that is broken with every condition met and by more than a time step explains. Exit code 1 if there is one."""
+    that is broken with every condition met by more than a time step explains. Exit code 1 if there is one."""
 
     runs: int = 1500
     """How many."""
@@ -44,7 +44,7 @@ def hunt(command: Hunt) -> int:
     """
     with ending_at_once():
         from scenes.children import computed
-        from scenes.random_runs import EXCESS, REFINEMENTS, random_run, verdict
+        from scenes.random_runs import EXCESS, random_run, verdict
     if command.runs < 1 or command.seed < 0 or command.workers < 0:
         raise BadSetting("hunt needs at least 1 run, a seed from 0, and workers from 1, or 0 for one a core.")
     if not 0.0 < command.seconds <= 600.0:
@@ -65,7 +65,7 @@ def hunt(command: Hunt) -> int:
     print(f"It falls there by more than {1e3 * EXCESS:g} mm with every condition met in {len(fallen)}", end="")
     if fallen:
         at_dt, at_last = (1e3 * max(excesses[i] for excesses in fallen) for i in (0, -1))
-        print(f", by {at_dt:.3g} mm at most, and by {at_last:.3g} mm at dt/{REFINEMENTS[-1]}", end="")
+        print(f", by {at_dt:.3g} mm at most; by {at_last:.3g} mm at the smallest of its time steps, an eighth or less", end="")
     print(".")
     return 1 if broken else 0
 
