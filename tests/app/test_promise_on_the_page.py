@@ -31,23 +31,32 @@ def run_until(query: str, condition: Condition, seconds: float = 20.0) -> Simula
 
 
 def test_it_stands_in_the_usual_run() -> None:
-    assert shown(shared("scene=hold")) == "lever s = 1.00d ≥ dlaw ≥ dm stands"
-    assert 'class="go"' in promise_html(shared("scene=hold"), shared("scene=hold").sample())
-    assert shown(Simulation(settings("scene=hold").run)).endswith("stands"), "before the first step"
-    assert shown(shared("scene=master_slave")).startswith("lever s = 1.00, 1.00")
+    near = shared("scene=ball")
+    assert shown(near) == "lever s = 1.00d ≥ dlaw ≥ dm stands"
+    assert 'class="go"' in promise_html(near, near.sample())
+    for scene in ("hold", "master_slave", "imitation"):
+        # Far away, where the closest bodies hardly move along the line: the lever is short, and costs nothing.
+        assert shown(shared(f"scene={scene}")).endswith("stands")
+        assert shown(Simulation(settings(f"scene={scene}").run)).endswith("stands"), "before the first step"
+    assert shown(shared("scene=master_slave")).count(", ") == 1, "one lever an arm"
     assert shown(shared("scene=solo")) == ""
 
 
 def test_a_missing_condition_is_named() -> None:
     fast = run_until("scene=hold&wmax=0.8&v=0.05", Condition.SPEED)
     assert shown(fast).endswith("dm may fail: w > v")
+    both = Simulation(settings("scene=imitation&v=0.05").run)
+    person = both.source()
+    while both.sample().approach <= 0.1:
+        both.step(person.target(both.time))
+    assert shown(both).endswith("stands"), "the other one keeps clear, too"
     tied = run_until("scene=hold&start=between&avoid=guided&seed=396&v=0.05&pairs=single", Condition.PAIRS)
     assert shown(tied).endswith("dm may fail: between two pairs")
 
 
 def test_a_short_row_lights_the_lever_with_its_value() -> None:
     """A ball against the elbow, almost along the upper arm."""
-    simulation = Simulation(settings("scene=ball&point=elbow").run)
+    simulation = Simulation(settings("scene=ball&point=elbow&v=0.05").run)
     simulation.reset(start_positions(simulation.room, Start(RoomPlace("elbow", "upper_arm", 0.1, 0.0872665))))
     simulation.step(None)
     sample = simulation.sample()
@@ -59,7 +68,7 @@ def test_a_short_row_lights_the_lever_with_its_value() -> None:
 
 
 def test_a_joint_at_its_limit_is_named() -> None:
-    simulation = run_until("scene=hold&v=1.0&wmax=1.0&dm=0.3&bounds=scale", Condition.BOUND)
+    simulation = run_until("scene=hold&v=1.0&wmax=1.0&dm=0.3", Condition.BOUND)
     joint = simulation.joint_label(simulation.sample().joint)
     assert shown(simulation).endswith(f"dm may fail: {joint} at its limit")
 

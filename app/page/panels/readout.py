@@ -303,7 +303,7 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
         pill = ("go", tr("{bound} stands", bound=bound))
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
     weak = min(levers) < FIRM_LEVER
-    lever = ("alarm" if weak else "", tr("lever s = {s}", s=", ".join(f"{s:.2f}" for s in levers)))
+    lever = ("halt" if weak else "", tr("lever s = {s}", s=", ".join(f"{s:.2f}" for s in levers)))
     return f'<div class="duet-status">{_pills_html([lever, pill])}</div>'
 
 
@@ -312,9 +312,12 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
         case Condition.SPEED:
             return "w &gt; v"
         case Condition.LEVER:
-            return tr("no lever (s = {s})", s=f"{sample.lever:.2f}")
+            s = sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
+            return tr("no lever (s = {s})", s=f"{s:.2f}")
         case Condition.BOUND:
-            return tr("{joint} at its limit", joint=tr(simulation.joint_label(sample.joint)))
+            own = sample.second is None or sample.authority in (Authority.STOP, Authority.SPEED)
+            joint = simulation.joint_label(sample.joint) if own else simulation.joint_label(sample.second.joint, second=True)
+            return tr("{joint} at its limit", joint=tr(joint))
         case Condition.PAIRS:
             return tr("between two pairs")
 
