@@ -315,8 +315,11 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
             s = sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
             return tr("no lever (s = {s})", s=f"{s:.2f}")
         case Condition.BOUND:
-            own = sample.second is None or sample.authority in (Authority.STOP, Authority.SPEED)
-            joint = simulation.joint_label(sample.joint) if own else simulation.joint_label(sample.second.joint, second=True)
+            second = sample.second
+            if second is None or sample.authority in (Authority.STOP, Authority.SPEED):
+                joint = simulation.joint_label(sample.joint)
+            else:
+                joint = simulation.joint_label(second.joint, second=True)
             return tr("{joint} at its limit", joint=tr(joint))
         case Condition.PAIRS:
             return tr("between two pairs")
