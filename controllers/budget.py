@@ -49,7 +49,10 @@ def resting_distance(
 
 
 def holds_distance(nominal_velocity: float, approach: float) -> bool:
-    """Return whether d ≥ d_m can be kept by one avoiding arm: if and only if w ≤ v, whatever n, K and u."""
+    """Return whether w ≤ v, so that one avoiding arm keeps d ≥ d_law ≥ d_m for ever, whatever n, K and u: while J_d is regular, no joint
+    bound acts and d_law is differentiable along the motion. For the closest pair, the paper's own law, it fails where the arm slides
+    between two pairs; see `scenes.promise`.
+    """
     return approach <= nominal_velocity
 
 

@@ -4,11 +4,17 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
-from typing import Final
+from typing import Any, Final, TypeVar
+
+from controllers.errors import DuetError
+
+T = TypeVar("T")
 
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")}
 """What the environment of a process has to say so that it does linear algebra on one thread."""
@@ -66,3 +72,41 @@ def leave_with_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+
+
+def computed(function: Callable[..., T], calls: Sequence[tuple[Any, ...]], workers: int = 1) -> Iterator[tuple[int, T]]:
+    """Yield (index, result) of every call, each as soon as it is done; in order only with one worker.
+
+    Args:
+        function: at a module's top level.
+        calls: arguments of each call; must be picklable.
+        workers: processes; with 1, everything runs in this one.
+
+    Raises:
+        DuetError: a worker was ended from outside.
+    """
+    if workers <= 1 or len(calls) <= 1:
+        for index, arguments in enumerate(calls):
+            yield index, function(*arguments)
+        return
+    # Not forked: this process may have threads, and a fork would copy their locks.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(workers, len(calls)), context, leave_with_parent)
+    others = multiprocessing.active_children()
+    try:
+        with inheriting():
+            tasks = {pool.submit(function, *arguments): index for index, arguments in enumerate(calls)}
+        for task in as_completed(tasks):
+            yield tasks[task], task.result()
+    except (KeyboardInterrupt, GeneratorExit):
+        # A call may take minutes.
+        for worker in multiprocessing.active_children():
+            if worker not in others:
+                worker.terminate()
+        raise
+    except BrokenProcessPool:
+        raise DuetError(
+            "A worker was ended from outside (out of memory?); give the same command again, with fewer --workers."
+        ) from None
+    finally:
+        pool.shutdown(cancel_futures=True)

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.kinematics import Array
+from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
-from scenes.history import COLUMN
+from scenes.history import COLUMN, History
 from scenes.settings import LawSettings, RunSettings
 
 TIE: Final = 0.05
@@ -38,24 +39,37 @@ def makes_promise(law: LawSettings) -> bool:
 def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.bool_]]:
     """Return in which steps of a history table (rows, columns) a condition is missing, condition → (rows,) of bool.
 
-    Only for the first arm that avoids; the second one's columns tell as much of it.
+    J_d and the closest pair count where λ > 1/2: what they are far away says nothing of what they are at d_m. Where two arms keep clear,
+    each by a row of its own, either one's retreat makes up for what the other one does, so that no w is too fast.
     """
     law = settings.law
-    u, w, s = (table[:, COLUMN[name]] for name in ("u", "w_law", "lever"))
+    two = ~np.isnan(table[:, COLUMN["authority_b"]])
+    w = np.where(two, 0.0, table[:, COLUMN["w_law"]])
     v = law.nominal_velocity + (w if law.feed_forward else 0.0)
-    authority = table[:, COLUMN["authority"]]
+    near = table[:, COLUMN["lambda"]] > 0.5
+    rate, least, bound = -w, np.ones(len(table)), np.zeros(len(table), bool)
+    for arm, end in ((np.ones_like(two), ""), (two, "_b")):
+        u, s, authority = (table[:, COLUMN[f"{name}{end}"]] for name in ("u", "lever", "authority"))
+        rate = rate + np.where(arm, s * (v + u) - u, 0.0)
+        least = np.where(arm, np.minimum(least, s), least)
+        bound |= arm & ((authority == Authority.STOP) | (authority == Authority.SPEED))
     tied = np.zeros(len(table), bool)
     if law.pairs == "single":
-        reach = max(1, round(TIE / settings.dt))
-        switches = np.flatnonzero(np.diff(table[:, COLUMN["pair"]]))
-        for k in switches.tolist():
+        reach = _reach(settings)
+        for k in np.flatnonzero(np.diff(table[:, COLUMN["pair"]])).tolist():
             tied[max(0, k - reach) : k + 1 + reach] = True
     return {
         Condition.SPEED: w > v,
-        Condition.LEVER: (s < 1.0) & (w <= v) & (s * (v + u) - u < w),
-        Condition.BOUND: (authority == Authority.STOP) | (authority == Authority.SPEED),
-        Condition.PAIRS: tied,
+        Condition.LEVER: near & ((least < FIRM_LEVER) | (least < 1.0) & (w <= v) & (rate < 0.0)),
+        Condition.BOUND: bound,
+        Condition.PAIRS: near & tied,
     }
+
+
+def missing_now(settings: RunSettings, history: History) -> tuple[Condition, ...]:
+    """Return the conditions that are missing in the newest step of a history; () if it is empty."""
+    table = history.table(_reach(settings) + 1)
+    return tuple(condition for condition, steps in missing(settings, table).items() if steps.any() and steps[-1])
 
 
 def broken_by(settings: RunSettings, table: Array) -> float:
@@ -72,3 +86,8 @@ def broken_by(settings: RunSettings, table: Array) -> float:
         lost = max(0.0, lost + (min(fall, 0.0) if excuse else fall))
         most = max(most, lost)
     return most
+
+
+def _reach(settings: RunSettings) -> int:
+    """Return `TIE` in steps."""
+    return max(1, round(TIE / settings.dt))

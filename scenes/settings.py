@@ -118,7 +118,7 @@ class LawSettings:
         "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6,
     )  # fmt: skip
     feed_forward: bool = _flag(
-        "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then holds at any hand speed."
+        "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v."
     )
     one_sided: bool = _flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
     coupled: bool = _flag(

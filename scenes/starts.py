@@ -1,10 +1,14 @@
-"""Postures that a run can begin in, beside the room's own."""
+"""Postures that a run can begin in, beside the room's own: built in, or from a file."""
 
+import math
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from controllers.errors import BadInputFile
 from controllers.kinematics import Array
+from scenes.files import read_file
 from scenes.room import Room
 from scenes.settings import RunSettings
 
@@ -20,3 +24,64 @@ def start_of(settings: RunSettings, room: Room) -> Array:
     """Return q (nv,) [rad, m] in which a run begins: the room's own, unless the settings name another that fits the room."""
     fits = settings.scene == "hold" and settings.rig == "torso" and settings.robot == "lwr"
     return BETWEEN if settings.start == "between" and fits else room.start
+
+
+MOST_BYTES: Final = 100_000
+"""Largest file of a start posture."""
+
+
+def read_start(path: Path, room: Room) -> Array:
+    """Return q (nv,) [rad, m] of a file: numbers in one line or one column, or one row below a header that names the columns of q.
+
+    Numbers are separated by commas or blanks; lines that start with # are skipped.
+
+    Raises:
+        BadInputFile: no such file, not such a file, or a posture that the room's joints cannot have.
+    """
+    try:
+        text = read_file(path, MOST_BYTES).decode("utf-8-sig")
+    except OSError as error:
+        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+    except UnicodeDecodeError:
+        raise BadInputFile(f"{path}: is not a text file; give joint angles in radians.") from None
+    names = [column.format("q") for column in room.columns]
+    lines = [_cells(line) for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    if lines and set(lines[0]) & set(names):
+        lines = [_named(path, names, lines)]
+    elif len(lines) > 1 and any(len(line) != 1 for line in lines):
+        raise BadInputFile(f"{path}: has {len(lines)} lines of numbers; give one line or one column, {len(names)} numbers.")
+    cells = [cell for line in lines for cell in line]
+    if len(cells) != len(names):
+        raise BadInputFile(f"{path}: has {len(cells)} numbers, but {len(names)} joints move: {', '.join(names)}.")
+    return np.array(
+        [_position(path, room, joint, name, cell) for joint, (name, cell) in enumerate(zip(names, cells, strict=True))]
+    )
+
+
+def _cells(line: str) -> list[str]:
+    """Return what stands between the commas of a line; between its blanks if it has none."""
+    return [cell.strip() for cell in line.split(",")] if "," in line else line.split()
+
+
+def _named(path: Path, names: list[str], lines: list[list[str]]) -> list[str]:
+    """Return the cells of a header's only row, in the order of the names; other columns are left out."""
+    header, *rows = lines
+    if missing := [name for name in names if name not in header]:
+        raise BadInputFile(f"{path}: the header has no column {', '.join(missing)}; it needs {', '.join(names)}.")
+    if len(rows) != 1 or len(rows[0]) != len(header):
+        raise BadInputFile(f"{path}: give one row of {len(header)} values below the header.")
+    return [rows[0][header.index(name)] for name in names]
+
+
+def _position(path: Path, room: Room, joint: int, name: str, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        raise BadInputFile(f"{path}: {name} = {cell[:40]!r} is not a number.") from None
+    if not math.isfinite(value):
+        raise BadInputFile(f"{path}: {name} = {cell[:40]} is not finite.")
+    low, high = float(room.model.lowerPositionLimit[joint]), float(room.model.upperPositionLimit[joint])
+    if not low <= value <= high:
+        unit = "m" if name.startswith("ball_") else "rad"
+        raise BadInputFile(f"{path}: {name} = {value:g} is outside its limits; give {low:.4f} to {high:.4f} {unit}.")
+    return value

@@ -1,14 +1,10 @@
 """A grid of settings run over a scene on all cores: the same figures whatever the number of workers; and the trade-off map."""
 
 import math
-import multiprocessing
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from typing import Final, NamedTuple
 
-from controllers.errors import DuetError
-from scenes.children import inheriting, leave_with_parent
+from scenes.children import computed
 from scenes.grids import Axis, Grid
 from scenes.headless import run
 from scenes.settings import RunSettings, changed
@@ -38,31 +34,8 @@ def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tu
         DuetError: a worker was ended from outside.
     """
     points = grid.points()
-    if workers <= 1 or len(todo) <= 1:
-        for index in todo:
-            yield index, figures(grid.at(points[index]), grid.seconds)
-        return
-    # Not forked: this process may have threads, and a fork would copy their locks.
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(todo)), context, leave_with_parent)
-    others = multiprocessing.active_children()
-    try:
-        with inheriting():
-            tasks = {pool.submit(figures, grid.at(points[index]), grid.seconds): index for index in todo}
-        for task in as_completed(tasks):
-            yield tasks[task], task.result()
-    except (KeyboardInterrupt, GeneratorExit):
-        # A run may take minutes.
-        for worker in multiprocessing.active_children():
-            if worker not in others:
-                worker.terminate()
-        raise
-    except BrokenProcessPool:
-        raise DuetError(
-            "A worker was ended from outside (out of memory?); give the same command again, with fewer --workers."
-        ) from None
-    finally:
-        pool.shutdown(cancel_futures=True)
+    for place, found in computed(figures, [(grid.at(points[index]), grid.seconds) for index in todo], workers):
+        yield todo[place], found
 
 
 class TradeOff(NamedTuple):

@@ -9,6 +9,7 @@ import tyro
 
 from app.cli.bench import Bench, bench
 from app.cli.figures import Figures, figures
+from app.cli.hunt import Hunt, hunt
 from app.cli.laws import LawTest, NewLaw, law_test, new_law
 from app.cli.lessons import Lessons, lessons
 from app.cli.run import RunCommand, run
@@ -22,6 +23,7 @@ COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
     "bench": (Bench, bench),
     "figures": (Figures, figures),
     "sweep": (Sweep, sweep),
+    "hunt": (Hunt, hunt),
     "lessons": (Lessons, lessons),
     "new-law": (NewLaw, new_law),
     "law-test": (LawTest, law_test),

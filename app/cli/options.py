@@ -1,6 +1,8 @@
 """Every setting of a tree as an option of a command."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, field, make_dataclass
+from types import MappingProxyType
 from typing import Annotated, Any, cast
 
 import tyro
@@ -9,12 +11,19 @@ from app.settings import Settings
 from scenes.settings import RunSettings, Spec, changed, specs, values
 
 
-def _options(tree: type, name: str) -> type:
-    """Return a dataclass with a text option for every setting of a tree: a bad text gets the line that names the choices, as in a link."""
+def _options(tree: type, name: str, files: Mapping[str, str] = MappingProxyType({})) -> type:
+    """Return a dataclass with a text option for every setting of a tree: a bad text gets the line that names the choices, as in a link.
+
+    Args:
+        files: key of a setting that may be a file instead → what it holds.
+    """
     fields: list[tuple[str, Any, Any]] = []
     for key, spec in specs(tree).items():
         default = values(tree())[key]
-        about = tyro.conf.arg(name=key.replace("_", "-"), help=_help(spec), metavar=_metavar(spec, default))
+        text, metavar = _help(spec), _metavar(spec, default)
+        if key in files:
+            text, metavar = f"{text} Or a file: {files[key]}", f"{metavar}|FILE"
+        about = tyro.conf.arg(name=key.replace("_", "-"), help=text, metavar=metavar)
         kind: Any = bool if isinstance(default, bool) else str
         fields.append((key, Annotated[kind, about], field(default=default if isinstance(default, bool) else _text(default))))
     return make_dataclass(name, fields, frozen=True)
@@ -38,6 +47,14 @@ def _text(value: object) -> str:
 
 
 RunOptions = _options(RunSettings, "RunOptions")
+StartOptions = _options(
+    RunSettings,
+    "StartOptions",
+    {
+        "start": "where every joint of the room begins [rad, m], the left arm first: one line or one column of numbers, or one row "
+        "below a header with the names of q's columns."
+    },
+)
 AllOptions = _options(Settings, "AllOptions")
 
 

@@ -3,18 +3,18 @@
 import contextlib
 import json
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from tqdm import tqdm
 
-from app.cli.options import Flat, RunOptions, chosen
+from app.cli.options import Flat, StartOptions, chosen
 from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import readable
 from scenes.roles import TargetSource
-from scenes.settings import RunSettings, values
+from scenes.settings import RunSettings, specs, values
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class RunCommand:
     """Write every step to this CSV file."""
     law_file: Path | None = None
     """A law of your own, see `new-law`, instead of one of ours."""
-    settings: Flat[RunOptions] = field(default_factory=RunOptions)  # type: ignore[valid-type]
+    settings: Flat[StartOptions] = field(default_factory=StartOptions)  # type: ignore[valid-type]
     """The experiment."""
 
 
@@ -51,8 +51,13 @@ def run(command: RunCommand) -> int:
         from scenes.headless import check_length
         from scenes.headless import run as simulate
         from scenes.recording import write_table
+        from scenes.room import room_of
+        from scenes.starts import read_start
 
-    settings: RunSettings = chosen(command.settings, RunSettings())
+    start_file = _start_file(command)
+    options = command.settings if start_file is None else replace(command.settings, start=RunSettings().start)
+    settings: RunSettings = chosen(options, RunSettings())
+    start = None if start_file is None else read_start(start_file, room_of(settings))
     check_length(settings, command.seconds)
     source = _target_source(command, settings)
     if command.csv is not None and not command.csv.parent.is_dir():
@@ -61,13 +66,14 @@ def run(command: RunCommand) -> int:
     with contextlib.ExitStack() as stack:
         law = None if command.law_file is None else stack.enter_context(CustomLaw(command.law_file, waits=True))
         bar = stack.enter_context(tqdm(total=steps, unit="step", disable=None, delay=1.0, leave=False))
-        done = simulate(settings, command.seconds, source, on_progress=bar.update, law=law)
+        done = simulate(settings, command.seconds, source, start, on_progress=bar.update, law=law)
         if law is not None and law.problem is not None:
             # From there on the arm stood still, so that the rest is no result.
             raise BadInputFile(law.problem.text)
     if command.csv is not None:
         header = {
             **values(settings),
+            **({"start_file": readable(start_file.name)} if start_file else {}),
             **({"law_file": readable(command.law_file.name)} if command.law_file else {}),
             "seconds": command.seconds,
             "inputs": next((readable(path.name) for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
@@ -78,6 +84,18 @@ def run(command: RunCommand) -> int:
     figures = {key: None if value == math.inf else value for key, value in asdict(done.summary).items()}
     print(json.dumps(figures, indent=2))
     return 0
+
+
+def _start_file(command: RunCommand) -> Path | None:
+    """Return the file that the arms' start posture is in; None if it is one of the settings' own."""
+    name: str = command.settings.start
+    choices = specs()["start"].choices
+    if name in choices:
+        return None
+    path = Path(name)
+    if not path.exists():
+        raise BadSetting(f"start = {name}: there is no such file; give one, or choose from {', '.join(choices)}.")
+    return path
 
 
 def _target_source(command: RunCommand, settings: RunSettings) -> TargetSource | None:

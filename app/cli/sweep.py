@@ -59,7 +59,7 @@ def sweep(command: Sweep) -> int:
         if missing:
             kept = grid.size - len(missing)
             with files.recording() as add, tqdm(total=grid.size, initial=kept, unit="run", disable=None, leave=False) as bar:
-                for index, figures in run_points(grid, missing, command.workers or _cores()):
+                for index, figures in run_points(grid, missing, command.workers or cores()):
                     add(index, figures)
                     bar.update()
         files.finish()
@@ -76,6 +76,6 @@ def sweep(command: Sweep) -> int:
     return 0
 
 
-def _cores() -> int:
+def cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

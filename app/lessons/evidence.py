@@ -103,7 +103,7 @@ class Evidence:
     def proximity_at(self, row: int) -> Proximity:
         """Return the proximity in a row, as the law saw it."""
         self.kinematics_at(row)
-        return self._detector.detect(self.settings.law.pairs, self.settings.law.beta)
+        return self._detector.detect(self.settings.law.pairs, self.settings.law.beta, self.settings.law.convexity)
 
     def lever(self, row: int) -> Array:
         """Return J_d (n,) of the arm in a row [m/rad]."""

@@ -21,7 +21,7 @@ class SmoothPriority(RowLaw):
         critical_distance: d_m [m].
         order: n.
         nominal_velocity: v [m/s].
-        feed_forward: ours, not the paper's: add the obstacle's approach speed w to v, so that d ≥ d_m for every w.
+        feed_forward: ours, not the paper's: add the obstacle's approach speed w to v, so that d ≥ d_m no longer needs w ≤ v.
         one_sided: ours: never slow down a retreat that is already faster than v, max(v + u, 0).
     """
 

@@ -1,4 +1,4 @@
-"""What is said in numbers and words: the tip, the status, four tiles, the law's equation, and the budget of this moment."""
+"""What is said in numbers and words: the tip, the status, the promise, four tiles, the law's equation, and the budget of this moment."""
 
 import math
 from html import escape
@@ -17,9 +17,11 @@ from app.session.shown import Shown
 from app.session.student_law import LawStatus
 from app.text.equations import equation_html
 from controllers.kinematics import DAMPING, null_space_projector
+from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
 from controllers.tasks import TASK_DIMENSION
 from scenes.history import Sample
+from scenes.promise import Condition, makes_promise, missing_now
 from scenes.settings import LawName, RunSettings
 from scenes.simulation import Simulation
 
@@ -67,7 +69,7 @@ class Tile(NamedTuple):
 
 
 class Readout:
-    """Tip, status, tiles, equation and budget, one block each."""
+    """Tip, status, promise and tiles, equation and budget, one block each."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._tip, self._status, self._tiles, self._equation, self._live = (gui.add_html("") for _ in range(5))
@@ -83,7 +85,8 @@ class Readout:
         self._tip.content = f'<div class="duet duet-tip">{tip_html(shown)}</div>'
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample) + custom_law_html(shown.student_law)
         self._status.content = f'<div class="duet duet-status" role="status">{pills}</div>'
-        self._tiles.content = f'<div class="duet">{tiles_html(simulation, sample, frame.ghost)}</div>'
+        promise = promise_html(simulation, sample, shown.student_law.file is not None)
+        self._tiles.content = f'<div class="duet">{promise}{tiles_html(simulation, sample, frame.ghost)}</div>'
         if shown.student_law.file is not None:
             law = f'<div class="duet-eq">q̇ = law(situation)</div>{escape(shown.student_law.file)}'
             self._equation.content = f'<div class="duet">{law}</div>'
@@ -278,6 +281,48 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     if sample.distance < 0.0:
         pills.append(("alarm", tr("the arm overlaps the ball") if run.scene == "ball" else tr("the arms overlap")))
     return _pills_html(pills)
+
+
+def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> str:
+    """Return whether d ≥ d_law ≥ d_m is promised at this moment, or which conditions are missing, and the lever s of every arm that
+    keeps clear, as pills; nothing where there is nothing to meet.
+
+    Args:
+        custom: whether a student's law runs.
+    """
+    if sample.pair < 0:
+        return ""
+    bound = "d ≥ d<sub>law</sub> ≥ d<sub>m</sub>"
+    lost = missing_now(simulation.settings, simulation.history)
+    if custom or not makes_promise(simulation.settings.law):
+        pill = ("", tr("this law does not promise {bound}", bound=bound))
+    elif lost:
+        why = ", ".join(_condition_text(condition, simulation, sample) for condition in lost)
+        pill = ("alarm", tr("{bound} may fail: {why}", bound=bound, why=why))
+    else:
+        pill = ("go", tr("{bound} stands", bound=bound))
+    levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
+    weak = min(levers) < FIRM_LEVER
+    lever = ("halt" if weak else "", tr("lever s = {s}", s=", ".join(f"{s:.2f}" for s in levers)))
+    return f'<div class="duet-status">{_pills_html([lever, pill])}</div>'
+
+
+def _condition_text(condition: Condition, simulation: Simulation, sample: Sample) -> str:
+    match condition:
+        case Condition.SPEED:
+            return "w &gt; v"
+        case Condition.LEVER:
+            s = sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
+            return tr("no lever (s = {s})", s=f"{s:.2f}")
+        case Condition.BOUND:
+            second = sample.second
+            if second is None or sample.authority in (Authority.STOP, Authority.SPEED):
+                joint = simulation.joint_label(sample.joint)
+            else:
+                joint = simulation.joint_label(second.joint, second=True)
+            return tr("{joint} at its limit", joint=tr(joint))
+        case Condition.PAIRS:
+            return tr("between two pairs")
 
 
 def _pills_html(pills: list[tuple[str, str]]) -> str:

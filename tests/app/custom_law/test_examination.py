@@ -112,7 +112,7 @@ def test_without_a_file() -> None:
 
 
 def to_challenge(session: Session, run: LessonSession) -> None:
-    run.enter("limits", 3)
+    run.enter("limits", 4)
     while run.walk.phase is not Phase.CHALLENGE:
         run.act(GoOn())
         session.advance(0.0)
@@ -123,7 +123,7 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
     with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
         run = LessonSession(session, load_lessons())
         assert session.student_law.file == "my_law.py" and run.own_tests is None
-        run.enter("limits", 3)
+        run.enter("limits", 4)
         assert session.student_law.file is None and run.own_tests is None
         to_challenge(session, run)
         assert session.student_law.file == "my_law.py"

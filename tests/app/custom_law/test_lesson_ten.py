@@ -20,7 +20,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     text = path.read_text(encoding="utf-8")
     opened = house(Settings(), sources=InputSources(law_file=path))
     page = page_at(1100, 700)
-    page.goto(f"{opened.url}/?lesson=10&step=4")
+    page.goto(f"{opened.url}/?lesson=10&step=5")
     page.locator(".duet-l-head").wait_for()
     close_software_note(page)
     assert isinstance(opened.host, PrivateHost)
@@ -57,7 +57,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
 def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1024, 768)
-    page.goto(f"{opened.url}/?lesson=10&step=4")
+    page.goto(f"{opened.url}/?lesson=10&step=5")
     page.locator(".duet-l-head").wait_for()
     for _ in range(3):
         now = page.locator(".duet-l-head .phases .now").inner_text()

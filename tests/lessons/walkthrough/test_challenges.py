@@ -109,7 +109,7 @@ def test_the_textbooks_law_fails_where_there_is_no_lever() -> None:
 
 def test_custom_law_attempts_are_noted() -> None:
     walk = Walkthrough(our_book())
-    walk.go("limits", 3)
+    walk.go("limits", 4)
     assert walk.attempt_custom_law(()) is None
     to_challenge(walk)
     assert walk.attempt(simulated(walk.setup)) is None

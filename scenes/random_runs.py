@@ -1,0 +1,159 @@
+"""Runs of settings and start postures drawn at random, and what must be true of every run: it is a search for a counterexample."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.headless import run
+from scenes.history import COLUMN
+from scenes.promise import broken_by, makes_promise
+from scenes.room import Room, room_of
+from scenes.settings import RunSettings, Spec, changed, specs, values
+from scenes.world import World
+
+SECONDS: Final = 6.0
+"""Simulated time of a run [s]."""
+
+ROUNDING: Final = 1e-9
+"""By so much a bound may be passed [rad, rad/s, m]."""
+
+EXCESS: Final = 1e-5
+"""The promise counts as broken from here on [m]; below, a fall is not looked into."""
+
+LEAST_HALVINGS: Final = 3
+MOST_HALVINGS: Final = 5
+"""How often the time step is halved to see whether an excess vanishes with it."""
+
+SLACK: Final = 2.0
+"""An excess vanishes in proportion to dt if what is left after k halvings is at most this over 2^k."""
+
+
+@dataclass(frozen=True)
+class RandomRun:
+    """One run. `start`: q (nv,) [rad, m], None for the settings' own."""
+
+    settings: RunSettings
+    start: Array | None
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was found in a run.
+
+    Attributes:
+        index: of the run in the series.
+        faults: what is wrong, one line each; empty if nothing is.
+        promised: whether the law makes the promise d ≥ d_law ≥ d_m.
+        margin: smallest d_law − d_m [m].
+        excesses: by how much d_law fell below d_m with every condition met [m]: at dt, and if that is too much at dt/2, dt/4, …
+    """
+
+    index: int
+    faults: tuple[str, ...]
+    promised: bool
+    margin: float
+    excesses: tuple[float, ...]
+
+
+def random_run(seed: int, index: int) -> RandomRun:
+    """Return the run of an index in the series of a seed: always the same one."""
+    dice = np.random.default_rng([seed, index])
+    settings = RunSettings()
+    for key, spec in specs().items():
+        settings = changed(settings, key, _drawn(dice, key, spec, values(settings)[key]))
+    return RandomRun(settings, _start(dice, room_of(settings)))
+
+
+def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> object:
+    """Return a value of a setting: half of the laws are the one that makes the promise, half of the numbers are the defaults."""
+    usual = bool(dice.random() < 0.5)
+    if spec.choices:
+        return default if key == "law" and usual else str(dice.choice(spec.choices))
+    if isinstance(default, bool):
+        return bool(dice.random() < 0.25)
+    if usual and key != "seed":
+        return default
+    number = float(dice.uniform(spec.low, spec.high))
+    return round(number) if isinstance(default, int) else float(f"{number:.4g}")
+
+
+def _start(dice: np.random.Generator, room: Room) -> Array | None:
+    """Return the room's own start posture (None), a random one, or of twelve random ones the one whose bodies are the nearest."""
+    tries = (0, 1, 12, 12)[dice.integers(4)]
+    if not tries:
+        return None
+    model = room.model
+    low, high = model.lowerPositionLimit.copy(), model.upperPositionLimit.copy()
+    if room.ball is not None:
+        low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
+    world = World(room, 10.0)
+    postures = dice.uniform(low, high, (tries, model.nv)).round(3)
+    distances: list[float] = []
+    for posture in postures:
+        world.kinematics.update(posture)
+        distances.append(world.detector.detect().distance)
+    return postures[int(np.argmin(distances))].clip(model.lowerPositionLimit, model.upperPositionLimit)
+
+
+def verdict(seed: int, index: int, seconds: float = SECONDS) -> Verdict:
+    """Make the run of an index in the series of a seed, of so much simulated time [s], and return what was found in it."""
+    random = random_run(seed, index)
+    settings = random.settings
+    done = run(settings, seconds, start=random.start)
+    table, model, history = done.table, done.simulation.room.model, done.simulation.history
+    q, dq, promised = history.positions(table), history.velocities(table), makes_promise(settings.law)
+    if not (np.isfinite(q).all() and np.isfinite(dq).all() and not np.isnan(table[:, : COLUMN["lever"] + 1]).any()):
+        return Verdict(index, ("a number is none: NaN or infinite",), promised, math.nan, ())
+    margin = float(table[:, COLUMN["law_d"]].min()) - settings.law.critical_distance
+    faults: list[str] = []
+    passed = max((model.lowerPositionLimit - q).max(), (q - model.upperPositionLimit).max())
+    if passed > ROUNDING:
+        faults.append(f"a joint passes its stop by {passed:.3g} rad or m")
+    faster = (np.abs(dq) - model.velocityLimit).max()
+    if faster > ROUNDING:
+        faults.append(f"a joint is faster than it may be by {faster:.3g} rad/s or m/s")
+    over = _over(table)
+    if over > ROUNDING:
+        faults.append(f"d_law is larger than d by {over:.3g} m")
+    if not promised:
+        return Verdict(index, tuple(faults), False, margin, ())
+    excesses = _excesses(random, broken_by(settings, table), seconds)
+    if not explained(excesses):
+        lost = ", ".join(f"{1000.0 * excess:.3f}" for excess in excesses)
+        faults.append(f"d_law falls below d_m with every condition met, by {lost} mm at dt, dt/2, dt/4, …")
+    return Verdict(index, tuple(faults), True, margin, excesses)
+
+
+def _excesses(random: RandomRun, first: float, seconds: float) -> tuple[float, ...]:
+    """Return the excess [m] at dt, and if that is too much at dt/2, dt/4, … until the worst of them is two halvings behind."""
+    excesses = [first]
+    if first <= EXCESS:
+        return (first,)
+    for halvings in range(1, MOST_HALVINGS + 1):
+        finer = replace(random.settings, dt=random.settings.dt / 2**halvings)
+        excesses.append(broken_by(finer, run(finer, seconds, start=random.start).table))
+        if halvings >= LEAST_HALVINGS and halvings >= int(np.argmax(excesses)) + 2:
+            break
+    return tuple(excesses)
+
+
+def explained(excesses: tuple[float, ...]) -> bool:
+    """Return whether a time step explains excesses [m] at dt, dt/2, dt/4, …: from the worst on they vanish in proportion to dt.
+
+    The worst need not be the first: a smooth minimum whose weights change within a step (β times the speeds along the pairs times dt of
+    order 1) chatters like the closest pair does, differently at every dt.
+    """
+    worst = int(np.argmax(excesses))
+    if excesses[worst] <= EXCESS:
+        return True
+    later = enumerate(excesses[worst + 1 :], 1)
+    return len(excesses) > worst + 2 and all(excess <= max(SLACK * excesses[worst] / 2**k, EXCESS) for k, excess in later)
+
+
+def _over(table: Array) -> float:
+    """Return by how much d_law is larger than d at most [m]; −inf where nothing can be met."""
+    met = table[table[:, COLUMN["pair"]] >= 0.0]
+    return float((met[:, COLUMN["law_d"]] - met[:, COLUMN["d"]]).max(initial=-np.inf))

@@ -1,0 +1,92 @@
+"""`lwr-duet run --start FILE`: every way to write a posture, and how a wrong one is refused."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.cli.main import main
+from scenes.room import build_ball_room, build_room
+from scenes.starts import BETWEEN, read_start
+
+ROOM = build_room("torso")
+NAMES = ",".join(column.format("q") for column in ROOM.columns)
+POSTURE = BETWEEN.tolist()
+COMMAS = ",".join(map(str, POSTURE))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        COMMAS,
+        " ".join(map(str, POSTURE)) + "\n",
+        "# a posture\n" + "\n".join(map(str, POSTURE)) + "\n\n",
+        f"{NAMES}\n{COMMAS}\n",
+        f"t,pair,{NAMES}\n0.0,left hand / right hand,{COMMAS}\n",
+        "\ufeff" + NAMES.replace(",", " ") + "\n" + COMMAS.replace(",", " "),
+    ],
+)
+def test_every_way_to_write_it(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "start.txt"
+    file.write_text(text, encoding="utf-8")
+    assert read_start(file, ROOM).tolist() == POSTURE
+
+
+def test_a_run_begins_there(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A file with the built-in posture gives the built-in run, and says where it came from."""
+    file = tmp_path / "start.txt"
+    file.write_text(COMMAS)
+    tables = []
+    for start in (str(file), "between"):
+        out = tmp_path / "out.csv"
+        assert main(["run", "--seconds", "0.3", "--avoid", "guided", "--start", start, "--csv", str(out)]) == 0
+        capsys.readouterr()
+        lines = out.read_text().splitlines()
+        tables.append([line for line in lines if not line.startswith("#")])
+        assert ("# start_file = start.txt" in lines) == (start != "between")
+    assert tables[0] == tables[1]
+
+
+def test_the_ball_has_a_start_too(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    room = build_ball_room()
+    file, start = tmp_path / "start.txt", room.start + 0.01
+    np.savetxt(file, start)
+    assert main(["run", "--scene", "ball", "--seconds", "0.01", "--start", str(file)]) == 0
+    moved = json.loads(capsys.readouterr().out)["d_min"]
+    assert main(["run", "--scene", "ball", "--seconds", "0.01"]) == 0
+    assert moved != json.loads(capsys.readouterr().out)["d_min"]
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("", "has 0 numbers, but 14 joints move: left_q1,"),
+        ("0.1 0.2", "has 2 numbers, but 14 joints move"),
+        (COMMAS + ",0.0", "has 15 numbers"),
+        (f"{COMMAS}\n{COMMAS}", "has 2 lines of numbers; give one line or one column"),
+        (COMMAS.replace("0.9", "nan", 1), "left_q1 = nan is not finite"),
+        (COMMAS.replace("0.9", "inf", 1), "left_q1 = inf is not finite"),
+        (COMMAS.replace("0.9", "x", 1), "left_q1 = 'x' is not a number"),
+        (COMMAS.replace("1.48", "148", 1), "left_q2 = 148 is outside its limits; give -2.0944 to 2.0944 rad"),
+        (f"{NAMES}\n{COMMAS}\n{COMMAS}", "give one row of 14 values"),
+        (NAMES, "give one row of 14 values"),
+        (f"{NAMES[9:]}\n{COMMAS}", "has no column left_q1"),
+    ],
+)
+def test_what_is_no_posture(capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, named: str) -> None:
+    file = tmp_path / "start.txt"
+    file.write_text(text)
+    assert main(["run", "--seconds", "0.1", "--start", str(file)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and len(captured.err.splitlines()) == 1
+    assert named in captured.err
+
+
+def test_files_that_are_none(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "bytes").write_bytes(bytes(range(128, 256)))
+    for path, named in ((tmp_path / "no", "no such file"), (tmp_path, "a folder"), (tmp_path / "bytes", "not a text file")):
+        assert main(["run", "--start", str(path)]) == 2
+        assert named in capsys.readouterr().err
+    assert main(["run", "--start", "betwen"]) == 2
+    assert "choose from usual, between" in capsys.readouterr().err
