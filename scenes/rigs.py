@@ -8,7 +8,6 @@ import pinocchio as pin
 
 from controllers.kinematics import Array
 from scenes.room_shells import TABLE_HEIGHT
-from scenes.settings import RigName
 
 MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Turns a posture of one arm into the mirrored posture of the other, where the bases mirror each other."""
@@ -42,7 +41,7 @@ class Rig:
         camera: a view that shows both arms.
     """
 
-    name: RigName
+    name: str
     left_base: pin.SE3
     right_base: pin.SE3
     left_start: Array
@@ -84,7 +83,7 @@ _TABLE: Final = Rig(
     Camera((0.0, 0.0, 1.27), (0.45, -2.75, 0.67), 1.75, 1.32, FIELD_OF_VIEW),
 )
 
-RIGS: Final[dict[RigName, Rig]] = {"torso": _TORSO, "table": _TABLE}
+RIGS: Final[dict[str, Rig]] = {"torso": _TORSO, "table": _TABLE}
 
 _alone_base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
 _alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])

@@ -6,7 +6,7 @@ import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.stage.arms import ArmView, robot_of
+from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.closest_line import ClosestLine
 from app.stage.ghost import GhostView, WishView
@@ -106,8 +106,8 @@ class Stage:
         self._room = self.scene.add_glb("/room", furniture_glb(room.rig, coarse))
         yours = simulation.guided if room.ball is None else None
         self._arms = tuple(
-            ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, robot_of(simulation))
-            for arm, base in zip(room.arms, room.bases(), strict=True)
+            ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
+            for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True)
         )
         parts: list[StagePart] = [ClosestLine(self.scene)]
         if simulation.place is not None:
