@@ -14,7 +14,7 @@ from controllers.laws.situation import AUTHORITY
 from controllers.proximity import ProximityDetector
 from scenes.person.clips import REST
 from scenes.person.retarget import DRIVEN, natural_pose
-from scenes.rigs import ALONE, RIGS, Rig
+from scenes.rigs import ALONE, Rig, rig_named
 from scenes.robots import Capsule, Robot, robot
 from scenes.robots.start_search import found_postures
 from scenes.settings import ArmName, ControlPoint, RunSettings, makes
@@ -110,7 +110,7 @@ def room_of(settings: RunSettings) -> Room:
 @cache
 def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
     """Return the room of a rig with two arms, of one make or of two, built once."""
-    rig, made = RIGS[rig_name], tuple(map(robot, makes(robot_name)))
+    rig, made = rig_named(rig_name), tuple(map(robot, makes(robot_name)))
     model, geometry = pin.Model(), pin.GeometryModel()
     arms: list[Arm] = []
     for side, base, one in zip(SIDES, (rig.left_base, rig.right_base), made, strict=True):

@@ -216,6 +216,11 @@ def add_choice(key: str, value: str, label: str) -> None:
     _ADDED.setdefault(key, {})[value] = label
 
 
+def added_choices() -> dict[str, dict[str, str]]:
+    """Return key → value → label of what `add_choice` has added."""
+    return _ADDED
+
+
 def makes(robot: str) -> tuple[str, str]:
     """Return the names of the left and the right arm's make."""
     left, _, right = robot.partition(PAIR)
@@ -297,7 +302,9 @@ def changed(settings: T, key: str, value: object) -> T:
             if key in specs(type(branch)):
                 return replace(cast(Any, settings), **{f.name: changed(branch, key, value)})
         elif f.metadata[_SPEC].key == key:
-            return replace(cast(Any, settings), **{f.name: checked(_with_added(f.metadata[_SPEC]), getattr(settings, f.name), value)})
+            return replace(
+                cast(Any, settings), **{f.name: checked(_with_added(f.metadata[_SPEC]), getattr(settings, f.name), value)}
+            )
     raise BadSetting("There is no setting {key!r}; choose from {known}.", key=key, known=", ".join(specs(type(settings))))
 
 

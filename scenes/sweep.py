@@ -11,6 +11,7 @@ from controllers.errors import DuetError
 from scenes.children import inheriting, leave_with_parent
 from scenes.grids import Axis, Grid
 from scenes.headless import run
+from scenes.robots.robot_files import GivenAtStart, given_at_start, take_over
 from scenes.settings import RunSettings, changed
 
 FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "ddq_max", "pair_switches", "out_of_authority_s")
@@ -44,7 +45,7 @@ def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tu
         return
     # Not forked: this process may have threads, and a fork would copy their locks.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(todo)), context, leave_with_parent)
+    pool = ProcessPoolExecutor(min(workers, len(todo)), context, _begin, (given_at_start(),))
     others = multiprocessing.active_children()
     try:
         with inheriting():
@@ -63,6 +64,11 @@ def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tu
         ) from None
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _begin(given: GivenAtStart) -> None:
+    leave_with_parent()
+    take_over(given)
 
 
 class TradeOff(NamedTuple):

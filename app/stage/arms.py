@@ -29,9 +29,7 @@ class ArmView:
         BadSetting: there is no such robot, or what it needs is not installed.
     """
 
-    def __init__(
-        self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr"
-    ) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr") -> None:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
         turn = pin.Quaternion(base.rotation)
         path = f"{name}/base"

@@ -14,7 +14,7 @@ from scenes.robots.postures import start_posture
 from scenes.robots.robot_files import FILES
 from scenes.settings import RobotName
 
-__all__ = ["Capsule", "Robot", "RobotName", "robot", "start_posture"]
+__all__ = ["FILES", "Capsule", "Robot", "RobotName", "robot", "start_posture"]
 
 
 @cache

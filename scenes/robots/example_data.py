@@ -158,6 +158,15 @@ _REMEDY: Final = LazyText(
 )
 
 
+def urdf_files() -> tuple[Path, ...]:
+    """Return every URDF file of the package, sorted.
+
+    Raises:
+        BadSetting: the package is not installed, or not all of it.
+    """
+    return tuple(sorted(_robots_folder().rglob("*.urdf")))
+
+
 def _robots_folder() -> Path:
     try:
         files = importlib.metadata.files(PACKAGE) or []

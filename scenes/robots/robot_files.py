@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from controllers.errors import BadInputFile
 from scenes.files import read_file
-from scenes.settings import add_choice
+from scenes.settings import add_choice, added_choices
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -28,12 +28,14 @@ class RobotFile:
         key: name of the robot in the setting `robot`: the file's name and a hash of the content of the file and its meshes.
         path: of the file.
         text: its content.
+        chain: names of the joints of its arm, base first.
         meshes: name of a mesh, as in the URDF → its file.
     """
 
     key: str
     path: Path
     text: bytes
+    chain: tuple[str, ...]
     meshes: dict[str, Path]
 
 
@@ -42,7 +44,15 @@ FILES: Final[dict[str, RobotFile]] = {}
 
 
 def register(path: Path) -> str:
-    """Make a URDF file a choice of the setting `robot` in this process and return its name there.
+    """Make a URDF file a choice of the setting `robot` in this process and return its name there; raises as `robot_file`."""
+    file = robot_file(path)
+    FILES[file.key] = file
+    add_choice("robot", file.key, file.key.rpartition("-")[0])
+    return file.key
+
+
+def robot_file(path: Path) -> RobotFile:
+    """Return a URDF file with the places of its meshes.
 
     Raises:
         BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, or one of its meshes is missing.
@@ -51,7 +61,7 @@ def register(path: Path) -> str:
 
     text = _content(path, LARGEST_URDF)
     urdf = parsed(text, str(path))
-    find_chain(urdf, str(path))
+    chain = find_chain(urdf, str(path))
     names = dict.fromkeys(
         part.geometry.mesh.filename
         for link in urdf.robot.links
@@ -66,21 +76,24 @@ def register(path: Path) -> str:
         digest.update(content)
         meshes[name] = file
     stem = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-")[:24] or "robot"
-    key = f"{stem}-{digest.hexdigest()[:12]}"
-    FILES[key] = RobotFile(key, path, text, meshes)
-    add_choice("robot", key, stem)
-    return key
+    return RobotFile(f"{stem}-{digest.hexdigest()[:12]}", path.absolute(), text, chain, meshes)
 
 
-def registered() -> tuple[Path, ...]:
-    """Return the files that were given; a worker that gets them registers them, too."""
-    return tuple(file.path.absolute() for file in FILES.values())
+GivenAtStart = tuple[dict[str, RobotFile], dict[str, dict[str, str]]]
 
 
-def register_all(paths: tuple[Path, ...]) -> None:
-    """Register the files of the process that started this one."""
-    for path in paths:
-        register(path)
+def given_at_start() -> GivenAtStart:
+    """Return the files and choices that only this process knows, for its workers."""
+    return FILES, added_choices()
+
+
+def take_over(given: GivenAtStart) -> None:
+    """Know in a worker what the process knows that started it."""
+    files, choices = given
+    FILES.update(files)
+    for key, labels in choices.items():
+        for value, label in labels.items():
+            add_choice(key, value, label)
 
 
 def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
@@ -93,7 +106,12 @@ def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
 
     import yourdfpy
 
-    bare = {"load_meshes": False, "load_collision_meshes": False, "build_scene_graph": False, "build_collision_scene_graph": False}
+    bare = {
+        "load_meshes": False,
+        "load_collision_meshes": False,
+        "build_scene_graph": False,
+        "build_collision_scene_graph": False,
+    }
     try:
         urdf = yourdfpy.URDF.load(io.BytesIO(text), **bare)
     except Exception as error:

@@ -100,7 +100,9 @@ def _searched(key: str, place: _Place, goal: tuple[float, float, float]) -> tupl
         elbow = float(base.act(data.oMi[made.elbow].translation)[2])
         shoulder, wrist = data.oMi[made.shoulder].translation, data.oMi[made.wrist].translation
         straight = float(np.linalg.norm(wrist - shoulder)) / max(
-            float(np.linalg.norm(data.oMi[made.elbow].translation - shoulder)) + float(np.linalg.norm(wrist - data.oMi[made.elbow].translation)), 1e-9
+            float(np.linalg.norm(data.oMi[made.elbow].translation - shoulder))
+            + float(np.linalg.norm(wrist - data.oMi[made.elbow].translation)),
+            1e-9,
         )
         # Its own foot, which the law does not know.
         near = min(float(np.linalg.norm(data.oMi[made.wrist].translation[:2])), float(np.linalg.norm(point[:2])))

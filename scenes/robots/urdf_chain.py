@@ -127,9 +127,12 @@ def chain_model(text: bytes, chain: tuple[str, ...], name: str) -> tuple[pin.Mod
     for joint in robot.findall("joint"):
         for found in joint.findall("mimic"):
             joint.remove(found)
+        # Pinocchio cannot join models in which a joint and a link have the same name.
         if joint.get("name") not in chain:
             joint.set("type", "fixed")
+            joint.set("name", f"fixed joint {joint.get('name')}")
             continue
+        joint.set("name", f"arm_joint_{chain.index(str(joint.get('name'))) + 1}")
         limit = joint.find("limit")
         if limit is None:
             limit = ElementTree.SubElement(joint, "limit")

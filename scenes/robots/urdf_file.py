@@ -13,7 +13,7 @@ from controllers.errors import BadInputFile
 from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.robot_files import FILES, RobotFile, parsed
-from scenes.robots.urdf_chain import chain_model, find_chain, frame_pose, hand_frame, landmarks
+from scenes.robots.urdf_chain import chain_model, frame_pose, hand_frame, landmarks
 
 if TYPE_CHECKING:
     import trimesh
@@ -59,7 +59,7 @@ def load_arm(key: str) -> FileArm:
     """
     file = FILES[key]
     urdf = parsed(file.text, str(file.path))
-    model, column = chain_model(file.text, find_chain(urdf, str(file.path)), str(file.path))
+    model, column = chain_model(file.text, file.chain, str(file.path))
     return FileArm(file, urdf, model, column)
 
 
@@ -113,7 +113,9 @@ def _meshes(file: RobotFile, shape: Any) -> Iterator[tuple[trimesh.Trimesh, Arra
                 placement, key = scene.graph[node]
                 piece = scene.geometry[key]
                 if isinstance(piece, trimesh.Trimesh):
-                    bare = trimesh.Trimesh(trimesh.transform_points(piece.vertices, placement) * scale, piece.faces, process=False)
+                    bare = trimesh.Trimesh(
+                        trimesh.transform_points(piece.vertices, placement) * scale, piece.faces, process=False
+                    )
                     yield bare, _colour(piece)
         except Exception as error:
             # trimesh's readers raise nearly every kind there is.
