@@ -2,13 +2,12 @@
 
 from dataclasses import asdict, field, make_dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final, cast
+from typing import Annotated, Any, Final, cast, get_args
 
 import tyro
 
 from app.settings import Settings
-from scenes.robots.robot_files import FILES, register
-from scenes.settings import PAIR, RunSettings, Spec, changed, makes, specs, values
+from scenes.settings import PAIR, RobotName, RunSettings, Spec, changed, makes, specs, values
 
 PLACES: Final[dict[str, tuple[str, str]]] = {
     "robot_left": ("NAME|FILE", "The left arm where the two differ: a name, or a URDF file."),
@@ -73,7 +72,7 @@ def chosen(options: object, start: Any) -> Any:
         given["rig"] = place_bases(base_left, base_right)
     for key, value in given.items():
         start = changed(start, key, value)
-    if FILES or base_left or base_right:
+    if base_left or base_right or any(name not in get_args(RobotName) for name in makes(given["robot"])):
         from scenes.room import room_of
 
         # What cannot be built is said now, not to the first visitor.
@@ -83,11 +82,15 @@ def chosen(options: object, start: Any) -> Any:
 
 def _robot(both: str, left: str, right: str) -> str:
     """Return the value of the setting `robot`; files are read and become possible values."""
-    names = {text: register(Path(text)) if _is_file(text) else text for text in (both, left, right)}
+    if any(map(_is_file, (both, left, right))):
+        # Robots take a while to load.
+        from scenes.robots.robot_files import register
+
+        both, left, right = (register(Path(text)) if _is_file(text) else text for text in (both, left, right))
     if not left and not right:
-        return names[both]
-    usual = makes(names[both])
-    pair = names[left] or usual[0], names[right] or usual[1]
+        return both
+    usual = makes(both)
+    pair = left or usual[0], right or usual[1]
     return pair[0] if pair[0] == pair[1] else PAIR.join(pair)
 
 

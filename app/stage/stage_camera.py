@@ -35,7 +35,12 @@ def view_of(simulation: Simulation) -> Camera:
     if len(room.arms) == 2:
         x, y, own = camera.centre
         views = [_seen(made, room.rig.name) or (own, camera.width, camera.height) for made in room.robots]
-        z, width, height = (max(numbers) for numbers in zip(*views, strict=True))
+        # Everything that either view shows; of two of one make that is its own.
+        if views[0] == views[1]:
+            z, width, height = views[0]
+        else:
+            low, high = min(z - h / 2.0 for z, _, h in views), max(z + h / 2.0 for z, _, h in views)
+            z, width, height = (low + high) / 2.0, max(w for _, w, _ in views), high - low
         return replace(camera, centre=(x, y, z), width=width, height=height)
     return camera
 

@@ -137,7 +137,7 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
 
 @functools.cache
 def link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
-    """Base and links of a robot of example-robot-data or of a file: material name → mesh in the joint's frame [m]. Shared: do not change them.
+    """Base and links of a robot that is not the LWR: material name → mesh in the joint's frame [m]. Shared: do not change them.
 
     Raises:
         BadSetting: as `robot`.

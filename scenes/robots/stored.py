@@ -1,5 +1,5 @@
-"""Robots of example-robot-data and of URDF files with their capsules from the user's cache: to fit them takes most of a second, and all that comes of it is
-seven numbers each."""
+"""Robots of example-robot-data and of URDF files with their capsules from the user's cache: to fit them takes most of a second, and
+all that comes of it is a few numbers each."""
 
 import importlib.metadata
 from pathlib import Path

@@ -55,7 +55,7 @@ FORMULAS: Final = frozenset(
 
 NAMES: Final = frozenset(
     (
-        *("CSV", "HTML", "PNG", "SVG", "Python", "KUKA LWR 4+", "Franka Panda", "UR5"),
+        *("CSV", "HTML", "PNG", "SVG", "Python", *specs(Settings)["robot"].choice_labels),
         *("English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
         *("Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
         *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016"),
@@ -64,12 +64,13 @@ NAMES: Final = frozenset(
 """… and names: the same in every language."""
 
 
-BODIES: Final = ("L", "R", "upper arm", "elbow", "forearm", "wrist", "hand", "pedestal", "ball")
+BODIES: Final = ("L", "R", "upper arm", "elbow", "forearm", "wrist", "hand", "pedestal", "ball", "link", "outer link")
 """Of which the pairs are, as `app.plots.pair_strips` names them."""
 
 JOINTS: Final = (
     *("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll"),
     *("wrist bend", "wrist turn"),
+    *(f"joint {i}" for i in range(1, 8)),
 )
 """As the arms of `scenes.robots` name them."""
 
