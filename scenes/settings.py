@@ -237,7 +237,7 @@ def _with_added(spec: Spec) -> Spec:
     return replace(spec, choices=tuple(known), choice_labels=tuple(known.values()))
 
 
-def _given_at_start(value: str) -> LazyText | None:
+def start_remedy(value: str) -> LazyText | None:
     """Return how to start Duet so that a value is possible that another start had; None if it never is."""
     for make in makes(value):
         if (found := FILE_NAME.fullmatch(make)) and make not in _ADDED.get("robot", {}):
@@ -317,8 +317,8 @@ def checked(spec: Spec, present: object, value: object) -> Any:
     if spec.choices:
         if isinstance(value, str) and value in spec.choices:
             return value
-        if isinstance(value, str) and spec.key in ("robot", "rig") and (missing := _given_at_start(value)):
-            raise BadSetting(missing.template, **missing.parts)
+        if isinstance(value, str) and spec.key in ("robot", "rig") and (missing := start_remedy(value)):
+            raise BadSetting(missing)
         known = ", ".join(spec.choices)
         raise BadSetting("{key} = {value} is not possible; choose from {known}.", key=spec.key, value=_shown(value), known=known)
     if isinstance(present, bool):

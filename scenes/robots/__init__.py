@@ -12,7 +12,7 @@ from scenes.lwr.urdf import FLANGE, URDF_FILE
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.postures import start_posture
 from scenes.robots.robot_files import FILES
-from scenes.settings import RobotName
+from scenes.settings import RobotName, start_remedy
 
 __all__ = ["FILES", "Capsule", "Robot", "RobotName", "robot", "start_posture"]
 
@@ -34,6 +34,8 @@ def robot(name: str) -> Robot:
 
         return stored_file(name)
     if name not in get_args(RobotName):
+        if remedy := start_remedy(name):
+            raise BadSetting(remedy)
         raise BadSetting("There is no robot {name!r}; choose from {known}.", name=name, known=", ".join(get_args(RobotName)))
     from scenes.robots.stored import stored_example
 

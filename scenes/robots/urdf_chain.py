@@ -87,8 +87,8 @@ def find_chain(urdf: yourdfpy.URDF, name: str) -> tuple[str, ...]:
     for joint in urdf.robot.joints:
         if joint.name in chain and joint.type == "revolute":
             limit = joint.limit
-            bounds = (None, None) if limit is None else (limit.lower, limit.upper)
-            if None in bounds or not np.isfinite(bounds).all() or not bounds[0] < bounds[1]:
+            low, high = (np.nan, np.nan) if limit is None else (limit.lower, limit.upper)
+            if low is None or high is None or not -np.inf < low < high < np.inf:
                 raise BadInputFile(
                     "{name}: its joint {joint} has no limits between which it can move.", name=name, joint=_safe(joint.name)
                 )

@@ -35,7 +35,9 @@ def test_arms_start_clear_of_each_other_and_of_their_stops_and_mirrored(name: Ro
 
 
 def test_a_start_posture_is_a_copy() -> None:
-    start_posture("lwr", "torso", "left")[0] = 9.0
+    first = start_posture("lwr", "torso", "left")
+    assert first is not None
+    first[0] = 9.0
     assert_array_equal(start_posture("lwr", "torso", "left"), RIGS["torso"].left_start)
     assert_array_equal(start_posture("lwr", "torso", "right"), RIGS["torso"].right_start)
 
