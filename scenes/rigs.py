@@ -89,7 +89,7 @@ RIGS: Final[dict[str, Rig]] = {"torso": _TORSO, "table": _TABLE}
 
 
 def rig_named(name: str) -> Rig:
-    """Return a rig, also one with given bases, whose name says where they are: "x,y,z,yaw:x,y,z,yaw" [m, degrees]."""
+    """Return a rig, also one with given bases; their name is their places, "x,y,z,yaw:x,y,z,yaw" [m, degrees]."""
     if name in RIGS:
         return RIGS[name]
     (left, left_yaw), (right, right_yaw) = (

@@ -260,7 +260,7 @@ FILE_NAME: Final = re.compile(r"([a-z0-9-]{1,24})-([0-9a-f]{12})")
 
 _NUMBERS: Final = r"-?[0-9.]{1,8}(?:,-?[0-9.]{1,8}){3}"
 BASES_NAME: Final = re.compile(rf"{_NUMBERS}:{_NUMBERS}")
-"""Of a rig whose bases were given: x,y,z,yaw of the left and of the right one [m, degrees]."""
+"""Of a rig with given bases: x,y,z,yaw of the left and of the right one [m, degrees]."""
 
 
 def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
