@@ -240,7 +240,7 @@ def test_the_command_line_loads_no_heavy_library() -> None:
 
 def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:
     assert list(AllOptions.__dataclass_fields__) == [*specs(Settings), *PLACES]
-    assert list(RunOptions.__dataclass_fields__) == list(specs(RunSettings))
+    assert list(RunOptions.__dataclass_fields__) == [*specs(RunSettings), *PLACES]
     assert chosen(AllOptions(), Settings()) == Settings() and chosen(RunOptions(), RunSettings()) == RunSettings()
     for key, spec in specs(Settings).items():
         present = values(Settings())[key]
