@@ -74,13 +74,19 @@ def leave_with_parent() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def computed(function: Callable[..., T], calls: Sequence[tuple[Any, ...]], workers: int = 1) -> Iterator[tuple[int, T]]:
+def computed(
+    function: Callable[..., T],
+    calls: Sequence[tuple[Any, ...]],
+    workers: int = 1,
+    begin: tuple[Callable[..., object], Any] | None = None,
+) -> Iterator[tuple[int, T]]:
     """Yield (index, result) of every call, each as soon as it is done; in order only with one worker.
 
     Args:
         function: at a module's top level.
         calls: arguments of each call; must be picklable.
         workers: processes; with 1, everything runs in this one.
+        begin: a function at a module's top level and its argument, called first in every other process.
 
     Raises:
         DuetError: a worker was ended from outside.
@@ -91,7 +97,7 @@ def computed(function: Callable[..., T], calls: Sequence[tuple[Any, ...]], worke
         return
     # Not forked: this process may have threads, and a fork would copy their locks.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(calls)), context, leave_with_parent)
+    pool = ProcessPoolExecutor(min(workers, len(calls)), context, _begin, (begin,))
     others = multiprocessing.active_children()
     try:
         with inheriting():
@@ -110,3 +116,9 @@ def computed(function: Callable[..., T], calls: Sequence[tuple[Any, ...]], worke
         ) from None
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _begin(begin: tuple[Callable[..., object], Any] | None) -> None:
+    leave_with_parent()
+    if begin is not None:
+        begin[0](begin[1])

@@ -15,7 +15,7 @@ def roles(world: World, settings: RunSettings) -> Roles:
     """Return the roles."""
     room = world.room
     master, slave = room.arm(settings.guided), room.other(settings.guided)
-    made = room.robots[0]
+    made = room.robots[room.arms.index(master)]
     held = GuidedTask(world, master, made)
     follower = JointFollower(world, slave, Master(world, master, slave, mirror_signs(_axes(made))))
     return Roles((held, follower), master, slave, follower, held, (follower, held))

@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
+from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.room_shells import TABLE_HEIGHT
-from scenes.settings import RigName
+from scenes.settings import add_choice
 
 MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Turns a posture of one arm into the mirrored posture of the other, where the bases mirror each other."""
@@ -42,7 +43,7 @@ class Rig:
         camera: a view that shows both arms.
     """
 
-    name: RigName
+    name: str
     left_base: pin.SE3
     right_base: pin.SE3
     left_start: Array
@@ -84,7 +85,61 @@ _TABLE: Final = Rig(
     Camera((0.0, 0.0, 1.27), (0.45, -2.75, 0.67), 1.75, 1.32, FIELD_OF_VIEW),
 )
 
-RIGS: Final[dict[RigName, Rig]] = {"torso": _TORSO, "table": _TABLE}
+RIGS: Final[dict[str, Rig]] = {"torso": _TORSO, "table": _TABLE}
+
+
+def rig_named(name: str) -> Rig:
+    """Return a rig, also one with given bases; their name is their places, "x,y,z,yaw:x,y,z,yaw" [m, degrees]."""
+    if name in RIGS:
+        return RIGS[name]
+    (left, left_yaw), (right, right_yaw) = (
+        (np.array(numbers[:3]), numbers[3]) for numbers in ([float(n) for n in base.split(",")] for base in name.split(":"))
+    )
+    across = float(np.linalg.norm(right - left))
+    x, y, z = ((left + right) / 2.0).tolist()
+    # Seen along the ground line across the bases, so that neither arm hides the other.
+    side = np.array([right[1] - left[1], left[0] - right[0], 0.0])
+    toward = side / np.linalg.norm(side) if np.linalg.norm(side) > 1e-6 else np.array([1.0, 0.0, 0.0])
+    camera = Camera((x, y, z + 0.45), (float(2.75 * toward[0]), float(2.75 * toward[1]), 0.67), 0.9 + across, 1.45, FIELD_OF_VIEW)
+    unknown = np.zeros(0)
+    return Rig(name, pin.SE3(_turn(0, 0, left_yaw), left), pin.SE3(_turn(0, 0, right_yaw), right), unknown, unknown, camera)
+
+
+def place_bases(left: str, right: str) -> str:
+    """Make two bases a choice of the setting `rig` in this process, and return its name there.
+
+    Args:
+        left, right: x,y,z,yaw [m, degrees], or "" for its place on the table.
+
+    Raises:
+        BadSetting: not four numbers, or out of the room.
+    """
+    half = TABLE_SEPARATION / 2.0
+    parts: list[str] = []
+    for key, text, usual in (
+        ("base-left", left, (-half, 0.0, TABLE_HEIGHT, 0.0)),
+        ("base-right", right, (half, 0.0, TABLE_HEIGHT, 180.0)),
+    ):
+        try:
+            numbers = [float(part) for part in text.split(",")] if text else list(usual)
+        except ValueError:
+            numbers = []
+        low, high = BASES
+        if len(numbers) != 4 or not all(a <= n <= b for a, n, b in zip(low, numbers, high, strict=True)):
+            raise BadSetting(
+                "{key} = {value!r} is no place for a base; give x,y,z,yaw: x and y from -2 to 2 m, z from 0 to 2 m, yaw from -360 to "
+                "360 degrees, as in --{key}=-0.5,0,0.75,0.",
+                key=key,
+                value=text[:60],
+            )
+        parts.append(",".join(f"{round(n, 3) + 0.0:g}" for n in numbers))
+    name = ":".join(parts)
+    add_choice("rig", name, "Given bases")
+    return name
+
+
+BASES: Final = ((-2.0, -2.0, 0.0, -360.0), (2.0, 2.0, 2.0, 360.0))
+"""Least and greatest x, y, z [m] and yaw [degrees] of a base."""
 
 _alone_base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
 _alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])

@@ -8,13 +8,16 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from controllers.kinematics import Arm, Array
+from controllers.errors import BadSetting
+from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import AUTHORITY
+from controllers.proximity import ProximityDetector
 from scenes.person.clips import REST
 from scenes.person.retarget import DRIVEN, natural_pose
-from scenes.rigs import ALONE, RIGS, Rig
-from scenes.robots import Capsule, Robot, robot, start_posture
-from scenes.settings import ArmName, ControlPoint, RigName, RobotName, RunSettings
+from scenes.rigs import ALONE, Rig, rig_named
+from scenes.robots import Capsule, Robot, robot
+from scenes.robots.start_search import found_postures
+from scenes.settings import ArmName, ControlPoint, RunSettings, makes
 
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
 
@@ -43,6 +46,13 @@ BALL_SPEED: Final = 1.5
 """Top speed of the ball along each axis [m/s]."""
 
 
+CLEAR: Final = 0.25
+"""Distance between two arms at the start that is enough [m]."""
+
+LEAST_CLEAR: Final = 0.18
+"""Distance between two arms at the start below which they do not fit the rig [m]."""
+
+
 @dataclass(frozen=True)
 class Room:
     """Everything about a place that does not change while it is used; shared by all who use it, so never write to it.
@@ -51,6 +61,7 @@ class Room:
         rig: where the arms stand.
         model: all arms, left first (14 joints for two LWRs), then the ball's three translations if there is one.
         geometry: their capsules, named "left hand" …, and the pairs.
+        robots: the make of each arm.
         arms: left and right, or the one that stands alone.
         start: q (nv,) [rad, m].
         ball: columns of the ball in q, None if there is none.
@@ -88,26 +99,62 @@ class Room:
 def room_of(settings: RunSettings) -> Room:
     """Return the room that the settings ask for."""
     if settings.scene == "solo":
-        return build_alone(settings.robot)
+        return build_alone(makes(settings.robot)[0])
     if settings.scene == "ball":
-        return build_ball_room(settings.robot, settings.point)
+        return build_ball_room(makes(settings.robot)[0], settings.point)
     if settings.scene == "imitation":
         return build_imitation_room()
     return build_room(settings.rig, settings.robot)
 
 
 @cache
-def build_room(rig_name: RigName, robot_name: RobotName = "lwr") -> Room:
-    """Return the room of a rig with two arms of one make, built once."""
-    rig, made = RIGS[rig_name], robot(robot_name)
+def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
+    """Return the room of a rig with two arms, of one make or of two, built once."""
+    rig, made = rig_named(rig_name), tuple(map(robot, makes(robot_name)))
     model, geometry = pin.Model(), pin.GeometryModel()
     arms: list[Arm] = []
-    for side, base in zip(SIDES, (rig.left_base, rig.right_base), strict=True):
-        model, arm = _with_arm(model, geometry, made, side, base)
+    for side, base, one in zip(SIDES, (rig.left_base, rig.right_base), made, strict=True):
+        model, arm = _with_arm(model, geometry, one, side, base)
         arms.append(arm)
     _pair_bodies(model, geometry, "left ", "right ")
-    start = np.concatenate([start_posture(robot_name, rig_name, side) for side in SIDES])
-    return Room(rig, (made, made), model, geometry, tuple(arms), start)
+    room = Room(rig, made, model, geometry, tuple(arms), np.zeros(model.nq))
+    return replace(room, start=_start_of_two(room))
+
+
+def _start_of_two(room: Room) -> Array:
+    """Return q (nv,) [rad] in which both arms start: the postures known, or those found that are best clear of each other.
+
+    Raises:
+        BadSetting: no two postures are clear of each other.
+    """
+    left, right = (
+        found_postures(made, base, other, side, room.rig.name)
+        for made, base, other, side in zip(room.robots, room.bases(), room.bases()[::-1], SIDES, strict=True)
+    )
+    both = [np.concatenate([a, b]) for a in left for b in right]
+    if len(both) == 1:
+        return both[0]
+    kinematics = Kinematics(room.model, room.arms)
+    detector = ProximityDetector(kinematics, room.geometry)
+
+    def clearance(q: Array) -> float:
+        kinematics.update(q)
+        return detector.detect("single").distance
+
+    # Both lists begin with the best: the first pair that is clear enough, else the clearest one.
+    ranked = [(min(clearance(q), CLEAR), -i) for i, q in enumerate(both)]
+    distance, place = max(ranked)
+    if distance < LEAST_CLEAR:
+        raise BadSetting(
+            "{left} and {right} find no start on the rig {rig} that keeps them {least:g} m apart (at best {best:.2f} m); "
+            "choose another rig, or place them farther apart with --base-left and --base-right.",
+            left=room.robots[0].name,
+            right=room.robots[1].name,
+            rig=room.rig.name,
+            least=LEAST_CLEAR,
+            best=distance,
+        )
+    return both[-place]
 
 
 @cache
@@ -121,7 +168,7 @@ def build_imitation_room() -> Room:
 
 
 @cache
-def build_alone(robot_name: RobotName = "lwr") -> Room:
+def build_alone(robot_name: str = "lwr") -> Room:
     """Return the room of one arm and nothing that it could meet, built once."""
     made, geometry = robot(robot_name), pin.GeometryModel()
     model, arm = _with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
@@ -129,7 +176,7 @@ def build_alone(robot_name: RobotName = "lwr") -> Room:
 
 
 @cache
-def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand") -> Room:
+def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Room:
     """Return the room of one arm and a ball, built once. The ball moves by three joints of its own."""
     made, geometry = robot(robot_name), pin.GeometryModel()
     model, arm = _with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
@@ -154,8 +201,10 @@ def build_ball_room(robot_name: RobotName = "lwr", point: ControlPoint = "hand")
     return Room(ALONE, (made,), model, geometry, (arm,), whole, slice(first, first + 3), point)
 
 
-def _alone_start(robot_name: RobotName) -> Array:
-    return ALONE.left_start.copy() if robot_name == "lwr" else start_posture(robot_name, "table", "left")
+def _alone_start(robot_name: str) -> Array:
+    if robot_name == "lwr":
+        return ALONE.left_start.copy()
+    return found_postures(robot(robot_name), ALONE.left_base, ALONE.left_base, "left", "table")[0]
 
 
 def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:

@@ -171,6 +171,28 @@ def table_glb(separation: float = 1.1, coarse: bool = False, plates: int = 2) ->
     return glb.cached(name, _key(separation, plates), lambda: (_packed(table_meshes(separation, plates), coarse, BOARDS),))[0]
 
 
+@functools.cache
+def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool = False) -> bytes:
+    """A column from the floor to every base, given by its place [m]; `coarse` as above."""
+    columns = []
+    for x, y, z in feet:
+        if z > 0.05:
+            foot = [
+                (0.0, 0.0),
+                (0.16, 0.0),
+                (0.16, 0.015),
+                (0.05, 0.02),
+                (0.05, z - 0.012),
+                (0.10, z - 0.012),
+                (0.10, z),
+                (0.0, z),
+            ]
+        else:
+            foot = [(0.0, 0.0), (0.16, 0.0), (0.16, max(z, 0.002)), (0.0, max(z, 0.002))]
+        columns.append(moved(revolve(foot, FEW if coarse else 56), shift=(x, y, 0.0)))
+    return _packed({"dark": join(columns)}, coarse, ("dark",))
+
+
 def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool, whole: tuple[str, ...] = ()) -> bytes:
     """One GLB; of a coarse one, the parts named in `whole` keep all their triangles."""
     if coarse:

@@ -1,7 +1,9 @@
 """The settings of a run: one frozen tree, and for every field what the command line, the page, links and exports let a person set."""
 
 import math
+import re
 from dataclasses import dataclass, field, fields, replace
+from itertools import permutations
 from typing import Any, Final, Literal, TypeVar, cast, get_args
 
 from controllers.errors import BadSetting, LazyText
@@ -26,6 +28,9 @@ LawName = Literal[
 SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
 ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
+"""The makes that are always there; a robot from a file given at the start has a name of its own, see `scenes.robots.robot_files`."""
+PAIR: Final = "_"
+"""Between the names of two makes, left first, in one value of the setting `robot`."""
 AvoidChoice = Literal["paper", "free", "guided", "both"]
 """The arms that avoid: as in the paper, the arm that is not held, the one that is held, or both."""
 StartName = Literal["usual", "between"]
@@ -149,12 +154,13 @@ class RunSettings:
         "One arm alone (eqs 1–8)", "A ball in the way (Fig. 1)", "Hold (Fig. 5)", "Master and slave (Fig. 6)",
         "Imitation (Figs 7, 8)",
     )  # fmt: skip
-    rig: RigName = _choice(
+    rig: str = _choice(
         "torso", RigName, "rig", "rig", "Where the two arms stand.", "Torso (the paper's laboratory)", "Table, face to face"
     )
-    robot: RobotName = _choice(
-        "lwr", RobotName, "robot", "robot", "Which arms; nothing is tied to the LWR.", "KUKA LWR 4+", "Franka Panda", "UR5"
-    )
+    robot: str = _choice(
+        "lwr", RobotName, "robot", "robot", "Which arms, the left one first where they differ; nothing is tied to the LWR.",
+        "KUKA LWR 4+", "Franka Panda", "UR5",
+    )  # fmt: skip
     guided: ArmName = _choice("right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right")
     task: HoldTask = _choice(
         "position", HoldTask, "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
@@ -201,12 +207,68 @@ class RunSettings:
     law: LawSettings = field(default_factory=LawSettings)
 
 
+_ADDED: Final[dict[str, dict[str, str]]] = {}
+"""Key → value → label of the choices that were given at the start of this process."""
+
+
+def add_choice(key: str, value: str, label: str) -> None:
+    """Make one more value possible for a setting, in this process; only the command line may ask for it, never a visitor."""
+    _ADDED.setdefault(key, {})[value] = label
+
+
+def added_choices() -> dict[str, dict[str, str]]:
+    """Return key → value → label of what `add_choice` has added."""
+    return _ADDED
+
+
+def makes(robot: str) -> tuple[str, str]:
+    """Return the names of the left and the right arm's make."""
+    left, _, right = robot.partition(PAIR)
+    return left, right or left
+
+
+def _with_added(spec: Spec) -> Spec:
+    """Return the spec with the choices of this process: pairs of different makes, and what was given at its start."""
+    if spec.key not in ("robot", "rig"):
+        return spec
+    known = dict(zip(spec.choices, spec.choice_labels, strict=True)) | _ADDED.get(spec.key, {})
+    if spec.key == "robot":
+        known |= {f"{a}{PAIR}{b}": f"{known[a]} | {known[b]}" for a, b in permutations(tuple(known), 2)}
+    return replace(spec, choices=tuple(known), choice_labels=tuple(known.values()))
+
+
+def start_remedy(value: str) -> LazyText | None:
+    """Return how to start Duet so that a value is possible that another start had; None if it never is."""
+    for make in makes(value):
+        if (found := FILE_NAME.fullmatch(make)) and make not in _ADDED.get("robot", {}):
+            return LazyText(
+                "The robot {name} is from a URDF file that was not given here: start Duet with --robot and the same file, "
+                "{stem}.urdf, unchanged.",
+                name=make,
+                stem=found[1],
+            )
+    if BASES_NAME.fullmatch(value):
+        left, right = value.split(":")
+        return LazyText(
+            "These bases were not given here: start Duet with --base-left={left} --base-right={right}.", left=left, right=right
+        )
+    return None
+
+
+FILE_NAME: Final = re.compile(r"([a-z0-9-]{1,24})-([0-9a-f]{12})")
+"""Of a robot from a file: the file's own name and the beginning of the hash of its content."""
+
+_NUMBERS: Final = r"-?[0-9.]{1,8}(?:,-?[0-9.]{1,8}){3}"
+BASES_NAME: Final = re.compile(rf"{_NUMBERS}:{_NUMBERS}")
+"""Of a rig with given bases: x,y,z,yaw of the left and of the right one [m, degrees]."""
+
+
 def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
     """Return key → `Spec` of every field of the tree, in order."""
     found: dict[str, Spec] = {}
     for f in fields(settings_type):
         if _SPEC in f.metadata:
-            spec: Spec = f.metadata[_SPEC]
+            spec = _with_added(f.metadata[_SPEC])
             found[spec.key] = spec
         else:
             found |= specs(cast(type, f.default_factory))
@@ -240,7 +302,9 @@ def changed(settings: T, key: str, value: object) -> T:
             if key in specs(type(branch)):
                 return replace(cast(Any, settings), **{f.name: changed(branch, key, value)})
         elif f.metadata[_SPEC].key == key:
-            return replace(cast(Any, settings), **{f.name: checked(f.metadata[_SPEC], getattr(settings, f.name), value)})
+            return replace(
+                cast(Any, settings), **{f.name: checked(_with_added(f.metadata[_SPEC]), getattr(settings, f.name), value)}
+            )
     raise BadSetting("There is no setting {key!r}; choose from {known}.", key=key, known=", ".join(specs(type(settings))))
 
 
@@ -253,6 +317,8 @@ def checked(spec: Spec, present: object, value: object) -> Any:
     if spec.choices:
         if isinstance(value, str) and value in spec.choices:
             return value
+        if isinstance(value, str) and spec.key in ("robot", "rig") and (missing := start_remedy(value)):
+            raise BadSetting(missing)
         known = ", ".join(spec.choices)
         raise BadSetting("{key} = {value} is not possible; choose from {known}.", key=spec.key, value=_shown(value), known=known)
     if isinstance(present, bool):

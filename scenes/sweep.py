@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 from scenes.children import computed
 from scenes.grids import Axis, Grid
 from scenes.headless import run
+from scenes.robots.robot_files import given_at_start, take_over
 from scenes.settings import RunSettings, changed
 
 FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "ddq_max", "pair_switches", "out_of_authority_s")
@@ -34,7 +35,9 @@ def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tu
         DuetError: a worker was ended from outside.
     """
     points = grid.points()
-    for place, found in computed(figures, [(grid.at(points[index]), grid.seconds) for index in todo], workers):
+    for place, found in computed(
+        figures, [(grid.at(points[index]), grid.seconds) for index in todo], workers, (take_over, given_at_start())
+    ):
         yield todo[place], found
 
 

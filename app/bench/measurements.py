@@ -27,16 +27,17 @@ WATCHERS: Final = 30
 SESSIONS: Final = 8
 
 
-def measure(steps: int, seconds: float) -> dict[str, Any]:
+def measure(steps: int, seconds: float, robot: str = "lwr") -> dict[str, Any]:
     """Return all figures, ready for JSON.
 
     Args:
         steps: measured steps of each scene.
         seconds: duration of each measurement of visitors [s].
+        robot: the arms of the measured steps.
     """
     return _described(
         {
-            **measure_steps(steps),
+            **measure_steps(steps, robot),
             "run of 46 s": measure_run(),
             "what if, 30 s again": measure_what_if(),
             "one visitor": measure_visitor(seconds),

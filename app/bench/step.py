@@ -28,8 +28,8 @@ PAST: Final = 30.0
 """How much of a run "what if" simulates again [s]."""
 
 
-def _scenes() -> dict[str, RunSettings]:
-    base = RunSettings()
+def _scenes(robot: str) -> dict[str, RunSettings]:
+    base = RunSettings(robot=robot)
     single = replace(base, law=replace(base.law, pairs="single"))
     soft = replace(base, law=replace(base.law, pairs="soft"))
     fast = replace(soft.law, nominal_velocity=1.0, critical_distance=0.3)
@@ -54,10 +54,10 @@ class _Restless:
         return HandTarget(self._places[int(time) % 2])
 
 
-def measure_steps(steps: int) -> dict[str, dict[str, float]]:
+def measure_steps(steps: int, robot: str = "lwr") -> dict[str, dict[str, float]]:
     """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a bound, all interleaved."""
     runs: dict[str, tuple[Simulation, TargetSource]] = {}
-    for name, settings in _scenes().items():
+    for name, settings in _scenes(robot).items():
         simulation = Simulation(settings)
         runs[name] = simulation, _Restless(simulation) if name == RESTLESS else simulation.source()
     times: dict[str, list[int]] = {name: [] for name in runs}

@@ -4,8 +4,10 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.cli.options import RunOptions, chosen
 from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
+from scenes.settings import RunSettings
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,8 @@ class Bench:
     """How long a visitor is watched [s]."""
     steps: int = 9200
     """Steps measured of each scene."""
+    robot: str = "lwr"
+    """The arms of the measured steps: a name, as on the page, or a URDF file."""
     peers: bool = False
     """Instead, the hold experiment beside pink and mink: the same arms, pairs and inputs, interleaved (needs the extra `peers`)."""
     fair: bool = False
@@ -36,12 +40,13 @@ def bench(command: Bench) -> int:
         from app.bench.measurements import compare, measure, measure_fairness, read_figures, table_text
         from app.bench.peers import measure_peers, peers_table
 
+    robot = chosen(RunOptions(robot=command.robot), RunSettings()).robot
     before = read_figures(command.compare) if command.compare else None
     if command.peers:
         result = measure_peers(command.steps)
         print(peers_table(result))
     else:
-        result = measure_fairness(command.seconds) if command.fair else measure(command.steps, command.seconds)
+        result = measure_fairness(command.seconds) if command.fair else measure(command.steps, command.seconds, robot)
         print(table_text(result))
     if before is not None:
         print(compare(result, before))

@@ -12,6 +12,7 @@ from app.cli.figures import Figures, figures
 from app.cli.hunt import Hunt, hunt
 from app.cli.laws import LawTest, NewLaw, law_test, new_law
 from app.cli.lessons import Lessons, lessons
+from app.cli.robots import Robots, robots
 from app.cli.run import RunCommand, run
 from app.cli.serve import Serve, serve
 from app.cli.sweep import Sweep, sweep
@@ -24,6 +25,7 @@ COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
     "figures": (Figures, figures),
     "sweep": (Sweep, sweep),
     "hunt": (Hunt, hunt),
+    "robots": (Robots, robots),
     "lessons": (Lessons, lessons),
     "new-law": (NewLaw, new_law),
     "law-test": (LawTest, law_test),

@@ -2,13 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, field, make_dataclass
+from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, Final, cast, get_args
 
 import tyro
 
 from app.settings import Settings
-from scenes.settings import RunSettings, Spec, changed, specs, values
+from scenes.settings import PAIR, RobotName, RunSettings, Spec, changed, makes, specs, values
+
+PLACES: Final[dict[str, tuple[str, str]]] = {
+    "robot_left": ("NAME|FILE", "The left arm where the two differ: a name, or a URDF file."),
+    "robot_right": ("NAME|FILE", "The right arm where the two differ: a name, or a URDF file."),
+    "base_left": ("X,Y,Z,YAW", "Where the left arm stands instead of on a rig [m, degrees]: --base-left=-0.5,0,0.75,0."),
+    "base_right": ("X,Y,Z,YAW", "Where the right arm stands instead of on a rig [m, degrees]."),
+}
+"""Options beside the settings, which become values of the settings `robot` and `rig`."""
 
 
 def _options(tree: type, name: str, files: Mapping[str, str] = MappingProxyType({})) -> type:
@@ -26,10 +35,15 @@ def _options(tree: type, name: str, files: Mapping[str, str] = MappingProxyType(
         about = tyro.conf.arg(name=key.replace("_", "-"), help=text, metavar=metavar)
         kind: Any = bool if isinstance(default, bool) else str
         fields.append((key, Annotated[kind, about], field(default=default if isinstance(default, bool) else _text(default))))
+    for key, (metavar, text) in PLACES.items():
+        about = tyro.conf.arg(name=key.replace("_", "-"), help=text, metavar=metavar)
+        fields.append((key, Annotated[str, about], field(default="")))
     return make_dataclass(name, fields, frozen=True)
 
 
 def _help(spec: Spec) -> str:
+    if spec.key == "robot":
+        return f"{spec.help} {', '.join(spec.choices)}, or a URDF file."
     if spec.choices or spec.low == -float("inf"):
         return spec.help
     unit = f" {spec.unit}" if spec.unit else ""
@@ -37,6 +51,8 @@ def _help(spec: Spec) -> str:
 
 
 def _metavar(spec: Spec, default: object) -> str:
+    if spec.key == "robot":
+        return "NAME|FILE"
     if spec.choices:
         return "{" + ",".join(spec.choices) + "}"
     return "INT" if isinstance(default, int) else "NUMBER"
@@ -62,11 +78,42 @@ def chosen(options: object, start: Any) -> Any:
     """Return the settings that the options ask for.
 
     Raises:
-        BadSetting: an option's value is not possible.
+        BadSetting, BadInputFile: an option's value is not possible, or a robot's file cannot be used.
     """
-    for key, value in asdict(cast(Any, options)).items():
+    given = asdict(cast(Any, options))
+    left, right, base_left, base_right = (given.pop(key) for key in PLACES)
+    given["robot"] = _robot(given["robot"], left, right)
+    if base_left or base_right:
+        from scenes.rigs import place_bases
+
+        given["rig"] = place_bases(base_left, base_right)
+    for key, value in given.items():
         start = changed(start, key, value)
+    if base_left or base_right or any(name not in get_args(RobotName) for name in makes(given["robot"])):
+        from scenes.room import room_of
+
+        # What cannot be built is said now, not to the first visitor.
+        room_of(start.run if isinstance(start, Settings) else start)
     return start
+
+
+def _robot(both: str, left: str, right: str) -> str:
+    """Return the value of the setting `robot`; files are read and become possible values."""
+    if any(map(_is_file, (both, left, right))):
+        # Robots take a while to load.
+        from scenes.robots.robot_files import register
+
+        both, left, right = (register(Path(text)) if _is_file(text) else text for text in (both, left, right))
+    if not left and not right:
+        return both
+    usual = makes(both)
+    pair = left or usual[0], right or usual[1]
+    return pair[0] if pair[0] == pair[1] else PAIR.join(pair)
+
+
+def _is_file(text: str) -> bool:
+    """Return whether an option names a file, not a robot."""
+    return "/" in text or "\\" in text or text.lower().endswith((".urdf", ".xacro", ".xml"))
 
 
 Flat = tyro.conf.OmitArgPrefixes

@@ -18,7 +18,7 @@ from scenes.glb import NotStored, stored_only
 from scenes.lwr.shells import PALETTES
 from scenes.person.body import body_parts
 from scenes.rigs import ALONE, RIGS, Rig
-from scenes.robots import RobotName, robot
+from scenes.robots import FILES, RobotName, robot
 from scenes.robots.drawing import robot_glbs
 
 log = logging.getLogger("duet.hosts")
@@ -69,7 +69,7 @@ def drawn() -> Iterator[Callable[[], object]]:
     for coarse in (False, True):
         for rig in ROOMS:
             yield partial(_furnish, rig, coarse)
-        for name in get_args(RobotName):
+        for name in (*get_args(RobotName), *FILES):
             yield partial(robot, name)
             for palette in PALETTES:
                 yield partial(robot_glbs, name, palette, coarse=coarse)

@@ -190,7 +190,7 @@ class View:
 
 def experiment_of(simulation: Simulation) -> tuple[object, ...]:
     """Return what a view of the stage depends on."""
-    return simulation.settings.scene, simulation.room.rig, simulation.room.robots[0].name
+    return simulation.settings.scene, simulation.room.rig, tuple(made.key for made in simulation.room.robots)
 
 
 def scene_label(run: RunSettings) -> str:

@@ -15,6 +15,7 @@ from typing import Any, Final, Literal
 
 from controllers.errors import DuetError, LazyText
 from scenes.children import inheriting, leave_with_parent
+from scenes.robots.robot_files import GivenAtStart, given_at_start, take_over
 
 log = logging.getLogger("duet.background")
 
@@ -167,7 +168,7 @@ class JobPool:
         try:
             if self._pool is None:
                 self._stop = self._context.RawArray(c_longlong, self.workers)
-                self._pool = ProcessPoolExecutor(self.workers, self._context, _begin, (self._stop,))
+                self._pool = ProcessPoolExecutor(self.workers, self._context, _begin, (self._stop, given_at_start()))
             pool = self._pool
             self._stop[place] = 0  # The job may be the one that was put back here.
             with inheriting():
@@ -224,10 +225,11 @@ class JobPool:
 _stop: Any = None
 
 
-def _begin(stop: Any) -> None:
+def _begin(stop: Any, given: GivenAtStart) -> None:
     """Make a process a worker: it ignores Ctrl+C, ends with its parent, and has a low priority."""
     global _stop
     _stop = stop
+    take_over(given)
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     leave_with_parent()

@@ -8,9 +8,7 @@ import viser
 from app.stage.poses import fresh
 from controllers.kinematics import Array
 from scenes.lwr.shells import SEEN_THROUGH
-from scenes.robots import RobotName
 from scenes.robots.drawing import joint_frames, robot_glbs
-from scenes.simulation import Simulation
 
 Quaternion = tuple[float, float, float, float]
 """(w, x, y, z)"""
@@ -31,9 +29,7 @@ class ArmView:
         BadSetting: there is no such robot, or what it needs is not installed.
     """
 
-    def __init__(
-        self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: RobotName = "lwr"
-    ) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr") -> None:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
         turn = pin.Quaternion(base.rotation)
         path = f"{name}/base"
@@ -81,10 +77,6 @@ class ArmView:
 
     def remove(self) -> None:
         self._root.remove()
-
-
-def robot_of(simulation: Simulation) -> RobotName:
-    return "lwr" if simulation.settings.scene == "imitation" else simulation.settings.robot
 
 
 def _product(p: Quaternion, q: Quaternion) -> Quaternion:

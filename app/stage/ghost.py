@@ -7,7 +7,7 @@ import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.stage.arms import ArmView, robot_of
+from app.stage.arms import ArmView
 from controllers.kinematics import Array
 from scenes.simulation import Simulation
 
@@ -39,7 +39,7 @@ class TranslucentArms:
     def _draw(self, simulation: Simulation, positions: Array) -> None:
         """Draw every arm with joints q (nv,) [rad] that differ from those of the run; nan differs from nothing."""
         room = simulation.room
-        for arm, base in zip(room.arms, room.bases(), strict=True):
+        for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True):
             q: Array = positions[arm.joints]
             away = float(np.abs(q - simulation.positions[arm.joints]).max())
             view = self._arms.get(arm.name)
@@ -47,7 +47,7 @@ class TranslucentArms:
                 if not away > DIFFERENT:
                     continue
                 name = f"/{self.palette}/{arm.name}"
-                view = ArmView(self._scene, name, base, self.palette, self._fine, robot_of(simulation))
+                view = ArmView(self._scene, name, base, self.palette, self._fine, made.key)
                 self._arms[arm.name] = view
             view.visible = away > (SAME if view.visible else DIFFERENT)
             if view.visible:

@@ -6,7 +6,7 @@ import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.stage.arms import ArmView, robot_of
+from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.closest_line import ClosestLine
 from app.stage.ghost import GhostView, WishView
@@ -16,7 +16,7 @@ from app.stage.person_figure import FigureView
 from app.stage.room_light import light_room
 from app.stage.target_place import TargetPlace
 from scenes.rigs import ALONE, Rig
-from scenes.room_shells import table_glb, torso_glb
+from scenes.room_shells import stands_glb, table_glb, torso_glb
 from scenes.simulation import Simulation
 
 
@@ -40,6 +40,9 @@ def furniture_glb(rig: Rig, coarse: bool) -> bytes:
     """Return what the arms of a rig stand on; coarse for a browser without a graphics card."""
     if rig.name == "torso":
         return torso_glb(coarse=coarse)
+    if rig.name != "table":
+        feet = (rig.left_base, rig.right_base)
+        return stands_glb(tuple((float(x), float(y), float(z)) for x, y, z in (foot.translation for foot in feet)), coarse=coarse)
     if rig is ALONE:
         return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
     return table_glb(coarse=coarse)
@@ -106,8 +109,8 @@ class Stage:
         self._room = self.scene.add_glb("/room", furniture_glb(room.rig, coarse))
         yours = simulation.guided if room.ball is None else None
         self._arms = tuple(
-            ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, robot_of(simulation))
-            for arm, base in zip(room.arms, room.bases(), strict=True)
+            ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
+            for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True)
         )
         parts: list[StagePart] = [ClosestLine(self.scene)]
         if simulation.place is not None:

@@ -77,6 +77,8 @@ class JointFollower:
 class Master:
     """The other arm, of which every joint is copied: q_d = q_s0 + S (q_m − q_m0), S the identity or the mirror's signs.
 
+    Where one arm has more joints than the other, its last ones have no partner: those of a slave stay as they are.
+
     Args:
         world: where.
         master, slave: who is followed by whom.
@@ -86,7 +88,9 @@ class Master:
     def __init__(self, world: World, master: Arm, slave: Arm, signs: Array) -> None:
         self._master, self._slave = world.positions[master.joints], world.positions[slave.joints]
         self._speed = world.velocities[master.joints]
-        self._signs, self._same = signs, np.ones_like(signs)
+        count = min(len(self._master), len(self._slave))
+        self._signs, self._same = (np.pad(s[:count], (0, len(self._slave) - count)) for s in (signs, np.ones_like(signs)))
+        self._partner = np.minimum(np.arange(len(self._slave)), count - 1)
         self._start = world.room.start
         self._joints = master.joints, slave.joints
         self._from, self._to = self._start[master.joints], self._start[slave.joints]
@@ -98,7 +102,7 @@ class Master:
         """Return q_d (n,) [rad] and its velocity (n,), the master's of the last tick [rad/s]."""
         del target, time
         signs = self._signs if settings.following == "mirrored" else self._same
-        return self._to + signs * (self._master - self._from), signs * self._speed
+        return self._to + signs * (self._master - self._from)[self._partner], signs * self._speed[self._partner]
 
     def memory(self) -> Memory:
         """Return nothing: the master is read again at every tick."""

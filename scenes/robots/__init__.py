@@ -1,4 +1,4 @@
-"""The arms there are: the paper's own, and two that come with the package example-robot-data."""
+"""The arms there are: the paper's own, two that come with the package example-robot-data, and those from files given at the start."""
 
 from functools import cache
 from typing import get_args
@@ -11,13 +11,14 @@ from scenes.lwr import facts
 from scenes.lwr.urdf import FLANGE, URDF_FILE
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.postures import start_posture
-from scenes.settings import RobotName
+from scenes.robots.robot_files import FILES
+from scenes.settings import RobotName, start_remedy
 
-__all__ = ["Capsule", "Robot", "RobotName", "robot", "start_posture"]
+__all__ = ["FILES", "Capsule", "Robot", "RobotName", "robot", "start_posture"]
 
 
 @cache
-def robot(name: RobotName) -> Robot:
+def robot(name: str) -> Robot:
     """Return a robot by its name, built once and shared: do not change it.
 
     Raises:
@@ -27,8 +28,14 @@ def robot(name: RobotName) -> Robot:
         capsules = tuple(
             Capsule(c.name, c.link, np.array([0.0, 0.0, c.start]), np.array([0.0, 0.0, c.end]), c.radius) for c in facts.CAPSULES
         )
-        return Robot("KUKA LWR 4+", pin.buildModelFromUrdf(str(URDF_FILE)), FLANGE, 2, 4, 6, capsules, facts.JOINT_LABELS)
+        return Robot("lwr", "KUKA LWR 4+", pin.buildModelFromUrdf(str(URDF_FILE)), FLANGE, 2, 4, 6, capsules, facts.JOINT_LABELS)
+    if name in FILES:
+        from scenes.robots.stored import stored_file
+
+        return stored_file(name)
     if name not in get_args(RobotName):
+        if remedy := start_remedy(name):
+            raise BadSetting(remedy)
         raise BadSetting("There is no robot {name!r}; choose from {known}.", name=name, known=", ".join(get_args(RobotName)))
     from scenes.robots.stored import stored_example
 

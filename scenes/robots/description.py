@@ -31,6 +31,7 @@ class Robot:
     """One arm; all its joints are revolute and in one chain.
 
     Attributes:
+        key: its name in the setting `robot`.
         name: of the make.
         model: the arm alone, base at the origin.
         hand: name of its hand frame.
@@ -39,6 +40,7 @@ class Robot:
         labels: what a person calls each joint.
     """
 
+    key: str
     name: str
     model: pin.Model
     hand: str

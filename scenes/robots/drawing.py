@@ -18,7 +18,7 @@ from scenes.lwr import shells
 from scenes.robots import example_data, robot
 from scenes.robots.description import joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, EXAMPLES, PACKAGE, load_example
-from scenes.settings import RobotName
+from scenes.robots.robot_files import FILES
 from scenes.surfaces import join, revolve, rounded, swollen
 
 if TYPE_CHECKING:
@@ -31,6 +31,9 @@ TRIANGLES: Final = 30_000
 
 COARSE_TRIANGLES: Final = 4_200
 """Of one for a browser without a graphics card."""
+
+DARK: Final = 70.0
+"""Mean of red, green and blue below which a part of a robot from a file is dark, 0 … 255."""
 
 CREASE: Final = float(np.radians(35))
 """Faces that meet at more have an edge between them."""
@@ -51,7 +54,7 @@ PROUD: Final = 0.003
 """How far coarse pieces stand off the coarse body [m]."""
 
 # Colour in the package's files, as written there → name of a material in our palettes; the nearest counts.
-_PAINT: Final[dict[RobotName, Mapping[tuple[int, int, int], str]]] = {
+_PAINT: Final[dict[str, Mapping[tuple[int, int, int], str]]] = {
     "panda": {
         (255, 255, 255): "body",
         (230, 235, 237): "cover",
@@ -89,7 +92,7 @@ class JointFrame(NamedTuple):
 
 
 @functools.cache
-def joint_frames(name: RobotName) -> tuple[JointFrame, ...]:
+def joint_frames(name: str) -> tuple[JointFrame, ...]:
     """Return how the links of a robot hang together, from the base outwards.
 
     Raises:
@@ -105,7 +108,7 @@ def joint_frames(name: RobotName) -> tuple[JointFrame, ...]:
 
 
 @functools.cache
-def robot_glbs(name: RobotName, palette: str, coarse: bool = False) -> tuple[bytes, ...]:
+def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ...]:
     """Return the base and every link of a robot as GLB files, in the frames of their joints.
 
     Args:
@@ -122,6 +125,8 @@ def robot_glbs(name: RobotName, palette: str, coarse: bool = False) -> tuple[byt
     # Says what is missing where something is.
     robot(name)
     sources = [__file__, example_data.__file__, shells.__file__, glb.__file__, surfaces.__file__]
+    if name in FILES:
+        sources += [str(Path(__file__).with_name(f"{source}.py")) for source in ("robot_files", "urdf_chain", "urdf_file")]
     key = glb.source_key(sources, importlib.metadata.version(PACKAGE), palette, coarse)
 
     def build() -> tuple[bytes, ...]:
@@ -131,8 +136,8 @@ def robot_glbs(name: RobotName, palette: str, coarse: bool = False) -> tuple[byt
 
 
 @functools.cache
-def link_meshes(name: RobotName, coarse: bool = False) -> tuple[Parts, ...]:
-    """Base and links of a robot of example-robot-data: material name → mesh in the joint's frame [m]. Shared: do not change them.
+def link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
+    """Base and links of a robot that is not the LWR: material name → mesh in the joint's frame [m]. Shared: do not change them.
 
     Raises:
         BadSetting: as `robot`.
@@ -150,16 +155,18 @@ def link_meshes(name: RobotName, coarse: bool = False) -> tuple[Parts, ...]:
     if coarse:
         # What lies on the body would dive in and out of it where both have few triangles.
         links = [{paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()} for parts in links]
-    if EXAMPLES[name].column:
-        column = _column(EXAMPLES[name].column, 20 if coarse else 56)
+    if height := _column_height(name):
+        column = _column(height, 20 if coarse else 56)
         links[0]["dark"] = join([links[0]["dark"], column]) if "dark" in links[0] else column
     return tuple(links)
 
 
-def _painted(name: RobotName, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
+def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
     """Every joint's loose pieces by the name of their material, welded, without tiny ones."""
     import trimesh
 
+    if name in FILES:
+        return _painted_file(name, smallest, weld)
     model, shapes = load_example(EXAMPLES[name], pin.GeometryType.VISUAL)
     found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(model.njoints)]
     for body in shapes.geometryObjects:
@@ -174,6 +181,33 @@ def _painted(name: RobotName, smallest: float, weld: float) -> tuple[dict[str, l
                 if np.linalg.norm(part.extents) > smallest:
                     found[body.parentJoint].setdefault(paint, []).append(part)
     return tuple(dict(sorted(parts.items())) for parts in found)
+
+
+def _painted_file(name: str, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
+    """The same of a robot from a file: of its colours only light and dark count."""
+    from scenes.robots.urdf_file import load_arm, solids
+
+    arm = load_arm(name)
+    shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
+    lights = np.array([float(np.mean(colour)) for _, _, colour in shapes])
+    areas = np.array([float(mesh.area) for _, mesh, _ in shapes])
+    # An arm that is dark all over has the colour of its side all the same.
+    darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
+    found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(arm.model.njoints)]
+    for (joint, mesh, _), light in zip(shapes, lights.tolist(), strict=True):
+        bare = _welded(np.asarray(mesh.vertices), np.asarray(mesh.faces), weld)
+        parts = [part for part in bare.split(only_watertight=False) if np.linalg.norm(part.extents) > smallest]
+        if parts:
+            found[joint].setdefault("dark" if light < darkest else "body", []).extend(parts)
+    return tuple(dict(sorted(parts.items())) for parts in found)
+
+
+def _column_height(name: str) -> float:
+    if name not in FILES:
+        return EXAMPLES[name].column
+    from scenes.robots.urdf_file import load_arm
+
+    return load_arm(name).column
 
 
 def _weight(piece: trimesh.Trimesh) -> float:
@@ -194,7 +228,7 @@ def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.
     return trimesh.Trimesh(means, kept[np.sort(first)], process=False)
 
 
-def _nearest_paint(name: RobotName, colour: Array) -> str:
+def _nearest_paint(name: str, colour: Array) -> str:
     paints = _PAINT[name]
     away = np.linalg.norm(np.array(list(paints), float) - np.asarray(colour, float), axis=1)
     return list(paints.values())[int(np.argmin(away))]

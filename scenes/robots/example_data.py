@@ -43,6 +43,7 @@ class Example:
     """What Duet adds to a robot of the package.
 
     Attributes:
+        key: its name in the setting `robot`.
         name: of the make.
         urdf: in the package's folder of robots.
         locked: joints → the position in which they are held; they are not part of the arm.
@@ -53,6 +54,7 @@ class Example:
         column: height of a column under its foot, which then counts as part of its base [m].
     """
 
+    key: RobotName
     name: str
     urdf: str
     locked: dict[str, float]
@@ -66,13 +68,14 @@ class Example:
 
     def robot(self, model: pin.Model, capsules: tuple[Capsule, ...]) -> Robot:
         """Return the robot with its model and its capsules."""
-        return Robot(self.name, model, self.hand, self.shoulder, self.elbow, self.wrist, capsules, self.labels)
+        return Robot(self.key, self.name, model, self.hand, self.shoulder, self.elbow, self.wrist, capsules, self.labels)
 
 
 SHOULDER: Final = 0.141
 """Radius of the ball in which the Panda's shoulder turns [m]."""
 
 PANDA: Final = Example(
+    "panda",
     "Franka Emika Panda",
     # Not panda_collision.urdf beside it: the cylinders and spheres there are 30 mm thicker than the arm, as a margin.
     "panda_description/urdf/panda.urdf",
@@ -94,6 +97,7 @@ PANDA: Final = Example(
 )
 
 UR5: Final = Example(
+    "ur5",
     "Universal Robots UR5",
     "ur_description/urdf/ur5_robot.urdf",
     {},
@@ -114,7 +118,7 @@ UR5: Final = Example(
     column=0.221,
 )
 
-EXAMPLES: Final[dict[RobotName, Example]] = {"panda": PANDA, "ur5": UR5}
+EXAMPLES: Final[dict[str, Example]] = {"panda": PANDA, "ur5": UR5}
 
 
 def load_example(example: Example, kind: pin.GeometryType | None = None) -> tuple[pin.Model, pin.GeometryModel]:
@@ -152,6 +156,15 @@ def load_example(example: Example, kind: pin.GeometryType | None = None) -> tupl
 _REMEDY: Final = LazyText(
     "Install it with: pip install --force-reinstall {package}; or choose the robot lwr, which needs nothing.", package=PACKAGE
 )
+
+
+def urdf_files() -> tuple[Path, ...]:
+    """Return every URDF file of the package, sorted.
+
+    Raises:
+        BadSetting: the package is not installed, or not all of it.
+    """
+    return tuple(sorted(_robots_folder().rglob("*.urdf")))
 
 
 def _robots_folder() -> Path:

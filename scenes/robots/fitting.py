@@ -36,12 +36,12 @@ def build_example(example: Example) -> Robot:
     for segment in example.segments:
         points = [shapes[segment.joint].reshape(-1, 3)]
         if segment.joint == 0 and example.column:
-            points.append(_column(example.column))
+            points.append(column_rim(example.column))
         if segment.rolled is not None:
             rolled = shapes[segment.rolled]
             if segment.without:
                 rolled = _beyond(_refined(rolled), segment.without)
-            points.append(_swept(model, rolled.reshape(-1, 3), segment.rolled, segment.joint))
+            points.append(swept(model, rolled.reshape(-1, 3), segment.rolled, segment.joint))
         if segment.ball is not None:
             joint, radius = segment.ball
             points.append(data.oMi[segment.joint].actInv(data.oMi[joint]).translation + _sphere(radius))
@@ -88,7 +88,7 @@ def _sphere(radius: float) -> Array:
     return points * (radius / -float(ConvexHull(points).equations[:, 3].max()))
 
 
-def _column(height: float) -> Array:
+def column_rim(height: float) -> Array:
     """Return points (k, 3) around the foot of a column under a base; their hull contains its lower rim."""
     angle = 2.0 * np.pi * np.arange(TURNS) / TURNS
     r = COLUMN_RADIUS / np.cos(np.pi / TURNS)
@@ -100,7 +100,7 @@ def _beyond(triangles: Array, radius: float) -> Array:
     return triangles[np.linalg.norm(triangles, axis=2).max(axis=1) > radius]
 
 
-def _swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
+def swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
     """Return points, in the frame of a neighbouring carrier, with a hull around all that a joint's link sweeps against it."""
     points = points[ConvexHull(points).vertices]
     turning = max(joint, carrier)

@@ -15,7 +15,7 @@ import pinocchio as pin
 import pytest
 
 from app.cli.main import COMMANDS, main
-from app.cli.options import AllOptions, RunOptions, chosen
+from app.cli.options import PLACES, AllOptions, RunOptions, chosen
 from app.cli.serve import Serve
 from app.runtime.terminal import INTERRUPTED
 from app.settings import Settings, from_query
@@ -219,8 +219,8 @@ def test_the_command_line_loads_no_heavy_library() -> None:
 
 
 def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:
-    assert list(AllOptions.__dataclass_fields__) == list(specs(Settings))
-    assert list(RunOptions.__dataclass_fields__) == list(specs(RunSettings))
+    assert list(AllOptions.__dataclass_fields__) == [*specs(Settings), *PLACES]
+    assert list(RunOptions.__dataclass_fields__) == [*specs(RunSettings), *PLACES]
     assert chosen(AllOptions(), Settings()) == Settings() and chosen(RunOptions(), RunSettings()) == RunSettings()
     for key, spec in specs(Settings).items():
         present = values(Settings())[key]

@@ -72,19 +72,20 @@ FORMULAS: Final = {
 """Labels that are symbols, …"""
 
 NAMES: Final = {
-    *("CSV", "HTML", "PNG", "SVG", "Python", "KUKA LWR 4+", "Franka Panda", "UR5", "English", "Deutsch", "Slovenščina"),
+    *("CSV", "HTML", "PNG", "SVG", "Python", *specs(Settings)["robot"].choice_labels, "English", "Deutsch", "Slovenščina"),
     *("Pseudo (a test)", "Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
     *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016"),
 }
 """… and names: the same in every language."""
 
 
-BODIES: Final = ("L", "R", "upper arm", "elbow", "forearm", "wrist", "hand", "pedestal", "ball")
+BODIES: Final = ("L", "R", "upper arm", "elbow", "forearm", "wrist", "hand", "pedestal", "ball", "link", "outer link")
 """Of which the pairs are, as `app.plots.pair_strips` names them."""
 
 JOINTS: Final = (
     *("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll"),
     *("wrist bend", "wrist turn"),
+    *(f"joint {i}" for i in range(1, 8)),
 )
 
 OTHERS: Final = (

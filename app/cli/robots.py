@@ -1,0 +1,42 @@
+"""`lwr-duet robots`: which arms there are."""
+
+from dataclasses import dataclass
+from typing import get_args
+
+from app.runtime.terminal import ending_at_once
+from controllers.errors import DuetError
+from scenes.settings import RobotName
+
+
+@dataclass(frozen=True)
+class Robots:
+    """List the arms that Duet knows, and every URDF file of example-robot-data with what keeps it from being an arm."""
+
+
+def robots(command: Robots) -> int:
+    """Print one line for each; return the exit code."""
+    del command
+    with ending_at_once():
+        from scenes.robots import robot
+        from scenes.robots.example_data import urdf_files
+        from scenes.robots.robot_files import robot_file
+
+    for name in get_args(RobotName):
+        try:
+            made = robot(name)
+            print(f"{name:6s} {made.name}, {made.model.nv} joints")
+        except DuetError as error:
+            print(f"{name:6s} {error}")
+    try:
+        files = urdf_files()
+    except DuetError as error:
+        print(error)
+        return 0
+    refused: list[str] = []
+    for path in files:
+        try:
+            print(f"--robot {path}   {len(robot_file(path).chain)} joints")
+        except DuetError as error:
+            refused.append(f"no: {error}")
+    print(*refused, sep="\n")
+    return 0

@@ -1,0 +1,158 @@
+"""Robots from URDF files that were given when this process started: the setting `robot` names them by file name and content."""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from controllers.errors import BadInputFile
+from scenes.files import read_file
+from scenes.settings import add_choice, added_choices
+
+if TYPE_CHECKING:
+    import yourdfpy
+
+LARGEST_URDF: Final = 10_000_000
+"""[B]"""
+
+LARGEST_MESHES: Final = 64_000_000
+"""All mesh files of a robot together [B]."""
+
+
+@dataclass(frozen=True)
+class RobotFile:
+    """A URDF file and what it refers to.
+
+    Attributes:
+        key: name of the robot in the setting `robot`: the file's name and a hash of the content of the file and its meshes.
+        path: of the file.
+        text: its content.
+        chain: names of the joints of its arm, base first.
+        meshes: name of a mesh, as in the URDF → its file.
+    """
+
+    key: str
+    path: Path
+    text: bytes
+    chain: tuple[str, ...]
+    meshes: dict[str, Path]
+
+
+FILES: Final[dict[str, RobotFile]] = {}
+"""Key → file, of all that were given."""
+
+
+def register(path: Path) -> str:
+    """Make a URDF file a choice of the setting `robot` in this process and return its name there; raises as `robot_file`."""
+    file = robot_file(path)
+    FILES[file.key] = file
+    add_choice("robot", file.key, file.key.rpartition("-")[0])
+    return file.key
+
+
+def robot_file(path: Path) -> RobotFile:
+    """Return a URDF file with the places of its meshes.
+
+    Raises:
+        BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, or one of its meshes is missing.
+    """
+    from scenes.robots.urdf_chain import find_chain
+
+    text = _content(path, LARGEST_URDF)
+    urdf = parsed(text, str(path))
+    chain = find_chain(urdf, str(path))
+    names = dict.fromkeys(
+        part.geometry.mesh.filename
+        for link in urdf.robot.links
+        for part in (*link.visuals, *link.collisions)
+        if part.geometry is not None and part.geometry.mesh is not None
+    )
+    digest, meshes, left = hashlib.sha256(text), {}, LARGEST_MESHES
+    for name in names:
+        file = _mesh_file(path, name)
+        content = _content(file, left, f"{path}: its meshes")
+        left -= len(content)
+        digest.update(content)
+        meshes[name] = file
+    stem = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-")[:24] or "robot"
+    return RobotFile(f"{stem}-{digest.hexdigest()[:12]}", path.absolute(), text, chain, meshes)
+
+
+GivenAtStart = tuple[dict[str, RobotFile], dict[str, dict[str, str]]]
+
+
+def given_at_start() -> GivenAtStart:
+    """Return the files and choices that only this process knows, for its workers."""
+    return FILES, added_choices()
+
+
+def take_over(given: GivenAtStart) -> None:
+    """Know in a worker what the process knows that started it."""
+    files, choices = given
+    FILES.update(files)
+    for key, labels in choices.items():
+        for value, label in labels.items():
+            add_choice(key, value, label)
+
+
+def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
+    """Return a URDF as yourdfpy reads it, without meshes.
+
+    Raises:
+        BadInputFile: it is no URDF.
+    """
+    import io
+
+    import yourdfpy
+
+    bare = {
+        "load_meshes": False,
+        "load_collision_meshes": False,
+        "build_scene_graph": False,
+        "build_collision_scene_graph": False,
+    }
+    try:
+        urdf = yourdfpy.URDF.load(io.BytesIO(text), **bare)
+    except Exception as error:
+        # On a damaged file lxml and yourdfpy raise nearly every kind there is.
+        reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
+        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=reason) from None
+    if not urdf.robot.links:
+        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason="no links")
+    return urdf
+
+
+def _content(path: Path, most: int, whole: str = "") -> bytes:
+    try:
+        return read_file(path, most)
+    except OSError as error:
+        if str(error.strerror).startswith("larger"):
+            limit = LARGEST_MESHES if whole else most
+            raise BadInputFile(
+                "{name}: larger than {size} MB, more than can be drawn here; give a robot with simpler meshes.",
+                name=whole or path,
+                size=limit // 1_000_000,
+            ) from None
+        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
+
+
+def _mesh_file(urdf: Path, name: str) -> Path:
+    """Return the file of a mesh: relative to the URDF file, or of a ROS package that is one of the folders around it or in one.
+
+    Raises:
+        BadInputFile: there is none.
+    """
+    rest = name.removeprefix("file://")
+    folders = [urdf.absolute().parent]
+    if name.startswith("package://"):
+        rest = name.removeprefix("package://")
+        folders = list(urdf.absolute().parents)
+    for folder in folders:
+        if (file := folder / rest).is_file():
+            return file
+    raise BadInputFile(
+        "{name}: the mesh {mesh} is missing; put it in its place beside the URDF file, or in a folder of the package's name above it.",
+        name=urdf,
+        mesh=name,
+    )

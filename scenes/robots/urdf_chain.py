@@ -1,0 +1,209 @@
+"""The arm in a URDF file: its chain of joints as a Pinocchio model, and the landmarks on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+
+from controllers.errors import BadInputFile
+from controllers.kinematics import Array
+from scenes.robots.description import joint_axis
+
+if TYPE_CHECKING:
+    import yourdfpy
+
+FEWEST, MOST = 6, 7
+"""Joints of an arm."""
+
+GRIPPER: Final = ("gripper", "finger", "jaw")
+"""Parts of the name of a joint that is no longer of the arm; it is held still."""
+
+HANDS: Final = ("hand_tcp", "tcp", "tool0", "tool", "grasp", "ee_link", "end_effector", "eef")
+"""Parts of the name of a hand frame; the first counts most."""
+
+USUAL_SPEED: Final = 2.0
+"""Of a joint without a speed limit [rad/s]."""
+
+TURN: Final = 2.0 * np.pi
+"""How far a joint without stops may turn to either side [rad]."""
+
+SHOULDER_HEIGHT: Final = 0.31
+"""Of the shoulder above the foot [m], as of the LWR; a lower one gets a column under its foot."""
+
+ROLL: Final = 0.8
+"""Cosine of the angle between axis and link from which a joint only turns the link about itself."""
+
+
+def find_chain(urdf: yourdfpy.URDF, name: str) -> tuple[str, ...]:
+    """Return the names of the arm's joints, base first: the revolute ones from the root up to a fork, a gripper or the end.
+
+    Args:
+        name: of the file, for messages.
+
+    Raises:
+        BadInputFile: there is no chain of 6 or 7 revolute joints.
+    """
+    children: dict[str, list[yourdfpy.Joint]] = {}
+    parents = [joint.child for joint in urdf.robot.joints]
+    if len(set(parents)) != len(parents):
+        raise BadInputFile("{name}: a link hangs on two joints; an arm is one chain.", name=name)
+    for joint in urdf.robot.joints:
+        children.setdefault(joint.parent, []).append(joint)
+    roots = [link.name for link in urdf.robot.links if link.name not in set(parents)]
+    if len(roots) != 1:
+        raise BadInputFile("{name}: has {count} links without a parent; an arm has one, its base.", name=name, count=len(roots))
+    chain: list[str] = []
+    link = roots[0]
+    while True:
+        following = _movable(children, link)
+        arm = [j for j in following if j.mimic is None and not any(part in j.name.lower() for part in GRIPPER)]
+        complete = len(chain) >= FEWEST
+        if not arm or (complete and (len(following) > 1 or arm[0].type not in ("revolute", "continuous"))):
+            break
+        if len(arm) > 1:
+            raise BadInputFile(
+                "{name}: forks into {joints} after {count} joints; give a file with one arm of 6 or 7 revolute joints in a chain.",
+                name=name,
+                joints=", ".join(_safe(j.name) for j in arm[:3]),
+                count=len(chain),
+            )
+        (joint,) = arm
+        if joint.type not in ("revolute", "continuous"):
+            raise BadInputFile(
+                "{name}: its joint {joint} is {kind}; Duet takes arms of 6 or 7 revolute joints.",
+                name=name,
+                joint=_safe(joint.name),
+                kind=joint.type,
+            )
+        chain.append(joint.name)
+        link = joint.child
+    if not FEWEST <= len(chain) <= MOST:
+        raise BadInputFile(
+            "{name}: has {count} revolute joints in a chain; Duet takes arms of 6 or 7.", name=name, count=len(chain)
+        )
+    for joint in urdf.robot.joints:
+        if joint.name in chain and joint.type == "revolute":
+            limit = joint.limit
+            low, high = (np.nan, np.nan) if limit is None else (limit.lower, limit.upper)
+            if low is None or high is None or not -np.inf < low < high < np.inf:
+                raise BadInputFile(
+                    "{name}: its joint {joint} has no limits between which it can move.", name=name, joint=_safe(joint.name)
+                )
+    return tuple(chain)
+
+
+def _movable(children: dict[str, list[yourdfpy.Joint]], link: str) -> list[yourdfpy.Joint]:
+    """Return the next joints that are not fixed."""
+    found: list[yourdfpy.Joint] = []
+    waiting, seen = [link], {link}
+    while waiting:
+        for joint in children.get(waiting.pop(), ()):
+            if joint.type != "fixed":
+                found.append(joint)
+            elif joint.child not in seen:
+                seen.add(joint.child)
+                waiting.append(joint.child)
+    return found
+
+
+def _safe(name: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in name)[:40]
+
+
+def chain_model(text: bytes, chain: tuple[str, ...], name: str) -> tuple[pin.Model, float]:
+    """Return the model of the chain, all other joints held still, and the height of the column under its foot [m].
+
+    Raises:
+        BadInputFile: Pinocchio cannot read it.
+    """
+    robot = ElementTree.fromstring(text)
+    for link in robot.iter("link"):
+        for part in ("visual", "collision", "inertial"):
+            for found in link.findall(part):
+                link.remove(found)
+    for joint in robot.findall("joint"):
+        for found in joint.findall("mimic"):
+            joint.remove(found)
+        # Pinocchio cannot join models in which a joint and a link have the same name.
+        if joint.get("name") not in chain:
+            joint.set("type", "fixed")
+            joint.set("name", f"fixed joint {joint.get('name')}")
+            continue
+        joint.set("name", f"arm_joint_{chain.index(str(joint.get('name'))) + 1}")
+        limit = joint.find("limit")
+        if limit is None:
+            limit = ElementTree.SubElement(joint, "limit")
+        if joint.get("type") == "continuous":
+            joint.set("type", "revolute")
+            limit.set("lower", str(-TURN))
+            limit.set("upper", str(TURN))
+        speed = float(limit.get("velocity", "0"))
+        limit.set("velocity", str(speed if 0.0 < speed <= 10.0 else USUAL_SPEED))
+        limit.set("effort", "1")
+    try:
+        model = pin.buildModelFromXML(ElementTree.tostring(robot, encoding="unicode"))
+    except (ValueError, RuntimeError) as error:
+        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=str(error).splitlines()[0][:80]) from None
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.zeros(model.nq))
+    column = max(0.0, round(SHOULDER_HEIGHT - float(data.oMi[2].translation[2]), 3))
+    if not column:
+        return model, 0.0
+    return pin.appendModel(pin.Model(), model, 0, pin.SE3(np.eye(3), np.array([0.0, 0.0, column]))), column
+
+
+def landmarks(model: pin.Model) -> tuple[int, int, int]:
+    """Return the joints at shoulder, elbow and wrist.
+
+    The shoulder is the first joint across the first axis; the elbow is the one that changes the distance from there to the last joint
+    most; the wrist is the next one that bends.
+    """
+    data, random = model.createData(), np.random.default_rng(2)
+    axes = [joint_axis(model, joint) for joint in range(1, model.njoints)]
+    across = np.zeros(model.njoints)
+    stretch = np.zeros(model.njoints)
+    bend = np.zeros(model.njoints)
+    postures = random.uniform(-1.5, 1.5, (64, model.nq))
+    last = model.njoints - 1
+    pin.forwardKinematics(model, data, np.zeros(model.nq))
+    world = [data.oMi[j].rotation @ axes[j - 1] for j in range(1, model.njoints)]
+    for j in range(2, model.njoints):
+        across[j] = np.linalg.norm(np.cross(world[0], world[j - 1]))
+    shoulder = next((j for j in range(2, last - 2) if across[j] > 0.5), 2)
+    for q in postures:
+        pin.forwardKinematics(model, data, q)
+        points = [data.oMi[j].translation.copy() for j in range(model.njoints)]
+        way = points[last] - points[shoulder]
+        for j in range(shoulder + 1, last - 1):
+            axis = data.oMi[j].rotation @ axes[j - 1]
+            stretch[j] += abs(float(np.cross(axis, points[last] - points[j]) @ way)) / max(float(np.linalg.norm(way)), 1e-9)
+    elbow = int(np.argmax(stretch))
+    for q in postures:
+        pin.forwardKinematics(model, data, q)
+        for j in range(elbow + 1, model.njoints):
+            link = data.oMi[j].translation - data.oMi[elbow].translation
+            length = float(np.linalg.norm(link))
+            axis = data.oMi[j].rotation @ axes[j - 1]
+            bend[j] += abs(float(axis @ link)) / length if length > 1e-6 else 1.0
+    wrist = next((j for j in range(elbow + 1, last) if bend[j] / len(postures) < ROLL), last - 1)
+    return shoulder, elbow, wrist
+
+
+def hand_frame(model: pin.Model) -> str:
+    """Return the name of the hand's frame: one that is called so, else the farthest from the last joint."""
+    last = model.njoints - 1
+    frames = [frame for frame in model.frames if frame.parentJoint == last and frame.type == pin.FrameType.BODY]
+    for part in HANDS:
+        for frame in frames:
+            if part in frame.name.lower():
+                return frame.name
+    return max(frames, key=lambda frame: float(np.linalg.norm(frame.placement.translation))).name
+
+
+def frame_pose(model: pin.Model, link: str) -> tuple[int, Array]:
+    """Return the joint that carries a link, and the link's pose (4, 4) in its frame."""
+    frame = model.frames[model.getFrameId(link, pin.FrameType.BODY)]
+    return frame.parentJoint, frame.placement.homogeneous

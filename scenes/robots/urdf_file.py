@@ -1,0 +1,167 @@
+"""A robot from a URDF file: model, landmarks, capsules around its shapes, and the triangles that are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+import pinocchio as pin
+
+from controllers.errors import BadInputFile
+from controllers.kinematics import Array
+from scenes.robots.description import Capsule, Robot
+from scenes.robots.robot_files import FILES, RobotFile, parsed
+from scenes.robots.urdf_chain import chain_model, frame_pose, hand_frame, landmarks
+
+if TYPE_CHECKING:
+    import trimesh
+    import yourdfpy
+
+Kind = Literal["visuals", "collisions"]
+
+MOST_TRIANGLES: Final = 1_500_000
+"""Of all meshes of a robot together."""
+
+ROUND: Final = 24
+"""Sections of a cylinder in a URDF file."""
+
+
+@dataclass(frozen=True)
+class FileArm:
+    """The arm in a URDF file, without what takes long.
+
+    Attributes:
+        file: where it is from.
+        urdf: as yourdfpy reads it.
+        model: of the arm on its column.
+        column: height of the column [m].
+    """
+
+    file: RobotFile
+    urdf: yourdfpy.URDF
+    model: pin.Model
+    column: float
+
+    def robot(self, capsules: tuple[Capsule, ...]) -> Robot:
+        """Return the robot with its capsules."""
+        labels = tuple(f"joint {i}" for i in range(1, self.model.njoints))
+        name = self.file.key.rpartition("-")[0]
+        return Robot(self.file.key, name, self.model, hand_frame(self.model), *landmarks(self.model), capsules, labels)
+
+
+def load_arm(key: str) -> FileArm:
+    """Return the arm of a file that was registered.
+
+    Raises:
+        BadInputFile: Pinocchio cannot read it.
+    """
+    file = FILES[key]
+    urdf = parsed(file.text, str(file.path))
+    model, column = chain_model(file.text, file.chain, str(file.path))
+    return FileArm(file, urdf, model, column)
+
+
+def solids(arm: FileArm, kind: Kind) -> Iterator[tuple[int, trimesh.Trimesh, Array]]:
+    """Yield every shape: joint that carries it, its mesh in the frame of that joint [m], and its colour (3,) in 0 … 255.
+
+    Raises:
+        BadInputFile: a mesh cannot be read, or there are too many triangles.
+    """
+    colours = {m.name: m.color.rgba for m in arm.urdf.robot.materials if m.color is not None}
+    left = MOST_TRIANGLES
+    for link in arm.urdf.robot.links:
+        joint, pose = frame_pose(arm.model, link.name)
+        for part in getattr(link, kind):
+            paint = None
+            if kind == "visuals" and part.material is not None:
+                own = part.material.color
+                paint = own.rgba if own is not None else colours.get(part.material.name)
+            place = pose if part.origin is None else pose @ part.origin
+            for mesh, colour in _meshes(arm.file, part.geometry):
+                left -= len(mesh.faces)
+                if left < 0:
+                    raise BadInputFile(
+                        "{name}: its shapes have more than {count} triangles; give a robot with simpler meshes.",
+                        name=arm.file.path,
+                        count=MOST_TRIANGLES,
+                    )
+                mesh.apply_transform(place)
+                yield joint, mesh, colour if paint is None else 255.0 * np.asarray(paint[:3], float)
+
+
+def _meshes(file: RobotFile, shape: Any) -> Iterator[tuple[trimesh.Trimesh, Array]]:
+    """Yield the meshes of one shape with their colours."""
+    import trimesh
+
+    grey = np.full(3, 200.0)
+    if shape is None:
+        return
+    if shape.box is not None:
+        yield trimesh.creation.box(shape.box.size), grey
+    elif shape.cylinder is not None:
+        yield trimesh.creation.cylinder(shape.cylinder.radius, shape.cylinder.length, sections=ROUND), grey
+    elif shape.sphere is not None:
+        yield trimesh.creation.icosphere(subdivisions=3, radius=shape.sphere.radius), grey
+    elif shape.mesh is not None:
+        path = file.meshes[shape.mesh.filename]
+        try:
+            scene = trimesh.load_scene(str(path))
+            scale = np.ones(3) if shape.mesh.scale is None else np.broadcast_to(np.asarray(shape.mesh.scale, float), 3)
+            for node in scene.graph.nodes_geometry:
+                placement, key = scene.graph[node]
+                piece = scene.geometry[key]
+                if isinstance(piece, trimesh.Trimesh):
+                    bare = trimesh.Trimesh(
+                        trimesh.transform_points(piece.vertices, placement) * scale, piece.faces, process=False
+                    )
+                    yield bare, _colour(piece)
+        except Exception as error:
+            # trimesh's readers raise nearly every kind there is.
+            reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
+            raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=reason) from None
+
+
+def _colour(piece: trimesh.Trimesh) -> Array:
+    visual: Any = piece.visual
+    material = getattr(visual, "material", None)
+    return np.asarray((visual if material is None else material).main_color[:3], float)
+
+
+def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
+    """Return a capsule around the collision shapes of every link, of a link without any around what is drawn of it.
+
+    The first link shares one with the base that it turns on.
+
+    Raises:
+        BadInputFile: as `solids`; or nothing has a shape.
+    """
+    from scenes.robots.enclosing import enclosing_capsule
+    from scenes.robots.fitting import column_rim, swept
+
+    model = arm.model
+    shapes: list[list[Array]] = [[] for _ in range(model.njoints)]
+    for joint, mesh, _ in solids(arm, "collisions"):
+        shapes[joint].append(np.asarray(mesh.vertices))
+    if not all(shapes):
+        for joint, mesh, _ in solids(arm, "visuals"):
+            if joint in (j for j, points in enumerate(shapes) if not points):
+                shapes[joint].append(np.asarray(mesh.vertices))
+    points = [np.vstack(found) if found else np.zeros((0, 3)) for found in shapes]
+    if sum(map(len, points[1:])) == 0:
+        raise BadInputFile("{name}: no link has a shape; capsules are fitted around them.", name=arm.file.path)
+    base = [points[0]]
+    if arm.column:
+        base.append(column_rim(arm.column))
+    if len(points[1]):
+        base.append(swept(model, points[1], 1, 0))
+    found: list[Capsule] = []
+    if len(foot := np.vstack(base)):
+        found.append(Capsule("pedestal", 0, *enclosing_capsule(foot)))
+    last = max(j for j in range(model.njoints) if j == 0 or len(points[j]))
+    for joint in range(2, model.njoints):
+        if len(points[joint]):
+            name = "hand" if joint == last else f"link {joint}"
+            found.append(Capsule(name, joint, *enclosing_capsule(points[joint])))
+    return tuple(found)
