@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from controllers.kinematics import Array
 from controllers.limits import Authority
 from scenes.history import COLUMN
-from scenes.settings import LawSettings, RunSettings
+from scenes.settings import HardwareSettings, LawSettings, RunSettings
 
 TIE: Final = 0.05
 """Two pairs count as tied for so long before and after one replaces the other as the closest [s]."""
@@ -28,6 +28,7 @@ class Condition(Enum):
     LEVER = "J_d regular"
     BOUND = "no joint at its limit"
     PAIRS = "one closest pair"
+    ROBOT = "an ideal robot"
 
 
 def makes_promise(law: LawSettings) -> bool:
@@ -55,6 +56,7 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
         Condition.LEVER: (s < 1.0) & (w <= v) & (s * (v + u) - u < w),
         Condition.BOUND: (authority == Authority.STOP) | (authority == Authority.SPEED),
         Condition.PAIRS: tied,
+        Condition.ROBOT: np.full(len(table), settings.hardware != HardwareSettings()),
     }
 
 
