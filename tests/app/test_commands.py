@@ -273,5 +273,5 @@ def test_the_template_of_a_law_is_the_papers_and_a_mistake_in_it_is_named_with_i
 
 def test_ten_lessons_are_listed_in_order_and_an_unknown_one_is_refused_with_the_names(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lessons"]) == 0
-    assert [int(line.split()[0]) for line in capsys.readouterr().out.splitlines()] == list(range(1, 11))
+    assert [int(line.split()[0]) for line in capsys.readouterr().out.splitlines()] == list(range(1, 12))
     assert "redundancy" in refused(capsys, "lessons", "--only", "nonsense")

@@ -4,6 +4,7 @@ from app.lessons.measures import contact_line as line
 from app.lessons.measures import distances as distance
 from app.lessons.measures import following
 from app.lessons.measures import hand_errors as hand
+from app.lessons.measures import late_robot as late
 from app.lessons.measures import leverage as along
 from app.lessons.measures import task_stability as tasks
 from app.lessons.measures import velocity_jumps as smoothness
@@ -27,6 +28,7 @@ __all__ = [
     "distance",
     "following",
     "hand",
+    "late",
     "line",
     "measure",
     "read_parameters",
