@@ -23,7 +23,7 @@ class GhostRun:
     Attributes:
         simulation: its history has the same times as the session's; None while there is no ghost.
         inputs: what it was made with.
-        frozen: settings of the run whose law, gain and hardware a frozen ghost keeps.
+        frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
     """
 
     def __init__(self, run: RunSettings, law: StudentLaw) -> None:

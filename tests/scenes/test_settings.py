@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from controllers.errors import BadSetting
-from scenes.settings import LawSettings, RunSettings, Spec, changed, specs, validate, values
+from scenes.settings import HardwareSettings, LawSettings, RunSettings, Spec, changed, specs, validate, values
 
 SPECS = specs()
 DEFAULTS = values(RunSettings())
@@ -39,7 +39,7 @@ def bounds(spec: Spec) -> tuple[str, str]:
 
 def test_declared_fields() -> None:
     # The tree's fields, its keys and its values are the same, in one order.
-    assert len(SPECS) == len(fields(RunSettings)) - 1 + len(fields(LawSettings))
+    assert len(SPECS) == len(fields(RunSettings)) - 2 + len(fields(LawSettings)) + len(fields(HardwareSettings))
     assert list(SPECS) == list(DEFAULTS)
     assert sorted(NUMBERS + CHOICES + FLAGS) == sorted(SPECS)
     for key, spec in SPECS.items():
@@ -134,12 +134,12 @@ def test_range_ends_and_bad_fields(key: str) -> None:
             assert spec.low <= values(changed(RunSettings(), key, value))[key] <= spec.high
     # A tree built past the check is found out.
     good = RunSettings()
-    found: dict[str, tuple[str, bool]] = {}
-    for part in (good, good.law):
-        found |= {f.metadata["spec"].key: (f.name, part is good) for f in fields(part) if f.metadata}
-    name, on_top = found[key]
+    found: dict[str, tuple[str, str]] = {}
+    for branch, part in (("", good), ("law", good.law), ("hardware", good.hardware)):
+        found |= {f.metadata["spec"].key: (f.name, branch) for f in fields(part) if f.metadata}
+    name, branch = found[key]
     change: dict[str, Any] = {name: math.inf}
-    bad = replace(good, **change) if on_top else replace(good, law=replace(good.law, **change))
+    bad = replace(good, **({branch: replace(getattr(good, branch), **change)} if branch else change))
     with pytest.raises(BadSetting, match=key):
         validate(bad)
 

@@ -52,7 +52,7 @@ COMPARE: Final = (
 
 ROBOT: Final = (
     "What lies between the law and a real arm, of the arms that keep clear: 0 everywhere is the ideal robot. With a dead time T the rest "
-    "is stable as long as a T < π/2, and d does not overshoot up to a T = 1/e."
+    "is stable as long as a T &lt; π/2, and d does not overshoot up to a T = 1/e."
 )
 
 NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law does the same."

@@ -153,10 +153,10 @@ def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
     settling = settling_time(law.critical_distance, law.order, v, now.pull, now.approach)
     if T == 0.0 or sample.second is not None or not 0.0 < settling < math.inf:
         return ""
-    if T >= largest_dead_time(settling, run.hardware.lag):
+    if largest_dead_time(settling, run.hardware.lag) <= T:
         words = tr("never settles")
     else:
-        words = tr("overshoots") if T > largest_dead_time_without_overshoot(settling) else tr("calm")
+        words = tr("overshoots") if largest_dead_time_without_overshoot(settling) < T else tr("calm")
     return f", a T = {T / settling:.2f}: {words}"
 
 

@@ -2,7 +2,7 @@
 
 import io
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -83,8 +83,8 @@ def test_the_distance_is_the_true_one_and_what_the_law_saw_can_be_computed_again
     world, law, hardware = World(simulation.room, settings.limit_gain), settings.law, settings.hardware
     activation = make_law(law).activation
     held: Array | None = None
-    frame = -1
-    for step in range(0, len(table)):
+    frame, seen, noise = -1, math.nan, math.nan
+    for step in range(len(table)):
         world.kinematics.update(q[step])
         assert world.detector.detect().distance == column(table, "d")[step]
         now = int(column(table, "t")[step] * hardware.frame_rate + 1e-6)
@@ -137,8 +137,8 @@ def test_a_dead_time_is_whole_steps_and_the_arm_answers_so_much_later() -> None:
 class Reluctant:
     """The paper's law, which lets itself be asked twice."""
 
-    wants_all_pairs = False
-    wants_task = False
+    wants_all_pairs: ClassVar[bool] = False
+    wants_task: ClassVar[bool] = False
 
     def __init__(self, settings: RunSettings) -> None:
         self._law, self._asked = make_law(settings.law), False
