@@ -174,7 +174,7 @@ def missed(simulation: Simulation, now: Contact, rate: float) -> str:
     elif law in ("task_activation", "continuous_inverse"):
         why = tr("the hand takes its share")
     elif simulation.settings.hardware != HardwareSettings():
-        why = tr("the robot is late, or sees something else")
+        why = tr("the robot is not ideal")
     elif now.square < AUTHORITY**2:
         why = tr("hardly a joint moves this point")
     else:

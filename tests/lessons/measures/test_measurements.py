@@ -84,12 +84,7 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "distance_margin": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q) - 0.15, 1e-9),
     "distance_at": ("ball", {"time": 4.0}, lambda s: s.gap(s.q[200])[0], 1e-9),
     "distance_swing": ("ball", {"since": 2.0, "until": 4.0}, lambda s: float(np.ptp([s.gap(q)[0] for q in s.q[100:201]])), 1e-9),
-    "dead_time_number": (
-        "push",
-        {"time": 2.0, "dead": 0.05},
-        lambda s: 0.05 * slope(s, round(2.0 / s.simulation.settings.dt)),
-        1e-9,
-    ),
+    "dead_time_number": ("ball", {"time": 4.0, "dead": 0.05}, lambda s: 0.05 * slope(s, 200), 1e-9),
     "way_made": ("ball", {"since": 2.0, "until": 4.0}, lambda s: s.gap(s.q[100])[0] - s.gap(s.q[200])[0], 1e-9),
     "largest_approach": ("push", {"within": 0.2}, lambda s: max(s.col("w")[s.col("d") < 0.2]), 0.0),
     "approach_now": ("push", {}, lambda s: s.col("w")[-1], 0.0),
