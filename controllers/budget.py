@@ -83,6 +83,50 @@ def largest_step_at_rest(
     return 2.0 * settling_time(critical_distance, order, nominal_velocity, pull, approach)
 
 
+def largest_dead_time(settling: float, lag: float = 0.0) -> float:
+    """Return the dead time below which line (R), linearised at its rest, is stable [s]: π/2 of its time constant without a lag.
+
+    The robot's part of ḋ = −a (d − d*), a = 1/`settling`, comes a dead time later and through a first-order lag τ. On the stability
+    limit a = ω √(1 + ω² τ²), where lag and dead time turn the phase by a quarter: ω T + arctan ω τ = π/2.
+
+    Args:
+        settling: time constant of line (R) at its rest, `settling_time` [s].
+        lag: τ [s].
+    """
+    if settling == math.inf:
+        return math.inf
+    if lag == 0.0:
+        return 0.5 * math.pi * settling
+    omega = math.sqrt(0.5 * (math.sqrt(1.0 + (2.0 * lag / settling) ** 2) - 1.0)) / lag
+    return (0.5 * math.pi - math.atan(omega * lag)) / omega
+
+
+def largest_dead_time_without_overshoot(settling: float) -> float:
+    """Return the dead time up to which line (R), linearised at its rest and without a lag, does not overshoot [s]: 1/e of its
+    time constant `settling` [s]."""
+    return settling / math.e
+
+
+def steps_late(dead_time: float, dt: float) -> int:
+    """Return how many time steps a dead time is: a command acts in the first step that begins so late or later."""
+    return math.ceil(dead_time / dt - 1e-6)
+
+
+def largest_share_of_step(steps: int) -> tuple[float, float]:
+    """Return dt over the time constant of line (R) up to which explicit Euler does not overshoot, and below which it is stable.
+
+    Args:
+        steps: of the dead time, N. The limits are N^N / (N + 1)^(N + 1) and 2 sin(π / (4 N + 2)): for N = 0 they are 1 and 2, for many
+            short steps a T is at most 1/e and below π/2.
+    """
+    return (steps / (steps + 1.0)) ** steps / (steps + 1.0), 2.0 * math.sin(math.pi / (4.0 * steps + 2.0))
+
+
+def surprise_loss(approach: float, dead_time: float) -> float:
+    """Return w T [m]: what a rest loses to an obstacle that starts at once, before the robot's answer arrives."""
+    return approach * dead_time
+
+
 def far_bias_speed(distance: float, critical_distance: float, order: float, nominal_velocity: float) -> float:
     """Return λ(d) v, the speed at which an arm with nothing to do is still pushed away at distance d [m/s]."""
     return activation(distance, critical_distance, order) * nominal_velocity

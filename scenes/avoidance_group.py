@@ -53,12 +53,13 @@ class AvoidanceGroup:
             w -= float(row[columns].dot(velocities))
         return w
 
-    def situation(self, law: Law, near: Proximity) -> Situation:
+    def situation(self, law: Law, near: Proximity, error: float = 0.0) -> Situation:
         """Return the present situation for a law.
 
         Args:
             law: what it wants to see.
             near: at the present positions.
+            error: of the measured distances of all pairs [m]; `near` has it already.
         """
         plain = (self._positions, self.nominal, near.row[self.joints], near.law_distance, self.approach(near.row))
         if not (law.wants_task or law.wants_all_pairs):
@@ -67,6 +68,8 @@ class AvoidanceGroup:
         if law.wants_all_pairs and self._detector.count:
             all_rows = self._detector.rows()
             rows, distances, approaches = all_rows[:, self.joints], self._detector.distances(), np.zeros(len(all_rows))
+            if error:
+                distances += error
             for columns, velocities in self._others:
                 approaches -= all_rows[:, columns].dot(velocities)
         J = self._task_jacobian() if law.wants_task else None

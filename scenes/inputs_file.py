@@ -68,6 +68,7 @@ def recorded_bytes(recorded: Recorded) -> bytes:
         "positions": snapshot.positions,
         "velocities": snapshot.velocities,
     }
+    arrays |= {f"robot_{i}": array for i, array in enumerate(snapshot.robot)}
     for i, memory in enumerate(snapshot.memories):
         arrays |= {f"memory_{i}_{j}": array for j, array in enumerate(memory)}
     out = io.BytesIO()
@@ -272,9 +273,22 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
         same = all(a.shape == b.shape and a.dtype == b.dtype for a, b in zip(stored, memory, strict=True))
         _check(same, "begins in another experiment")
         memories.append(stored)
-    everything = [positions, velocities, *(array for memory in memories for array in memory)]
+    robot = tuple(arrays[f"robot_{i}"] for i in range(4)) if "robot_0" in arrays else ()
+    _check(not robot or _is_robot(*robot, nv=len(positions)), "begins with an impossible robot")
+    everything = [positions, velocities, *robot, *(array for memory in memories for array in memory)]
     _check(all(array.dtype.kind in "fiub" for array in everything), "begins with no numbers")
     _check(positions.dtype == velocities.dtype == np.float64, "begins with numbers of the wrong type")
     _check((np.abs(positions) <= WIDEST).all() and (np.abs(velocities) <= FASTEST).all(), "begins in an impossible posture")
     _check(all((np.abs(array) < 1e6).all() for array in everything), "begins with an impossible number")
-    return Snapshot(settings, steps, time, positions, velocities, tuple(memories))
+    return Snapshot(settings, steps, time, positions, velocities, tuple(memories), robot)
+
+
+def _is_robot(times: Array, commands: Array, held: Array, frame: Array, nv: int) -> bool:
+    """Return whether these can be the commands on their way and the last frame, see `scenes.actuation` and `scenes.sensing`."""
+    typed = times.dtype == commands.dtype == held.dtype == np.float64 and frame.dtype == np.int64
+    shaped = times.ndim == 1 and commands.shape == (len(times), nv) and held.shape in ((0,), (nv,)) and frame.shape == ()
+    if not (typed and shaped):
+        return False
+    # Without a posture there was no frame.
+    seen = int(frame) >= 0 if len(held) else int(frame) == -1
+    return bool(seen and (np.diff(times) > 0.0).all() and (np.abs(commands) <= FASTEST).all() and (np.abs(held) <= WIDEST).all())

@@ -16,7 +16,7 @@ from controllers.kinematics import Array
 from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
 from scenes.history import COLUMN, History
-from scenes.settings import LawSettings, RunSettings
+from scenes.settings import HardwareSettings, LawSettings, RunSettings
 
 TIE: Final = 0.05
 """Two pairs count as tied for so long before and after one replaces the other as the closest [s]."""
@@ -29,6 +29,7 @@ class Condition(Enum):
     LEVER = "J_d regular"
     BOUND = "no joint at its limit"
     PAIRS = "one closest pair"
+    ROBOT = "an ideal robot"
 
 
 def makes_promise(law: LawSettings) -> bool:
@@ -63,6 +64,7 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
         Condition.LEVER: near & ((least < FIRM_LEVER) | (least < 1.0) & (w <= v) & (rate < 0.0)),
         Condition.BOUND: bound,
         Condition.PAIRS: near & tied,
+        Condition.ROBOT: np.full(len(table), settings.hardware != HardwareSettings()),
     }
 
 

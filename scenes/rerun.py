@@ -14,14 +14,14 @@ from controllers.kinematics import Array
 from scenes.headless import Summary, summarise
 from scenes.history import COLUMN
 from scenes.inputs import Recorded, Stretch, merged
-from scenes.settings import LawSettings, RunSettings, Spec, changed, specs
+from scenes.settings import HardwareSettings, LawSettings, RunSettings, Spec, changed, specs
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, HandTarget, Target
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
 """Settings that cannot be changed for a recorded piece of a run: they decide on the room, the roles and the clock."""
 
-WHAT_IF_KEYS: Final = (*specs(LawSettings), "k", "kx")
+WHAT_IF_KEYS: Final = (*specs(LawSettings), *specs(HardwareSettings), "k", "kx")
 """Settings of which one asks "what if"."""
 
 LOOK: Final = 64
@@ -230,13 +230,15 @@ def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Str
             known = ", ".join(name for name in specs() if name not in FIXED)
             raise BadSetting("{key} cannot be given to a recorded run; choose from {known}.", key=key, known=known)
         checked = changed(checked, key, value)
-    run, law = _named(checked, overrides), _named(checked.law, overrides)
-    return merged(
-        [Stretch(replace(s.settings, law=replace(s.settings.law, **law), **run), s.targets) for s in recorded.stretches]
-    )
+    run, law, hardware = (_named(part, overrides) for part in (checked, checked.law, checked.hardware))
+
+    def overridden(settings: RunSettings) -> RunSettings:
+        return replace(settings, law=replace(settings.law, **law), hardware=replace(settings.hardware, **hardware), **run)
+
+    return merged([Stretch(overridden(s.settings), s.targets) for s in recorded.stretches])
 
 
-def _named(settings: RunSettings | LawSettings, keys: Mapping[str, object]) -> dict[str, Any]:
+def _named(settings: RunSettings | LawSettings | HardwareSettings, keys: Mapping[str, object]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for f in fields(settings):
         spec: Spec | None = f.metadata.get("spec")

@@ -146,6 +146,44 @@ class LawSettings:
 
 
 @dataclass(frozen=True)
+class HardwareSettings:
+    """How the arms that avoid differ from ideal ones: what is behind the commanded velocity, and what is seen. SI units; 0 is ideal."""
+
+    dead_time: float = _number(
+        0.0, "dead", "dead time T", "How long a commanded velocity is on its way to the joints, in whole time steps.",
+        "s", 0.0, 0.1, 5.0, "ms", 1000.0,
+    )  # fmt: skip
+    lag: float = _number(
+        0.0, "lag", "lag τ", "Time constant with which the joints reach a commanded velocity.", "s", 0.0, 0.1, 5.0, "ms", 1000.0
+    )
+    joint_noise: float = _number(
+        0.0, "qnoise", "noise of q", "Standard deviation of what the joint sensors show, in every step.",
+        "rad", 0.0, math.radians(1.0), 0.01, "°", math.degrees(1.0),
+    )  # fmt: skip
+    joint_resolution: float = _number(
+        0.0, "qstep", "step of q", "Resolution of the joint sensors.", "rad", 0.0, math.radians(1.0), 0.01, "°", math.degrees(1.0)
+    )
+    frame_rate: float = _number(
+        0.0, "fps", "camera", "Frames a second in which the distance is measured; in between d and J_d stay. 0 is every step.",
+        "1/s", 0.0, 100.0, 5.0, "Hz",
+    )  # fmt: skip
+    distance_noise: float = _number(
+        0.0, "dnoise", "noise of d", "Standard deviation of the measured distance, in every frame.",
+        "m", 0.0, 0.02, 0.5, "mm", 1000.0,
+    )  # fmt: skip
+
+    @property
+    def acts_late(self) -> bool:
+        """Whether a commanded velocity is not reached at once."""
+        return self.dead_time > 0.0 or self.lag > 0.0
+
+    @property
+    def sees_wrong(self) -> bool:
+        """Whether the controller sees something else than there is."""
+        return max(self.joint_noise, self.joint_resolution, self.frame_rate, self.distance_noise) > 0.0
+
+
+@dataclass(frozen=True)
 class RunSettings:
     """Who stands where and what they are asked to do. SI units."""
 
@@ -203,8 +241,9 @@ class RunSettings:
         "that still can.",
         "Keep the distance rate", "Shorten the whole q̇", "Saturate in the null space",
     )  # fmt: skip
-    seed: int = _number(1, "seed", "seed", "Seed of the autopilot: another number, another person.", "", 0, 9999, 1)
+    seed: int = _number(1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1)
     law: LawSettings = field(default_factory=LawSettings)
+    hardware: HardwareSettings = field(default_factory=HardwareSettings)
 
 
 _ADDED: Final[dict[str, dict[str, str]]] = {}

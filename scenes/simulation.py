@@ -9,6 +9,7 @@ from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import FIRM_LEVER, Law, Unanswered, lever
 from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
+from scenes.actuation import Actuation, before_stops
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
 from scenes.avoidance_group import AvoidanceGroup, avoidance_groups
@@ -17,6 +18,7 @@ from scenes.history import History, Sample, Second
 from scenes.law_factory import make_law
 from scenes.roles import TargetSource
 from scenes.room import Room, room_of
+from scenes.sensing import Sensing, measured_positions
 from scenes.settings import RunSettings
 from scenes.starts import start_of
 from scenes.targets import Target
@@ -35,6 +37,7 @@ class Snapshot:
         steps, time: made so far, and simulated so far [s].
         positions, velocities: (nv,).
         memories: of every task.
+        robot: commands on their way, and the last frame of the distance sensor; empty for an ideal robot.
     """
 
     settings: RunSettings
@@ -43,6 +46,7 @@ class Snapshot:
     positions: Array
     velocities: Array
     memories: tuple[Memory, ...]
+    robot: Memory = ()
 
 
 class Simulation:
@@ -71,6 +75,7 @@ class Simulation:
         self.history = History(self._capacity, room.model.nv)
         self._way = np.zeros(room.model.nv)
         self._desired = np.full(room.model.nv, np.nan)
+        self._actuation, self._sensing = Actuation(room.model.nv), Sensing(self.world)
         self._assign()
 
     def _assign(self) -> None:
@@ -90,6 +95,8 @@ class Simulation:
         nominals = {task.joints.start: group.part(task) for group in self._groups for task in group.tasks}
         # A task that does not avoid moves its joints directly.
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
+        self._by_person = [(m, wanted) for m, wanted in self._asked if m.joints.start not in nominals]
+        self._by_controller = [(m, wanted) for m, wanted in self._asked if m.joints.start in nominals]
         self.bounded = Bounded(np.zeros(self._groups[0].velocities.shape))
         """What the first avoiding arm did in the last step, and why not more."""
         self.bound_bites = False
@@ -102,6 +109,10 @@ class Simulation:
         if self._custom_law is None:
             self.law = make_law(settings.law)
         self.world.bounds.gain = settings.limit_gain
+        if settings.hardware.dead_time == 0.0:
+            self._actuation.clear()
+        if settings.hardware.frame_rate == 0.0:
+            self._sensing.clear()
         room = room_of(settings)
         if room is not self.room or (settings.scene, settings.start) != (before.scene, before.start):
             self._enter(room)
@@ -123,6 +134,8 @@ class Simulation:
 
     def _begin(self) -> None:
         self.velocities[:] = 0.0
+        self._actuation.clear()
+        self._sensing.clear()
         self.world.update()
         for task in self.roles.tasks:
             task.begin()
@@ -182,39 +195,23 @@ class Simulation:
             raise
 
     def _advance(self, target: Target | None) -> None:
-        settings, law, world = self.settings, self.law, self.world
-        world.update()
-        near = self.detector.detect(settings.law.pairs, settings.law.beta, settings.law.convexity)
-        for task, wanted in self._asked:
-            wanted[:] = task.nominal(target, settings, self.time)
-        lam = law.activation(near.law_distance)
-        first = self._groups[0]
-        situation = first.situation(law, near)
-        w_law = situation.approach
-        w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
-        wanted = law(situation)
-        self.bound_bites = False
-        s = _lever(situation.row)
-        self.bounded = bounded = self._bound(first, situation.row, wanted, lam, s)
-        second = self._second_keeps_clear(law, near, lam) if len(self._groups) > 1 else None
-        first.velocities[:] = bounded.velocities
+        settings = self.settings
+        hardware = settings.hardware
+        before = self.velocities.copy() if hardware.acts_late else None
+        if hardware.sees_wrong:
+            scalars, second = self._decide_by_sensors(target)
+        else:
+            self.world.update()
+            near = self.detector.detect(settings.law.pairs, settings.law.beta, settings.law.convexity)
+            for task, wanted in self._asked:
+                wanted[:] = task.nominal(target, settings, self.time)
+            scalars, second = self._decide(near)
+        if before is not None:
+            self._actuate(before)
         for follower in self._followers:
             self._desired[follower.joints] = follower.desired
         self.history.append(
-            (
-                self.time,
-                near.distance,
-                lam,
-                self.roles.task.squared_error,
-                situation.pull,
-                w,
-                near.pair,
-                near.law_distance,
-                w_law,
-                int(bounded.authority),
-                bounded.joint,
-                s,
-            ),
+            scalars,
             self.positions,
             self.velocities,
             self._desired if self._followers else None,
@@ -224,13 +221,71 @@ class Simulation:
         self.steps += 1
         self.time += settings.dt
 
-    def _second_keeps_clear(self, law: Law, near: Proximity, lam: float) -> tuple[float, ...]:
+    def _decide(self, near: Proximity, error: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
+        """Command the arms that avoid; return the columns of the history. `error`: of all measured distances [m]."""
+        law = self.law
+        lam = law.activation(near.law_distance)
+        first = self._groups[0]
+        situation = first.situation(law, near, error)
+        w_law = situation.approach
+        w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
+        wanted = law(situation)
+        self.bound_bites = False
+        s = _lever(situation.row)
+        self.bounded = bounded = self._bound(first, situation.row, wanted, lam, s)
+        second = self._second_keeps_clear(law, near, lam, error) if len(self._groups) > 1 else None
+        first.velocities[:] = bounded.velocities
+        return (
+            self.time,
+            near.distance,
+            lam,
+            self.roles.task.squared_error,
+            situation.pull,
+            w,
+            near.pair,
+            near.law_distance,
+            w_law,
+            int(bounded.authority),
+            bounded.joint,
+            s,
+        ), second
+
+    def _decide_by_sensors(self, target: Target | None) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
+        """Decide as `_decide`, by what the sensors show: a person's arm moves by what is, the arms that avoid by what is seen."""
+        settings, world, actual = self.settings, self.world, self.positions.copy()
+        try:
+            world.update()
+            there = self.detector.detect()
+            for task, wanted in self._by_person:
+                wanted[:] = task.nominal(target, settings, self.time)
+            self.positions[:] = measured_positions(settings, actual, self.room.arms, self.steps)
+            world.update()
+            for task, wanted in self._by_controller:
+                wanted[:] = task.nominal(target, settings, self.time)
+            seen = self._sensing.proximity(settings, there, self.time, self.steps)
+            return self._decide(seen, self._sensing.error)
+        finally:
+            self.positions[:] = actual
+            # What is drawn and measured after a step is the true posture.
+            world.update()
+            self.detector.detect()
+
+    def _actuate(self, before: Array) -> None:
+        """Give the arms that avoid the velocities that their joints reach, in place of the commanded ones."""
+        dt, model = self.settings.dt, self.room.model
+        reached = self._actuation.reached(self.settings.hardware, self.velocities, before, self.time, dt)
+        for group in self._groups:
+            j = group.joints
+            stops = model.lowerPositionLimit[j], model.upperPositionLimit[j]
+            self.velocities[j] = before_stops(reached[j], self.positions[j], *stops, dt)
+
+    def _second_keeps_clear(self, law: Law, near: Proximity, lam: float, error: float) -> tuple[float, ...]:
         """Move the second arm that keeps clear, and return its columns of the history.
 
         What either arm sees of the other's velocity is that of the tick before, so that it does not matter who is asked first.
         """
         second = self._groups[1]
-        situation = second.situation(law, near)
+        situation = second.situation(law, near, error)
         s = _lever(situation.row)
         bounded = self._bound(second, situation.row, law(situation), lam, s)
         w_law = situation.approach
@@ -259,7 +314,9 @@ class Simulation:
     def snapshot(self) -> Snapshot:
         """Return the present state."""
         memories = tuple(task.memory() for task in self.roles.tasks)
-        return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories)
+        hardware = self.settings.hardware
+        robot = (*self._actuation.memory(), *self._sensing.memory()) if hardware.acts_late or hardware.sees_wrong else ()
+        return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories, robot)
 
     def resume(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot of the same experiment, with the present settings; the history is cleared.
@@ -271,6 +328,9 @@ class Simulation:
         self.velocities[:] = snapshot.velocities
         for task, memory in zip(self.roles.tasks, snapshot.memories, strict=True):
             task.remember(memory)
+        if snapshot.robot:
+            self._actuation.remember(snapshot.robot[:2])
+            self._sensing.remember(snapshot.robot[2:])
 
     def sample(self) -> Sample:
         """Return the newest step, or a measurement of the present state if there is none."""

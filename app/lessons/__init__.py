@@ -7,4 +7,4 @@ from pathlib import Path
 from typing import Final
 
 FOLDER: Final = Path(__file__).parent
-"""Where our own ten lessons are."""
+"""Where our own eleven lessons are."""

@@ -105,7 +105,7 @@ def film(recorded: Recorded, stopped: Callable[[], bool] = never) -> RecordedFil
 
 def _packed(simulation: Simulation) -> bytes:
     s = simulation.snapshot()
-    return pickle.dumps((s.steps, s.time, s.positions, s.velocities, s.memories), pickle.HIGHEST_PROTOCOL)
+    return pickle.dumps((s.steps, s.time, s.positions, s.velocities, s.memories, s.robot), pickle.HIGHEST_PROTOCOL)
 
 
 class Replay:

@@ -17,13 +17,13 @@ class GhostRun:
     """The ghost of one session.
 
     Args:
-        run: settings of the law and gain that a frozen ghost keeps.
+        run: settings of the law, gain and hardware that a frozen ghost keeps.
         law: of the student, which the ghost may use.
 
     Attributes:
         simulation: its history has the same times as the session's; None while there is no ghost.
         inputs: what it was made with.
-        frozen: settings of the run whose law and gain a frozen ghost keeps.
+        frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
     """
 
     def __init__(self, run: RunSettings, law: StudentLaw) -> None:
@@ -52,6 +52,6 @@ class GhostRun:
             case "own":
                 return run
             case "off" | "frozen":
-                return replace(run, law=self.frozen.law, gain=self.frozen.gain)
+                return replace(run, law=self.frozen.law, gain=self.frozen.gain, hardware=self.frozen.hardware)
             case _:
                 return replace(run, law=replace(run.law, law=choice))

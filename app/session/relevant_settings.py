@@ -66,7 +66,7 @@ WHEN: Final[dict[str, When]] = {
     "source": When(frozenset({"imitation"})),
     "clip": When(frozenset({"imitation"}), also=lambda s: s.page.source == "clips"),
     "autopilot": When(also=_has_source),
-    "seed": When(also=_has_source),
+    "seed": When(also=lambda s: _has_source(s) or s.run.hardware.joint_noise > 0.0 or s.run.hardware.distance_noise > 0.0),
     "wmax": When(_SCENES - {"imitation"}, also=lambda s: not (s.run.scene == "solo" and s.run.path == "circle")),
     "law": When(OBSTACLE),
     "dm": When(OBSTACLE, _LAWS - {"strict_priority", "potential_field", "unprotected"}),
@@ -82,6 +82,8 @@ WHEN: Final[dict[str, When]] = {
     "ff": When(OBSTACLE, frozenset({"smooth_priority", "barrier_qp", "set_based_task"})),
     "one_sided": When(OBSTACLE, frozenset({"smooth_priority"})),
     "coupled": When(TWO_ARMS, _LAWS - {"unprotected"}, lambda s: both_avoid(s.run)),
+    "fps": When(OBSTACLE),
+    "dnoise": When(OBSTACLE),
     "ghost": When(OBSTACLE),
     "whatif": When(OBSTACLE),
 }

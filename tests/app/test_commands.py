@@ -251,6 +251,6 @@ def test_the_template_of_a_law_is_the_papers_and_a_mistake_in_it_is_named_with_i
     assert "ZeroDivisionError" in line and "my_law.py, line" in line
 
 
-def test_ten_lessons_are_listed_in_order(capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_lessons_are_listed_in_order(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lessons"]) == 0
-    assert [int(line.split()[0]) for line in capsys.readouterr().out.splitlines()] == list(range(1, 11))
+    assert [int(line.split()[0]) for line in capsys.readouterr().out.splitlines()] == list(range(1, 12))

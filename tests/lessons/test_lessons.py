@@ -1,4 +1,4 @@
-"""Our ten lessons: every path goes as declared, and what they say comes out of closed forms or of runs, here once more."""
+"""Our eleven lessons: every path goes as declared, and what they say comes out of closed forms or of runs, here once more."""
 
 from functools import cache
 

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from controllers.errors import BadSetting
-from scenes.settings import LawSettings, RunSettings, Spec, changed, specs, validate, values
+from scenes.settings import HardwareSettings, LawSettings, RunSettings, Spec, changed, specs, validate, values
 
 SPECS = specs()
 DEFAULTS = values(RunSettings())
@@ -33,7 +33,7 @@ def bounds(spec: Spec) -> tuple[str, str]:
 
 
 def test_declared_fields() -> None:
-    assert len(SPECS) == len(fields(RunSettings)) - 1 + len(fields(LawSettings))
+    assert len(SPECS) == len(fields(RunSettings)) - 2 + len(fields(LawSettings)) + len(fields(HardwareSettings))
     assert list(SPECS) == list(DEFAULTS) and sorted(NUMBERS + CHOICES + FLAGS) == sorted(SPECS)
     for key, spec in SPECS.items():
         assert spec.key == key and spec.help and 0 < len(spec.label) <= 11

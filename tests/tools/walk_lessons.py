@@ -76,7 +76,7 @@ def custom_law() -> Path:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--by", choices=HANDS, nargs="*", default=list(HANDS))
-    parser.add_argument("--lessons", type=int, nargs="+", default=list(range(1, 11)), help="numbers")
+    parser.add_argument("--lessons", type=int, nargs="+", default=list(range(1, 12)), help="numbers")
     given = parser.parse_args()
     house = start_app("127.0.0.1", 0, Settings(), sources=InputSources(law_file=custom_law()))
     failed = 0

@@ -159,6 +159,7 @@ _SHOWN: Final[dict[str, tuple[str, str]]] = {
     "distance": ("m", "mm"),
     "gap": ("m", "mm"),
     "time": ("s", "s"),
+    "dead": ("s", "ms"),
     "since": ("s", "s"),
     "until": ("s", "s"),
 }

@@ -48,7 +48,7 @@ class LessonControls:
         self._door = client.gui.add_button(
             tr("Lessons"),
             icon=viser.Icon.SCHOOL,
-            hint=tr("Ten lessons: predict, run, compare, explain."),
+            hint=tr("Eleven lessons: predict, run, compare, explain."),
             color="gray",
             order=-4.0,
         )

@@ -36,6 +36,7 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
             *("autopilot", "wmax", "seed", "dt", "bounds", "g"),
         ),
     ),
+    ("Robot", viser.Icon.CPU, ("dead", "lag", "qnoise", "qstep", "fps", "dnoise")),
     ("Compare", viser.Icon.GHOST, ("ghost", "whatif")),
     ("View", viser.Icon.EYE, ("lang", "theme", "profile", "picture")),
 )
@@ -47,6 +48,11 @@ UNOFFERED: Final = ("pseudo",)
 COMPARE: Final = (
     "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm, "
     "dashed lines in the plots, and a second number in every tile."
+)
+
+ROBOT: Final = (
+    "What lies between the law and a real arm, of the arms that keep clear: 0 everywhere is the ideal robot. With a dead time T the rest "
+    "is stable as long as a T &lt; π/2, and d does not overshoot up to a T = 1/e."
 )
 
 NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law does the same."
@@ -83,6 +89,8 @@ class Controls:
                 if name == "Arms":
                     self._sources = Sources(gui, session, notify)
                     self._joints = JointSliders(gui, session, post)
+                if name == "Robot":
+                    gui.add_html(f'<div class="duet duet-tip">{tr(ROBOT)}</div>')
                 if name == "Compare":
                     self._compare = ComparePanel(gui, session)
                     self._note = gui.add_html("")

@@ -1,14 +1,16 @@
 """The one line that tells everything along the line of contact: ḋ of the present law, with the numbers of this moment."""
 
+import math
 from typing import Final
 
 from app.i18n.speaking import tr
 from app.plots.time_series import resting
 from app.session.contact import Contact
+from controllers.budget import largest_dead_time, largest_dead_time_without_overshoot, settling_time
 from controllers.laws.potential_field import PotentialField
 from controllers.laws.situation import AUTHORITY
 from scenes.history import Sample
-from scenes.settings import LawName
+from scenes.settings import HardwareSettings, LawName, RunSettings
 from scenes.simulation import Simulation
 
 MISSED: Final = 0.01
@@ -117,7 +119,8 @@ def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
         case "smooth_priority" | "intermediate_value":
             rest = resting(run, now.pull, now.approach, None if sample.second is None else sample.second.pull)
             text = tr("no rest, w &gt; v") if rest != rest else tr("far away") if rest > 1.0 else f"{rest * 1000.0:.0f} mm"
-            return tr("rests at {d} = {text}", d=_in("rest", "d*"), text=_in("rest", text))
+            rests = tr("rests at {d} = {text}", d=_in("rest", "d*"), text=_in("rest", text))
+            return f"{rests}{_late_text(run, now, sample)}"
         case "null_space_avoidance":
             return tr("as far as the hand leaves the joints free")
         case "strict_priority":
@@ -143,6 +146,20 @@ def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
             return tr("nothing keeps them apart")
 
 
+def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
+    """Return a T and what it means for the rest of an arm with a dead time; "" without a dead time or where there is no rest."""
+    law, T = run.law, run.hardware.dead_time
+    v = law.nominal_velocity + (now.approach if law.feed_forward else 0.0)
+    settling = settling_time(law.critical_distance, law.order, v, now.pull, now.approach)
+    if T == 0.0 or sample.second is not None or not 0.0 < settling < math.inf:
+        return ""
+    if largest_dead_time(settling, run.hardware.lag) <= T:
+        words = tr("never settles")
+    else:
+        words = tr("overshoots") if largest_dead_time_without_overshoot(settling) < T else tr("calm")
+    return f", a T = {T / settling:.2f}: {words}"
+
+
 def missed(simulation: Simulation, now: Contact, rate: float) -> str:
     """Return why ḋ really is another one; "" if it is not."""
     if abs(now.change - rate) < MISSED:
@@ -156,6 +173,8 @@ def missed(simulation: Simulation, now: Contact, rate: float) -> str:
         why = tr("the hand comes first")
     elif law in ("task_activation", "continuous_inverse"):
         why = tr("the hand takes its share")
+    elif simulation.settings.hardware != HardwareSettings():
+        why = tr("the robot is not ideal")
     elif now.square < AUTHORITY**2:
         why = tr("hardly a joint moves this point")
     else:

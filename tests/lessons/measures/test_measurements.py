@@ -155,6 +155,13 @@ def fall(s: Seen) -> int:
     return max((k for k in range(len(d) - 1) if d[k] < 0.15), key=lambda k: d[k] - d[k + 1])
 
 
+def slope(s: Seen, row: int) -> float:
+    """n (u + w) / d*, by the rest that line (R) has with this step's u and w."""
+    law, u, w = s.simulation.settings.law, s.col("u")[row], s.col("w_law")[row]
+    rest = law.critical_distance * ((u + law.nominal_velocity) / (u + w)) ** (1.0 / law.order)
+    return float(law.order * (u + w) / rest)
+
+
 def length(s: Seen, row: int) -> float:
     return float(np.linalg.norm(s.lever(row)))
 
@@ -178,6 +185,8 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "smallest_distance": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q), 1e-9),
     "distance_margin": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q) - 0.15, 1e-9),
     "distance_at": ("ball", {"time": 4.0}, lambda s: s.gap(s.q[200])[0], 1e-9),
+    "distance_swing": ("ball", {"since": 2.0, "until": 4.0}, lambda s: float(np.ptp([s.gap(q)[0] for q in s.q[100:201]])), 1e-9),
+    "dead_time_number": ("ball", {"time": 4.0, "dead": 0.05}, lambda s: 0.05 * slope(s, 200), 1e-9),
     "way_made": ("ball", {"since": 2.0, "until": 4.0}, lambda s: s.gap(s.q[100])[0] - s.gap(s.q[200])[0], 1e-9),
     "largest_approach": ("push", {"within": 0.2}, lambda s: max(s.col("w")[s.col("d") < 0.2]), 0.0),
     "approach_now": ("push", {}, lambda s: s.col("w")[-1], 0.0),

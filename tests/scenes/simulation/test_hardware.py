@@ -1,0 +1,205 @@
+"""A robot that is late and sees badly: off it is not there, on it gives the same bits always, and what was seen can be computed again."""
+
+import io
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from app.recording.replay import Replay
+from controllers.budget import distance_rate
+from controllers.errors import BadInputFile
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation, Unanswered
+from scenes.headless import run
+from scenes.inputs_file import recorded_bytes, recorded_from
+from scenes.law_factory import make_law
+from scenes.promise import Condition, missing
+from scenes.rerun import newest_piece, rerun, what_if
+from scenes.sensing import measured_positions
+from scenes.settings import RunSettings, SceneName, changed
+from scenes.simulation import Simulation
+from scenes.world import World
+from tests.scenes.helpers import SCENES, column, recorded_run, scene_settings
+
+REAL = {"dead": 0.05, "lag": 0.02, "qnoise": 1e-4, "qstep": 2e-4, "fps": 30.0, "dnoise": 5e-4}
+
+
+def real(settings: RunSettings, **changes: Any) -> RunSettings:
+    """The settings with a robot that is not ideal."""
+    for key, value in (changes or REAL).items():
+        settings = changed(settings, key, value)
+    return settings
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_again_to_the_last_bit(scene: SceneName) -> None:
+    """From the middle of a run whose robot is changed, switched off and on again; from a file, from a film, from the last seconds."""
+    settings = real(scene_settings(scene))
+    changes = {
+        0.3: {"dead": 0.08},
+        0.6: {"dead": 0.0, "fps": 0.0},
+        0.65: {"lag": 0.0, "qnoise": 0.0, "qstep": 0.0, "dnoise": 0.0},
+        0.7: REAL,
+    }
+    simulation, recorded = recorded_run(settings, 2.0, 1.6, changes)
+    table = simulation.history.table(recorded.steps)
+    assert rerun(recorded).table.tobytes() == table.tobytes()
+    file = recorded_from(recorded_bytes(recorded), "file")
+    assert rerun(file).table.tobytes() == table.tobytes()
+    piece = newest_piece(recorded, 0.45)
+    assert rerun(piece).table.tobytes() == table[-piece.steps :].tobytes()
+    replay = Replay(recorded)
+    for moment in (replay.end, replay.begin + 0.31, replay.begin + 0.9):
+        replay.seek(moment)
+        assert replay.simulation.history.table(1)[0].tobytes() == table[replay.step - 1].tobytes()
+    # The same start gives the same bits; another seed another noise.
+    assert run(settings, 0.5).table.tobytes() == run(settings, 0.5).table.tobytes()
+    assert run(settings, 0.5).table.tobytes() != run(changed(settings, "seed", 7), 0.5).table.tobytes()
+
+
+@pytest.mark.parametrize("key", REAL)
+def test_each_of_them_alone_changes_the_run(key: str) -> None:
+    settings = scene_settings("master_slave")
+    assert run(real(settings, **{key: REAL[key]}), 0.5).table.tobytes() != run(settings, 0.5).table.tobytes()
+
+
+def test_what_if_the_robot_were_ideal() -> None:
+    simulation, recorded = recorded_run(real(scene_settings("hold"), dead=0.1), 4.0, 3.0)
+    before = rerun(recorded).summary
+    ideal = what_if(recorded, {"dead": 0.0}, before, None)
+    assert ideal.before == before
+    assert ideal.settings.hardware.dead_time == 0.0
+    assert np.abs(ideal.distance - column(simulation.history.table(recorded.steps), "d")).max() > 1e-4
+
+
+@pytest.mark.parametrize("scene", ["ball", "hold", "imitation"])
+def test_the_distance_is_the_true_one_and_what_the_law_saw_can_be_computed_again(scene: SceneName) -> None:
+    settings = real(scene_settings(scene))
+    result = run(settings, 2.0)
+    table, simulation = result.table, result.simulation
+    q = simulation.history.positions(table)
+    world, law, hardware = World(simulation.room, settings.limit_gain), settings.law, settings.hardware
+    activation = make_law(law).activation
+    held: Array | None = None
+    frame, seen, noise = -1, math.nan, math.nan
+    for step in range(len(table)):
+        world.kinematics.update(q[step])
+        assert world.detector.detect().distance == column(table, "d")[step]
+        now = int(column(table, "t")[step] * hardware.frame_rate + 1e-6)
+        if now != frame:
+            frame, held = now, measured_positions(settings, q[step], simulation.room.arms, step)
+            world.kinematics.update(held)
+            seen = world.detector.detect(law.pairs, law.beta, law.convexity).law_distance
+            noise = column(table, "law_d")[step] - seen
+            assert abs(noise) < 5.0 * hardware.distance_noise
+        # Between two frames it stays, noise and all.
+        assert column(table, "law_d")[step] == seen + noise
+        assert column(table, "lambda")[step] == activation(seen + noise)
+    assert np.ptp(column(table, "law_d") - column(table, "d")) > 1e-4
+
+
+def test_joint_sensors_show_noise_and_steps() -> None:
+    settings = real(RunSettings(), qnoise=1e-3)
+    simulation = Simulation(settings)
+    q, arms = simulation.positions, simulation.room.arms
+    shown = np.array([measured_positions(settings, q, arms, step) - q for step in range(2000)])
+    assert shown.std() == pytest.approx(1e-3, rel=0.02)
+    assert abs(shown.mean()) < 5.0 * 1e-3 / math.sqrt(shown.size)
+    # White: one step says nothing of the next.
+    assert abs((shown[1:] * shown[:-1]).mean()) < 5e-6 / math.sqrt(shown.size)
+    coarse = measured_positions(real(RunSettings(), qstep=0.01), q, arms, 0)
+    assert coarse / 0.01 == pytest.approx(np.round(coarse / 0.01), abs=1e-9)
+    assert 1e-4 < np.abs(coarse - q).max() <= 0.005 + 1e-12
+
+
+def test_the_ball_has_no_joint_sensors() -> None:
+    simulation = Simulation(real(scene_settings("ball"), qnoise=0.01, qstep=0.01))
+    assert simulation.room.ball is not None
+    shown = measured_positions(simulation.settings, simulation.positions, simulation.room.arms, 3)
+    assert (shown[simulation.room.ball] == simulation.positions[simulation.room.ball]).all()
+
+
+def test_a_dead_time_is_whole_steps_and_the_arm_answers_so_much_later() -> None:
+    """The first command is the first velocity, N steps later; the law saw the same posture all the time."""
+    settings = scene_settings("ball")
+    late = 4
+    ideal = run(settings, 1.0)
+    delayed = run(real(settings, dead=(late - 0.5) * settings.dt), 1.0)
+    arm = ideal.simulation.avoiding.joints
+    first = ideal.simulation.history.velocities(ideal.table)[0, arm]
+    velocities = delayed.simulation.history.velocities(delayed.table)[:, arm]
+    assert np.abs(first).max() > 0.0
+    assert (velocities[:late] == 0.0).all() and (velocities[late] == first).all()
+
+
+class Reluctant:
+    """The paper's law, which lets itself be asked twice."""
+
+    wants_all_pairs: ClassVar[bool] = False
+    wants_task: ClassVar[bool] = False
+
+    def __init__(self, settings: RunSettings) -> None:
+        self._law, self._asked = make_law(settings.law), False
+        self.activation, self.line_rate = self._law.activation, self._law.line_rate
+
+    def __call__(self, situation: Situation) -> Array:
+        self._asked = not self._asked
+        if self._asked:
+            raise Unanswered
+        return self._law(situation)
+
+
+def test_a_step_that_its_law_has_not_answered_is_made_later_with_the_same_bits() -> None:
+    settings = real(scene_settings("hold"))
+    once = run(settings, 0.5)
+    simulation = Simulation(settings)
+    simulation.use(Reluctant(settings))
+    source = simulation.source()
+    for _ in range(once.summary.steps):
+        target, q = source.target(simulation.time), simulation.positions.copy()
+        with pytest.raises(Unanswered):
+            simulation.step(target)
+        assert (simulation.positions == q).all()
+        simulation.step(target)
+    assert simulation.history.table().tobytes() == once.table.tobytes()
+
+
+def test_the_line_holds_for_what_is_asked_and_the_promise_is_not_made_for_a_late_robot() -> None:
+    settings = real(scene_settings("ball"), dead=0.05)
+    result = run(settings, 4.0)
+    table, law = result.table, settings.law
+    # What the law makes of ḋ comes N steps later; what the ball does comes at once.
+    late = round(settings.hardware.dead_time / settings.dt)
+    w = column(table, "w_law")[:-1]
+    asked = np.array(
+        [
+            distance_rate(lam, law.nominal_velocity, u, 0.0)
+            for lam, u in zip(column(table, "lambda"), column(table, "u"), strict=True)
+        ]
+    )[:-1]
+    really = np.diff(column(table, "law_d")) / settings.dt + w
+    assert np.abs(really[late:] - asked[:-late]).max() < 0.02
+    assert np.abs(really - asked).max() > 0.025
+    assert missing(settings, table)[Condition.ROBOT].all()
+    assert not missing(scene_settings("ball"), table)[Condition.ROBOT].any()
+
+
+def test_a_file_with_an_impossible_robot_is_refused() -> None:
+    _, recorded = recorded_run(real(scene_settings("hold")), 1.2, 0.6)
+    data = recorded_bytes(recorded)
+    for name, value in (
+        ("robot_0", np.zeros(3)),
+        ("robot_1", np.zeros((2, 2))),
+        ("robot_2", np.full(14, 1e9)),
+        ("robot_3", np.array(-7)),
+        ("robot_1", np.zeros((0, 14), "U1")),
+    ):
+        arrays = dict(np.load(io.BytesIO(data)))
+        assert name in arrays
+        arrays[name] = value
+        out = io.BytesIO()
+        np.savez_compressed(out, **arrays)
+        with pytest.raises(BadInputFile, match="impossible robot"):
+            recorded_from(out.getvalue(), "file")
