@@ -50,7 +50,7 @@ KNOBS: Final = (
     LawKnob("set_based_task", "dm", _DISTANCES),
     LawKnob("set_based_task", "kr", (0.0, 1.0, 5.0, 15.0, 40.0)),
 )
-"""Of every law whose distance can be chosen. Strict priority that is always on, and no avoidance at all, have none."""
+"""Of every law with a distance that can be chosen. Strict priority that is always on, and no avoidance at all, have none."""
 
 _KEYS: Final = {knob.law: knob.key for knob in reversed(KNOBS)} | {"strict_switched": "dm"}
 """Law → key of its first knob."""
@@ -84,7 +84,7 @@ class KnobMatch:
     """The outcome of a search.
 
     Attributes:
-        law: whose knob was turned.
+        law: with the knob that was turned.
         key: of the knob; "" if the law has none.
         value: that keeps the wanted distance within `MATCH`, SI; None if no value does.
         wanted: smallest distance of the other law on the same inputs [m].
@@ -107,7 +107,7 @@ def match_knob(
 
     Args:
         reference: key → value of the other law's settings.
-        chosen: those of the law whose knob is turned.
+        chosen: those of the law with the knob that is turned.
         stopped: see `rerun`.
 
     Raises:

@@ -60,7 +60,7 @@ def film(plan: Plan) -> Drawn:
     gaps = np.linalg.norm(postures[:, None] - postures, axis=2) + np.diag([np.inf] * FRAMES)
     least = float(np.degrees(gaps.min()))
     found = [
-        f"The {FRAMES} moments of the run of Fig. 7 whose postures differ most: any two by at least {least:.0f}° (all joints, root of the "
+        f"The {FRAMES} moments of the run of Fig. 7 at which the postures differ most: any two by at least {least:.0f}° (all joints, root of the "
         f"sum of squares), d between {1000 * min(d):.0f} and {1000 * max(d):.0f} mm. The line joins the closest points; the thicker and the more violet, the larger λ.",
         "Orange is the right arm, silver the left one; the person's own arms are those of the input at the same moment.",
     ]
@@ -69,7 +69,7 @@ def film(plan: Plan) -> Drawn:
 
 
 def _moments(positions: Array) -> list[int]:
-    """Return the rows (8,) of a run (steps, n) whose postures differ most from each other, in order of time: begins with the one farthest
+    """Return the rows (8,) of a run (steps, n) at which the postures differ most from each other, in order of time: begins with the one farthest
     from the mean, and adds the one farthest from all before.
     """
     coarse = positions[::STRIDE]
