@@ -140,5 +140,3 @@ def match_knob(
         ends = (middle, high) if (found[middle] < 0.0) == (found[low] < 0.0) else (low, middle)
         best = min(best, middle, key=lambda value: abs(found[value]))
     return KnobMatch(law, key, best if abs(found[best]) <= MATCH else None, wanted, wanted + found[best])
-
-

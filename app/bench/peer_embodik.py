@@ -72,9 +72,7 @@ def _body(model: pin.Model, joint: int) -> str:
     return f"body {model.names[joint]}" if joint else "universe"
 
 
-def _joint(
-    root: ElementTree.Element, name: str, kind: str, parent: str, child: str, placement: pin.SE3
-) -> ElementTree.Element:
+def _joint(root: ElementTree.Element, name: str, kind: str, parent: str, child: str, placement: pin.SE3) -> ElementTree.Element:
     joint = ElementTree.SubElement(root, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=parent)
     ElementTree.SubElement(joint, "child", link=child)

@@ -85,15 +85,15 @@ def draw(plan: Plan) -> Drawn:
     curves = [_curve(plan, knob, base, length) for knob in KNOBS]
     figure = sheet(7.2, 6.4)
     whole, near = figure.subplots(2, 1, height_ratios=(1.0, 1.15))
-    for i, curve in enumerate(curves):
-        _draw_curve(whole, near, curve, i)
+    for curve in curves:
+        _draw_curve(whole, near, curve)
     for axes in (whole, near):
         axes.axvline(d_m, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
         axes.set_ylabel("largest $e^2$ [m²]")
     whole.set(xlim=(-0.1, 0.32), ylim=(0, 0.2))
     whole.axvspan(*ZOOM, color="#8b949e", alpha=0.12, linewidth=0)
     bottom, top = _span([value for curve in curves for value in curve.e2.mean(0)[_inside(curve.d_min.mean(0))]])
-    near.set(xlim=ZOOM, ylim=(bottom, top), xlabel="smallest $d$ [m]; grey above: this part")
+    near.set(xlim=ZOOM, ylim=(bottom, top), xlabel="smallest $d$ [m]; below: the grey part, means only")
     figure.legend(*near.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8.5)
     prices = [price for curve in curves if (price := _price(plan, curve, base, length)) is not None]
     columns = ["law", "w_added", "knob", "value", "seed", "d_min", "e2_max", "ddq_max"]
@@ -113,20 +113,25 @@ def _curve(plan: Plan, knob: LawKnob, base: RunSettings, length: float) -> KnobC
             for point in runs[-1]
             for s in (point.summary,)
         ]
-    d_min, e2 = (np.array([[getattr(point.summary, name) for point in points] for points in runs]) for name in ("d_min", "e2_max"))
+    d_min, e2 = (
+        np.array([[getattr(point.summary, name) for point in points] for points in runs]) for name in ("d_min", "e2_max")
+    )
     return KnobCurve(knob, np.array(knob.points), d_min, e2, rows)
 
 
-def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve, i: int) -> None:
-    colour, dash, marker = SERIES[i % len(SERIES)], DASHES[i % len(DASHES)], MARKERS[i % len(MARKERS)]
-    paper = i == 0
+def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
+    """Draw the mean of all persons; above, also each of them, thin. A colour is a law, a dash one of its knobs."""
+    knob = curve.knob
+    place = list(dict.fromkeys(other.law for other in KNOBS)).index(knob.law)
+    colour, marker, paper = SERIES[place], MARKERS[place], place == 0
+    dash = DASHES[1] if knob.feed_forward else DASHES[2] if knob.key in ("v", "gamma", "kr") else DASHES[0]
+    for d, e2 in zip(curve.d_min, curve.e2, strict=True):
+        whole.plot(d, e2, color=colour, linewidth=0.6, alpha=0.3, zorder=1.5)
+    label = curve.label.replace("d_m", "$d_m$").replace("d_0", "$d_0$").replace("k_r", "$k_r$")
     for axes in (whole, near):
-        for d, e2 in zip(curve.d_min, curve.e2, strict=True):
-            axes.plot(d, e2, color=colour, linewidth=0.6, alpha=0.35, zorder=1.5)
         axes.plot(
-            curve.d_min.mean(0), curve.e2.mean(0), color=colour, linestyle=dash, marker=marker, markersize=4.5,
-            markeredgecolor="white", markeredgewidth=0.5, linewidth=2.6 if paper else 1.4, zorder=3.0 if paper else 2.0,
-            label=curve.label.replace("d_m", "$d_m$").replace("d_0", "$d_0$").replace("k_r", "$k_r$"),
+            curve.d_min.mean(0), curve.e2.mean(0), color=colour, linestyle=dash, marker=marker, markersize=5.0,
+            markeredgecolor="white", markeredgewidth=0.5, linewidth=2.4 if paper else 1.5, zorder=3.0 if paper else 2.0, label=label,
         )  # fmt: skip
 
 
@@ -180,14 +185,20 @@ def _found(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> l
     if paper is not None:
         sentences += [_verdict(paper, other) for other in prices if other is not paper]
     kept = {price.curve.label for price in prices}
-    never = [
-        f"{c.label} ({1000 * c.d_min.mean(0).min():.0f} to {1000 * c.d_min.mean(0).max():.0f} mm)"
-        for c in curves
-        if c.label not in kept
-    ]
-    if never:
-        sentences.append("No value of the knob that was tried brings the smallest distance to d_m: " + "; ".join(never) + ".")
+    sentences += [_out_of_reach(curve, curves[0], d_m) for curve in curves if curve.label not in kept]
     return sentences
+
+
+def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
+    """Return how near to d_m a law comes that no value of its knob brings there, and its error against the paper's law at that distance."""
+    d_min = curve.d_min.mean(0)
+    nearest = int(np.abs(d_min - d_m).argmin())
+    there = _between(float(d_min[nearest]), paper.d_min.mean(0), paper.e2.mean(0))
+    against = "" if np.isnan(there) else f", against {there:.4f} m² of the paper's law at that distance"
+    return (
+        f"{curve.label}: no value of the knob that was tried brings the smallest distance to d_m, only to {1000 * d_min.min():.0f} to "
+        f"{1000 * d_min.max():.0f} mm; at {1000 * d_min[nearest]:.0f} mm e² is {curve.e2.mean(0)[nearest]:.4f} m²{against}."
+    )
 
 
 def _verdict(paper: Price, other: Price) -> str:
@@ -198,7 +209,10 @@ def _verdict(paper: Price, other: Price) -> str:
     ratio = float(other.e2[both].mean() / paper.e2[both].mean())
     wins = int(np.count_nonzero(other.e2[both] < paper.e2[both]))
     word = "**is better than the paper's law**" if ratio < 0.98 else "is worse" if ratio > 1.02 else "is as good"
-    costs = [f"q̈ is {other.acceleration / paper.acceleration:.2g} times as large", f"a step takes {other.step / paper.step:.2g} times"]
+    costs = [
+        f"q̈ is {other.acceleration / paper.acceleration:.2g} times as large",
+        f"a step takes {other.step / paper.step:.2g} times",
+    ]
     if other.growth > JUMPS and paper.growth <= JUMPS:
         costs.append("its q̇ jumps")
     if other.curve.knob.feed_forward:
@@ -208,5 +222,3 @@ def _verdict(paper: Price, other: Price) -> str:
         + ", ".join(costs)
         + "."
     )
-
-

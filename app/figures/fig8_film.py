@@ -42,7 +42,7 @@ OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 def film(plan: Plan) -> Drawn:
     settings, length = imitation_settings(plan), imitation_seconds(plan)
     run = plan.shared(settings, length)
-    picked = _moments(run.simulation.history.positions(run.table))
+    picked = _moments(run)
     size = plan.either((640, 400), (128, 80))
     figure = sheet(3.3, 10.4)
     figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.02)
@@ -56,29 +56,41 @@ def film(plan: Plan) -> Drawn:
         axes.text(0.025, 0.955, f"{row[0]:.1f} s", transform=axes.transAxes, va="top", fontsize=13, path_effects=[OUTLINE])
         rows.append([row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]])
     d = [float(row[1]) for row in rows]  # pyright: ignore[reportArgumentType]
-    postures = np.array([row[3:] for row in rows], dtype=float)
-    gaps = np.linalg.norm(postures[:, None] - postures, axis=2) + np.diag([np.inf] * FRAMES)
-    least = float(np.degrees(gaps.min()))
+    places = _places(run, run.table[picked])
+    least = (np.linalg.norm(places[:, None] - places, axis=2) + np.diag([np.inf] * FRAMES)).min()
     found = [
-        f"The {FRAMES} moments of the run of Fig. 7 at which the postures differ most: any two by at least {least:.0f}° (all joints, root of the "
-        f"sum of squares), d between {1000 * min(d):.0f} and {1000 * max(d):.0f} mm. The line joins the closest points; the thicker and the more violet, the larger λ.",
+        f"The {FRAMES} moments of the run of Fig. 7 that look most different: elbows, wrists and hands of any two are at least "
+        f"{1000 * least:.0f} mm apart (root of the sum of squares), d between {1000 * min(d):.0f} and {1000 * max(d):.0f} mm. The line "
+        "joins the closest points; the thicker and the more violet, the larger λ.",
         "Orange is the right arm, silver the left one; the person's own arms are those of the input at the same moment.",
     ]
     columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
     return Drawn(figure, columns, rows, shown(settings, seconds=length), found)
 
 
-def _moments(positions: Array) -> list[int]:
-    """Return the rows (8,) of a run (steps, n) at which the postures differ most from each other, in order of time: begins with the one farthest
-    from the mean, and adds the one farthest from all before.
+def _moments(run: Run) -> list[int]:
+    """Return the rows (8,) of a run that look most different, in order of time.
+
+    Begins with the posture farthest from the mean of all, and adds the one farthest from all before; joints count by where they are.
     """
-    coarse = positions[::STRIDE]
-    picked = [int(np.linalg.norm(coarse - coarse.mean(0), axis=1).argmax())]
-    nearest = np.full(len(coarse), np.inf)
+    places = _places(run, run.table[::STRIDE])
+    picked = [int(np.linalg.norm(places - places.mean(0), axis=1).argmax())]
+    nearest = np.full(len(places), np.inf)
     while len(picked) < FRAMES:
-        nearest = np.minimum(nearest, np.linalg.norm(coarse - coarse[picked[-1]], axis=1))
+        nearest = np.minimum(nearest, np.linalg.norm(places - places[picked[-1]], axis=1))
         picked.append(int(nearest.argmax()))
     return [STRIDE * i for i in sorted(picked)]
+
+
+def _places(run: Run, table: Array) -> Array:
+    """Return where elbow, wrist and hand of both arms are (rows, 18) [m]."""
+    kinematics, room, found = run.simulation.kinematics, run.simulation.room, list[Array]()
+    for positions in run.simulation.history.positions(table):
+        kinematics.update(np.ascontiguousarray(positions))
+        hands = [kinematics.hand_pose(arm).translation for arm in room.arms]
+        joints = [kinematics.data.oMi[arm.joints.start + i].translation for arm in room.arms for i in (4, 6)]
+        found.append(np.concatenate([*joints, *hands]))
+    return np.array(found)
 
 
 def still(plan: Plan) -> Drawn:

@@ -204,7 +204,12 @@ def _table(axes: Axes, runs: dict[str, list[Summary]], steps: Sequence[float]) -
         last = summaries[-1]
         axes.plot([0.0, 0.04, 0.08], [i] * 3, markevery=[1], **_style(i))
         axes.text(0.1, i, label, va="center", fontsize=9.0)
-        numbers = (f"{1000 * last.d_min:.0f}", f"{last.e2_max:.3f}", f"{last.ddq_max:.3g}", f"{growth(summaries, steps) + 0.0:.2f}")
+        numbers = (
+            f"{1000 * last.d_min:.0f}",
+            f"{last.e2_max:.3f}",
+            f"{last.ddq_max:.3g}",
+            f"{growth(summaries, steps) + 0.0:.2f}",
+        )
         for x, text in zip(places, numbers, strict=True):
             axes.text(x, i, text, ha="right", va="center", fontsize=9.0)
 
@@ -239,5 +244,5 @@ def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: flo
         "p = 1, which no real arm can follow. Here every law sees the smooth minimum over all pairs, so that a change of the closest "
         "pair makes nothing jump.",
         *jumps,
-        "Each of the others has few settings of its own, left at their defaults: this is one experiment, not a contest; see `equal_safety`.",
+        "Each of the others has few settings of its own, left at their defaults: this is no contest; see `equal_safety` for one.",
     ]

@@ -30,15 +30,16 @@ def draw(plan: Plan) -> Drawn:
     lost: dict[str, list[float]] = {}
     for i, pairs in enumerate(get_args(Treatment)):
         summaries = [
-            plan.run(replace(base, law=replace(base.law, pairs=pairs, nominal_velocity=v)), SECONDS).summary
-            for v in speeds
+            plan.run(replace(base, law=replace(base.law, pairs=pairs, nominal_velocity=v)), SECONDS).summary for v in speeds
         ]
         lost[pairs] = [1000.0 * (base.law.critical_distance - s.d_min) for s in summaries]
         axes.plot(
             speeds, lost[pairs], color=COLOURS_OF[pairs], linestyle=DASHES[i], marker=MARKERS[i], markersize=5,
             markeredgecolor="white", label=names[pairs],
         )  # fmt: skip
-        rows += [[pairs, v, s.d_min, loss, s.out_of_authority_s] for v, s, loss in zip(speeds, summaries, lost[pairs], strict=True)]
+        rows += [
+            [pairs, v, s.d_min, loss, s.out_of_authority_s] for v, s, loss in zip(speeds, summaries, lost[pairs], strict=True)
+        ]
     axes.axhline(0.0, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
     axes.set(xlabel="speed of retreat $v$ [m/s]", ylabel="lost of $d_m$: $d_m - d_{min}$ [mm]", xlim=(0, None))
     axes.text(max(speeds), 3.0, "$d_m$", color=COLOURS.critical, ha="right", va="bottom", fontsize=12)
@@ -49,7 +50,8 @@ def draw(plan: Plan) -> Drawn:
         "d ≥ d_m if w ≤ v holds for one differentiable distance; the closest of two has a kink.",
         f"The closest pair, as in the paper, loses {single} (negative: kept).",
         *(
-            f"{names[pairs]}: at worst {max(lost[pairs]):.1f} mm" + (", d_m is kept at every v." if max(lost[pairs]) <= 0.0 else ".")
+            f"{names[pairs]}: at worst {max(lost[pairs]):.1f} mm"
+            + (", d_m is kept at every v." if max(lost[pairs]) <= 0.0 else ".")
             for pairs in lost
             if pairs != "single"
         ),

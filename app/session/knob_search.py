@@ -50,7 +50,7 @@ class KnobSearch:
         return self._asked is not None
 
     def ask(self, frozen: RunSettings, recorded: Recorded | None) -> None:
-        """Begin to search: the knob of the ghost's law for the distance of the run's, or, beside frozen settings, of the run's law for theirs.
+        """Begin to search: turns the knob of the ghost's law, and the run's law keeps its distance; beside a frozen ghost the reverse.
 
         Args:
             frozen: settings that a frozen ghost has.

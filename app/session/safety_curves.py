@@ -53,9 +53,7 @@ class SafetyCurves:
         if of != self._of:
             self.forget()
             self._of = of
-            self._jobs = [
-                self._background.submit(self, f"{knob}", knob_curve, of, knob, wake=self._wake) for knob in KNOBS
-            ]
+            self._jobs = [self._background.submit(self, f"{knob}", knob_curve, of, knob, wake=self._wake) for knob in KNOBS]
         return {knob: job.result for knob, job in zip(KNOBS, self._jobs, strict=True) if job.result is not None}
 
     @property
