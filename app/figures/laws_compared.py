@@ -186,8 +186,9 @@ def _style(i: int) -> dict[str, Any]:
 
 
 def _middle(values: list[float]) -> tuple[float, float]:
-    """Return the part of an axis that holds the middle half of the values, and a little more."""
+    """Return the part of an axis that holds the middle half of the values and the first of all, the paper's, and a little more."""
     low, high = np.percentile(values, (25, 75)).tolist()
+    low, high = min(low, values[0]), max(high, values[0])
     margin = 0.25 * (high - low) + 1e-3
     return max(0.0, low - margin), high + margin
 
@@ -241,8 +242,8 @@ def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: flo
         + (", ".join(keep) if keep else "none")
         + ".",
         "A continuous velocity has the same largest q̈ at every dt, p = 0; a jump asks for twice the acceleration at half the time step, "
-        "p = 1, which no real arm can follow. Here every law sees the smooth minimum over all pairs, so that a change of the closest "
-        "pair makes nothing jump.",
+        "p = 1, which no real arm can follow. Here every law sees the distance that is smooth everywhere, so that neither a change of "
+        "the closest pair nor two parallel links make it jump.",
         *jumps,
         "Each of the others has few settings of its own, left at their defaults: this is no contest; see `equal_safety` for one.",
     ]
