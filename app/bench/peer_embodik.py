@@ -13,6 +13,7 @@ from typing import Any, Final
 import embodik
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from app.bench.peer_hold import Baked
 from controllers.kinematics import Array
@@ -92,9 +93,9 @@ def embodik_model(baked: Baked) -> Any:
         return embodik.RobotModel(str(path))
 
 
-def _columns(robot: Any, baked: Baked) -> Array:
+def _columns(robot: Any, baked: Baked) -> NDArray[np.intp]:
     """Return where each of our joints is in embodik's q."""
-    return np.array([robot.get_joint_config_index(name) for name in list(baked.room.model.names)[1:]])
+    return np.array([robot.get_joint_config_index(name) for name in list(baked.room.model.names)[1:]], dtype=np.intp)
 
 
 def _pairs(robot: Any, baked: Baked) -> list[tuple[str, str]]:

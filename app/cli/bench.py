@@ -21,7 +21,7 @@ class Bench:
     steps: int = 9200
     """Steps measured of each scene."""
     peers: bool = False
-    """Instead, the hold experiment beside pink, mink and embodik: the same arms, pairs and inputs, interleaved (needs the extra `peers`)."""
+    """Instead, the hold experiment beside pink, mink and embodik: the same arms and inputs, interleaved (needs the extra `peers`)."""
     fair: bool = False
     """Instead, what a visitor's page has left while another floods the server, sends heavy messages, or comes with a class."""
 

@@ -135,8 +135,9 @@ def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
         )  # fmt: skip
 
 
-def _inside(d: Array) -> Array:
-    return (d > ZOOM[0] - 0.02) & (d < ZOOM[1] + 0.02)
+def _inside(d: Array) -> list[int]:
+    """Return the places of the runs of the second panel."""
+    return np.flatnonzero((d > ZOOM[0] - 0.02) & (d < ZOOM[1] + 0.02)).tolist()
 
 
 def _span(values: list[float]) -> tuple[float, float]:

@@ -132,7 +132,7 @@ def draw(plan: Plan) -> Drawn:
         if growth(runs[label], steps) > JUMPS:
             jumps.append(cause(label.replace("$", ""), largest_jump(run), law["law"] in IN_NULL_SPACE))
     figure = sheet(6.0, 10.4)
-    layout = [["d", "d zoom", "table"], ["e", "e zoom", "table"], ["a", "a", "table"]]
+    layout: list[Any] = [["d", "d zoom", "table"], ["e", "e zoom", "table"], ["a", "a", "table"]]
     panels = figure.subplot_mosaic(layout, width_ratios=(1.0, 1.0, 1.75))
     figure.align_ylabels()
     ticks = [1000.0 * dt for dt in steps]

@@ -144,7 +144,10 @@ def test_measured() -> None:
     figures = result["figures"]
     assert json.loads(json.dumps(result)) == result
     assert list(figures)[:3] == ["ours, single pair (paper)", "ours, soft minimum", "ours, smooth everywhere"]
-    assert len(figures) == 11 - 3 * (not peers.has_embodik()) and sum("pink" in name for name in figures) == sum("mink" in name for name in figures) == 2
+    assert (
+        len(figures) == 11 - 3 * (not peers.has_embodik())
+        and sum("pink" in name for name in figures) == sum("mink" in name for name in figures) == 2
+    )
     for name, row in figures.items():
         assert all(np.isfinite(value) for value in row.values()) and row["median_us"] > 0.0 and row["unsolved"] == 0.0, name
         # Every method has to give way, by at most a millimetre below d_m; without avoidance the arms would come far closer.
