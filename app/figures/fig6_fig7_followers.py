@@ -81,7 +81,8 @@ def imitation(plan: Plan) -> Drawn:
     found = [
         kept(run),
         f"Both arms give way. Largest difference between a desired and an actual angle: {gaps[0]:.1f}° (left), {gaps[1]:.1f}° "
-        "(right). Desired is what the person shows, behind the low-pass and the rate limit.",
+        "(right). Desired is what the person shows, behind the low-pass and the rate limit; it is dashed here, the other way round than "
+        "in the paper.",
         _slow(plan, settings, length),
         _smooth(run),
     ]
