@@ -123,7 +123,8 @@ def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
     """Draw the mean of all persons; above, also each of them, thin. A colour is a law, a dash one of its knobs."""
     knob = curve.knob
     place = list(dict.fromkeys(other.law for other in KNOBS)).index(knob.law)
-    colour, marker, paper = SERIES[place], MARKERS[place], place == 0
+    colour, marker = SERIES[place], MARKERS[place]
+    paper = place == 0 and knob.key == "dm" and not knob.feed_forward
     dash = DASHES[1] if knob.feed_forward else DASHES[2] if knob.key in ("v", "gamma", "kr") else DASHES[0]
     for d, e2 in zip(curve.d_min, curve.e2, strict=True):
         whole.plot(d, e2, color=colour, linewidth=0.6, alpha=0.3, zorder=1.5)
