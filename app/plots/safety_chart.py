@@ -38,6 +38,7 @@ def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run
     d_m = run.law.critical_distance
     chart.line(np.array([d_m, d_m + 1e-9]), np.array([0.0, span]), "dm", 1.6, "7 5")
     marked: set[str] = set()
+    laws = list(dict.fromkeys(knob.law for knob in KNOBS))
     for knob, points in sorted(curves.items(), key=lambda item: item[0].law == run.law.law):
         dash = "7 5" if knob.feed_forward else "2 4" if knob.key in _DOTTED else ""
         ds, e2 = np.array([p.d_min for p in points]), np.array([p.e2_max for p in points])
@@ -45,12 +46,19 @@ def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run
         seen = np.flatnonzero((ds > 0.05 * FAR) & (ds < 0.97 * FAR) & (e2 < 0.97 * span))
         if len(seen) and knob.law not in marked:
             marked.add(knob.law)
-            at = int(seen[-1])
+            # Where few other numbers are.
+            at = int(seen[-1 - laws.index(knob.law) % len(seen)])
             chart.mark(ds[at], e2[at], f"digit {law_class(knob.law)}", str(list(LAW_NAMES).index(knob.law) + 1))
-    return f'<div class="duet duet-laws">{chart.html(height - 16)}{_legend(size, run)}</div>'
+    unit = EXPERIMENTS[run.scene].error_unit
+    state = "" if size >= 1.0 else " · " + tr("{share} % computed", share=round(100.0 * size))
+    words = tr("largest e² [{unit}] over d<sub>min</sub> [m]; dashed: with w; dotted: the second knob", unit=unit)
+    return (
+        f'<div class="duet duet-laws">{chart.html(height - 16)}{_legend(run)}</div>'
+        f'<div class="duet"><div class="duet-tip">{words}{state}</div></div>'
+    )
 
 
-def _legend(size: float, run: RunSettings) -> str:
+def _legend(run: RunSettings) -> str:
     rows: list[str] = []
     for i, (law, label) in enumerate(LAW_NAMES.items()):
         symbols = [tr(specs()[k.key].label) for k in KNOBS if k.law == law and not k.feed_forward]
@@ -60,7 +68,4 @@ def _legend(size: float, run: RunSettings) -> str:
             rows.append(
                 f'<li class="{"thick" if thick else ""}"><i class="{law_class(law)}">{i + 1}</i>{name}: {", ".join(symbols)}</li>'
             )
-    unit = EXPERIMENTS[run.scene].error_unit
-    state = "" if size >= 1.0 else "<br>" + tr("{share} % computed", share=round(100.0 * size))
-    words = tr("largest e² [{unit}] over d<sub>min</sub> [m];<br>dashed: with w; dotted: the second knob", unit=unit)
-    return f"<ul>{''.join(rows)}<li class=now>{words}{state}</li></ul>"
+    return f"<ul>{''.join(rows)}</ul>"
