@@ -220,10 +220,10 @@ class Session:
 
     def match_distance(self) -> None:
         """Set a law's knob so that it keeps the distance of the other law on the last inputs, see `KnobSearch.ask`."""
-        if self.safety_curves is not None:
+        self.knob_search.ask(self._ghost.frozen, self.inputs.window(WINDOW))
+        if self.knob_search.busy and self.safety_curves is not None:
             # They would be of other settings afterwards, and the search need not wait for them.
             self.safety_curves.forget()
-        self.knob_search.ask(self._ghost.frozen, self.inputs.window(WINDOW))
 
     @property
     def paused(self) -> bool:
