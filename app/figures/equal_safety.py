@@ -16,7 +16,7 @@ from scenes.law_knobs import KNOBS, KnobPoint, LawKnob, knob_points
 from scenes.settings import RunSettings, specs
 
 SEEDS: Final = 5
-"""Persons on whose motion every law is run."""
+"""Persons; every law is run on the motion of each."""
 
 SYMBOLS: Final = {"dm": "d_m", "v": "v", "gamma": "γ", "eta": "η", "d0": "d_0", "kr": "k_r"}
 """Key of a knob → its symbol."""
@@ -204,10 +204,10 @@ def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
 
 
 def _verdict(paper: Price, other: Price) -> str:
-    """Return whether another law is better than the paper's at the same distance, on how many persons' motion, and its price."""
+    """Return whether another law is better than the paper's at the same distance, for how many persons, and its price."""
     both = ~np.isnan(paper.e2) & ~np.isnan(other.e2)
     if not both.any():
-        return f"{other.curve.label}: no person on whose motion both laws keep d_m."
+        return f"{other.curve.label}: there is no person for whom both laws keep d_m."
     ratio = float(other.e2[both].mean() / paper.e2[both].mean())
     wins = int(np.count_nonzero(other.e2[both] < paper.e2[both]))
     word = "**is better than the paper's law**" if ratio < 0.98 else "is worse" if ratio > 1.02 else "is as good"
