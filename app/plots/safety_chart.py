@@ -15,7 +15,7 @@ from scenes.settings import RunSettings, specs
 FAR: Final = 0.3
 """End of the axis of d_min [m]."""
 
-_SPANS: Final = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+_SPANS: Final = (0.02, 0.04, 0.08, 0.12, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
 """Ends that the axis of e² may have."""
 
 _DOTTED: Final = frozenset({"v", "gamma", "kr"})
