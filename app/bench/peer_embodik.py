@@ -1,8 +1,8 @@
 """The hold experiment in embodik (Pinocchio, coal and its own solver, all in C++): `FrameTask` and its collision constraint.
 
 Settings: weight K of the task, which is its gain in 1/s there; full exact collision checks, a row a pair; all else embodik's defaults. Its
-collision constraint has no gain of its own. With w the guided arm's motion is a task of its own that goes before the hand's; without, its
-joints have speed 0 for the solver, which then sees 7 unknowns as we do.
+collision constraint has no gain of its own. With w the guided joints' velocities are equality rows (as a task of higher priority its solver
+slows them down near the other arm); without, these joints have speed 0 for the solver.
 """
 
 import tempfile
@@ -130,12 +130,9 @@ class EmbodikArm:
         solver.enable_velocity_limits(True)
         hand = solver.add_frame_task(HAND, HAND)
         hand.set_target_pose(baked.place, np.asfortranarray(baked.place_rotation))
-        hand.weight, hand.priority = settings.gain, 1
-        self._motion = None
-        if knows_speed:
-            self._motion = solver.add_posture_task("guided", self._guided.tolist())
-            self._motion.priority = 0
-        else:
+        hand.weight = settings.gain
+        self._rows = np.asfortranarray(np.eye(robot.nv)[self._guided])
+        if not knows_speed:
             for column in self._guided.tolist():
                 solver.set_joint_velocity_limit(column, 0.0)
         self.positions = baked.room.start.copy()
@@ -151,8 +148,9 @@ class EmbodikArm:
         """Make one step."""
         baked = self._baked
         self._q[self._columns] = self.positions
-        if self._motion is not None:
-            self._motion.set_target_velocity(baked.guided_velocities[step])
+        if self._knows_speed:
+            motion = baked.guided_velocities[step]
+            self._solver.set_linear_velocity_constraints(self._rows, motion, motion)
         answer = self._solver.solve_velocity(self._q)
         velocities = np.asarray(answer.joint_velocities)[self._columns]
         if answer.status != embodik.SolverStatus.SUCCESS:

@@ -15,7 +15,7 @@ POSE = RunSettings(task="pose")
 @pytest.mark.parametrize("rig", ["torso", "table"])
 def test_it_has_our_pairs_distances_and_hand_overlaps_included(rig: str) -> None:
     hold = bake(changed(POSE, "rig", rig), 2)
-    found = peers.disagreement(OurEngine(hold), EmbodikEngine(hold), hold.room, 300)
+    found = peers.disagreement(OurEngine(hold), EmbodikEngine(hold), hold.room, 1000)
     assert max(found["distance"], found["hand_pose"]) <= peers.AGREEMENT and found["nearest"] < -0.01
 
 
@@ -26,6 +26,6 @@ def test_it_keeps_the_distance_with_w_alone() -> None:
         "no w": EmbodikArm(hold, 15, knows_speed=False),
     }
     rows = {name: peers._summary(record, hold) for name, record in peers._interleaved(methods, hold).items()}
-    assert rows["+w"]["d_min"] > 0.1499 - 1e-3 and rows["no w"]["d_min"] < 0.145
+    assert rows["+w"]["d_min"] > 0.149 > rows["no w"]["d_min"]
     assert rows["no w"]["share_below"] > rows["+w"]["share_below"]
     assert all(method.unsolved == 0 for method in methods.values())
