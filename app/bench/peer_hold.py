@@ -208,6 +208,7 @@ def our_laws(base: LawSettings) -> dict[str, LawSettings]:
     return {
         "ours, single pair (paper)": replace(base, law="smooth_priority", pairs="single"),
         "ours, soft minimum": replace(base, law="smooth_priority", pairs="soft"),
+        "ours, smooth everywhere": replace(base, law="smooth_priority", pairs="smooth"),
         "ours, barrier QP, all pairs +w": replace(
             base, law="barrier_qp", pairs="single", feed_forward=True, barrier_gain=PEER_GAIN
         ),

@@ -127,15 +127,16 @@ class MinkEngine:
         self._model = mujoco_model(baked)
         self._configuration = mink.Configuration(self._model)
         self._pairs = collision_limit(baked, self._model, 0.5, FAR).geom_id_pairs
-        self._order = [body.name for body in baked.room.geometry.geometryObjects]
+        bodies = baked.room.geometry.geometryObjects
+        ours = [(bodies[pair.first].name, bodies[pair.second].name) for pair in baked.room.geometry.collisionPairs]
+        self._ours = {frozenset(pair): pair for pair in ours}
 
     def distances(self, positions: Array) -> dict[tuple[str, str], float]:
         self._configuration.update(positions)
         model, data, ends = self._model, self._configuration.data, np.empty(6)
         found: dict[tuple[str, str], float] = {}
         for pair in self._pairs:
-            first, second = sorted((model.geom(i).name for i in pair), key=self._order.index)
-            found[first, second] = mujoco.mj_geomDistance(model, data, *pair, FAR, ends)
+            found[self._ours[frozenset(model.geom(i).name for i in pair)]] = mujoco.mj_geomDistance(model, data, *pair, FAR, ends)
         return found
 
     def hand_pose(self, positions: Array) -> tuple[Array, Array]:

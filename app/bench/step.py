@@ -36,6 +36,7 @@ def _scenes(robot: str) -> dict[str, RunSettings]:
     return {
         "hold, single pair": single,
         "hold, soft minimum": soft,
+        "hold, smooth everywhere": base,
         RESTLESS: replace(soft, gain=20.0, hand_speed=1.0, limit_gain=1.0, law=fast),
         "hold, pose, soft minimum": replace(soft, task="pose"),
         **{f"hold, {law}": replace(base, law=replace(base.law, law=law)) for law in get_args(LawName) if law != base.law.law},

@@ -25,7 +25,7 @@ class Bench:
     robot: str = "lwr"
     """The arms of the measured steps: a name, as on the page, or a URDF file."""
     peers: bool = False
-    """Instead, the hold experiment beside pink and mink: the same arms, pairs and inputs, interleaved (needs the extra `peers`)."""
+    """Instead, the hold experiment beside pink, mink and embodik: the same arms and inputs, interleaved (needs the extra `peers`)."""
     fair: bool = False
     """Instead, what a visitor's page has left while another floods the server, sends heavy messages, or comes with a class."""
 

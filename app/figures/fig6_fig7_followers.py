@@ -70,7 +70,7 @@ def imitation(plan: Plan) -> Drawn:
         wanted, actual = _angles(run, arm.joints)
         for i in range(SHOWN):
             axes = panels[f"{arm.name}{i}"]
-            _joint(axes, time, wanted[:, i], actual[:, i], COLOURS.joints[i], f"$q_{i + 1}$ [rad]", DASHES[0], DASHES[1])
+            _joint(axes, time, wanted[:, i], actual[:, i], COLOURS.joints[i], f"$q_{i + 1}$ [rad]")
         panels[f"{arm.name}0"].set_title(f"{arm.name} arm", fontsize=10.0, pad=3.0)
         panels[f"{arm.name}{SHOWN - 1}"].set(xlabel="time [s]", xlim=(0, length))
         labels = [f"{arm.name}_{{}}{i + 1}" for i in range(wanted.shape[1])]
@@ -81,7 +81,8 @@ def imitation(plan: Plan) -> Drawn:
     found = [
         kept(run),
         f"Both arms give way. Largest difference between a desired and an actual angle: {gaps[0]:.1f}° (left), {gaps[1]:.1f}° "
-        "(right). Desired is what the person shows, behind the low-pass and the rate limit.",
+        "(right). Desired is what the person shows, behind the low-pass and the rate limit; it is dashed here, the other way round than "
+        "in the paper.",
         _slow(plan, settings, length),
         _smooth(run),
     ]
@@ -134,19 +135,10 @@ def _distance(axes: Axes, time: Array, d: Array, critical: float, length: float)
     axes.set(ylim=(0, 0.4), yticks=(0, 0.2, 0.4), ylabel="$d$ [m]")
 
 
-def _joint(
-    axes: Axes,
-    time: Array,
-    wanted: Array,
-    actual: Array,
-    colour: str,
-    label: str,
-    thin: object = DASHES[1],
-    thick: object = DASHES[0],
-) -> None:
-    """One joint: what it should do, thin, and what it does; the dashed one lies on the other."""
-    axes.plot(time, wanted, color=INK, linestyle=thin, linewidth=1.1, zorder=2.0 + (thin != DASHES[0]))
-    axes.plot(time, actual, color=colour, linestyle=thick, linewidth=1.8, zorder=2.0 + (thick != DASHES[0]))
+def _joint(axes: Axes, time: Array, wanted: Array, actual: Array, colour: str, label: str) -> None:
+    """One joint: what it should do, thin and dashed, on what it does, solid."""
+    axes.plot(time, wanted, color=INK, linestyle=DASHES[1], linewidth=1.0, zorder=3.0)
+    axes.plot(time, actual, color=colour, linewidth=1.8)
     low, high = float(np.nanmin([wanted, actual])), float(np.nanmax([wanted, actual]))
     middle, half = (low + high) / 2.0, max((high - low) / 2.0, 0.1)
     axes.set(ylabel=label, ylim=(middle - 1.15 * half, middle + 1.15 * half))

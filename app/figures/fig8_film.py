@@ -25,6 +25,9 @@ from scenes.rigs import Camera
 from scenes.targets import AnglesTarget
 
 FRAMES: Final = 8
+STRIDE: Final = 10
+"""Every so many steps a posture is looked at."""
+
 FILM_CAMERA: Final = Camera((0.20, 0.36, 1.11), (2.6, -0.3, 0.5), 2.25, 1.44, float(np.radians(26.0)))
 """Robots to the left, the person whom they imitate beside them."""
 
@@ -39,7 +42,7 @@ OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 def film(plan: Plan) -> Drawn:
     settings, length = imitation_settings(plan), imitation_seconds(plan)
     run = plan.shared(settings, length)
-    picked = _moments(run.table[:, COLUMN["d"]])
+    picked = _moments(run)
     size = plan.either((640, 400), (128, 80))
     figure = sheet(3.3, 10.4)
     figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.02)
@@ -53,22 +56,41 @@ def film(plan: Plan) -> Drawn:
         axes.text(0.025, 0.955, f"{row[0]:.1f} s", transform=axes.transAxes, va="top", fontsize=13, path_effects=[OUTLINE])
         rows.append([row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]])
     d = [float(row[1]) for row in rows]  # pyright: ignore[reportArgumentType]
+    places = _places(run, run.table[picked])
+    least = (np.linalg.norm(places[:, None] - places, axis=2) + np.diag([np.inf] * FRAMES)).min()
     found = [
-        f"Of each {length / FRAMES:g} s of the run of Fig. 7 the moment at which the arms are nearest: between {1000 * min(d):.0f} and "
-        f"{1000 * max(d):.0f} mm. The line joins the closest points; the thicker and the more violet, the larger λ.",
+        f"The {FRAMES} moments of the run of Fig. 7 that look most different: elbows, wrists and hands of any two are at least "
+        f"{1000 * least:.0f} mm apart (root of the sum of squares), d between {1000 * min(d):.0f} and {1000 * max(d):.0f} mm. The line "
+        "joins the closest points; the thicker and the more violet, the larger λ.",
         "Orange is the right arm, silver the left one; the person's own arms are those of the input at the same moment.",
     ]
     columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
     return Drawn(figure, columns, rows, shown(settings, seconds=length), found)
 
 
-def _moments(d: Array) -> list[int]:
-    """Return the row (8,) of each eighth of a run at which the arms are nearest; its middle one where d hardly changes."""
-    moments: list[int] = []
-    for part in np.array_split(np.arange(len(d)), FRAMES):
-        near = int(part[d[part].argmin()])
-        moments.append(near if np.ptp(d[part]) > 1e-3 else int(part[len(part) // 2]))
-    return moments
+def _moments(run: Run) -> list[int]:
+    """Return the rows (8,) of a run that look most different, in order of time.
+
+    Begins with the posture farthest from the mean of all, and adds the one farthest from all before; joints count by where they are.
+    """
+    places = _places(run, run.table[::STRIDE])
+    picked = [int(np.linalg.norm(places - places.mean(0), axis=1).argmax())]
+    nearest = np.full(len(places), np.inf)
+    while len(picked) < FRAMES:
+        nearest = np.minimum(nearest, np.linalg.norm(places - places[picked[-1]], axis=1))
+        picked.append(int(nearest.argmax()))
+    return [STRIDE * i for i in sorted(picked)]
+
+
+def _places(run: Run, table: Array) -> Array:
+    """Return where elbow, wrist and hand of both arms are (rows, 18) [m]."""
+    kinematics, room, found = run.simulation.kinematics, run.simulation.room, list[Array]()
+    for positions in run.simulation.history.positions(table):
+        kinematics.update(np.ascontiguousarray(positions))
+        hands = [kinematics.hand_pose(arm).translation for arm in room.arms]
+        joints = [kinematics.data.oMi[arm.joints.start + i].translation for arm in room.arms for i in (4, 6)]
+        found.append(np.concatenate([*joints, *hands]))
+    return np.array(found)
 
 
 def still(plan: Plan) -> Drawn:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from app.figures import equal_safety, slide_loss
 from app.figures import far_bias as bias
 from app.figures import fig1_path as path
 from app.figures import fig2_activation as activation
@@ -123,6 +124,21 @@ CATALOGUE: Final = (
         "With strict priority, eq. (11), the priority of the tasks cannot be changed in a smooth way; therefore the new law, eq. (12). "
         "No law is measured against another.",
         laws.draw,
+    ),
+    FigureEntry(
+        "equal_safety",
+        0,
+        "Laws at equal safety",
+        "The new law is not measured against another. A comparison is fair where the laws keep the same distance.",
+        equal_safety.draw,
+    ),
+    FigureEntry(
+        "slide_loss",
+        0,
+        "Loss over v between two pairs",
+        "The critical point is the point of the robot closest to the obstacle, and d stays above the threshold; two points that are "
+        "equally close are not discussed.",
+        slide_loss.draw,
     ),
     FigureEntry(
         "switches",

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from app.figures.drawn_figure import Drawn, shown
-from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, stack
+from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
 from app.figures.run_plan import Plan
 from controllers.kinematics import Kinematics
 from controllers.laws.situation import AUTHORITY
@@ -130,28 +131,30 @@ def draw(plan: Plan) -> Drawn:
         runs[label].append(run.summary)
         if growth(runs[label], steps) > JUMPS:
             jumps.append(cause(label.replace("$", ""), largest_jump(run), law["law"] in IN_NULL_SPACE))
-    figure, panels = stack(6.8, 3)
+    figure = sheet(6.0, 10.4)
+    layout: list[Any] = [["d", "d zoom", "table"], ["e", "e zoom", "table"], ["a", "a", "table"]]
+    panels = figure.subplot_mosaic(layout, width_ratios=(1.0, 1.0, 1.75))
+    figure.align_ylabels()
+    ticks = [1000.0 * dt for dt in steps]
     for i, (label, summaries) in enumerate(runs.items()):
-        style = {
-            "marker": MARKERS[i % len(MARKERS)],
-            "color": SERIES[i % len(SERIES)],
-            "linestyle": DASHES[i % len(DASHES)],
-            "markersize": 6.0,
-            "markeredgecolor": "white",
-            "markeredgewidth": 0.6,
-            "linewidth": 1.5,
-            "label": label,
-        }
-        for axes, values in zip(panels, _panels(summaries), strict=True):
-            axes.plot([1000.0 * dt for dt in steps], values, **style)
-    nearest, error, acceleration = panels
-    nearest.axhline(base.law.critical_distance, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.2)
-    nearest.set(ylabel=r"smallest $d$ [m]", xscale="log")
-    error.set(ylabel=r"largest $e^2$ [m²]", ylim=(0, None))
-    acceleration.set(ylabel=r"largest $\ddot q$ [rad/s²]", yscale="log", xlabel="time step [ms]")
-    acceleration.set_xticks([1000.0 * dt for dt in steps], [f"{1000.0 * dt:g}" for dt in steps], minor=False)
-    acceleration.set_xticks([], minor=True)
-    figure.legend(*nearest.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9.0)
+        for name, values in _panels(summaries).items():
+            for axes in (panels[key] for key in (name, f"{name} zoom") if key in panels):
+                axes.plot(ticks, values, label=label, **_style(i))
+    critical = base.law.critical_distance
+    for name in ("d", "d zoom"):
+        panels[name].axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.2)
+    panels["d"].set(ylabel=r"smallest $d$ [m]")
+    panels["d zoom"].set(ylim=(critical - 0.05, critical + 0.05), title="around $d_m$")
+    panels["e"].set(ylabel=r"largest $e^2$ [m²]", ylim=(0, None))
+    panels["e zoom"].set(ylim=_middle([s[-1].e2_max for s in runs.values()]), title="where most are")
+    panels["a"].set(ylabel=r"largest $\ddot q$ [rad/s²]", yscale="log")
+    for name in ("d", "d zoom", "e", "e zoom", "a"):
+        axes = panels[name]
+        axes.set_xscale("log")
+        axes.set_xticks(ticks, [f"{dt:g}" for dt in ticks], minor=False)
+        axes.set_xticks([], minor=True)
+        axes.set_xlabel("time step [ms]" if name == "a" else "")
+    _table(panels["table"], runs, steps)
     rows = [
         [law["law"], int("feed_forward" in law), dt, s.d_min, s.share_below, s.e2_max, s.dq_step_max, s.ddq_max, s.pair_switches]
         for law, summaries in zip(variants().values(), runs.values(), strict=True)
@@ -162,11 +165,54 @@ def draw(plan: Plan) -> Drawn:
     return Drawn(figure, columns, rows, settings, _found(runs, steps, base.law.critical_distance, jumps))
 
 
-def _panels(summaries: list[Summary]) -> tuple[list[float], list[float], list[float]]:
-    """Return one law's values for the three panels."""
+def _panels(summaries: list[Summary]) -> dict[str, list[float]]:
+    """Return panel → one law's values."""
     nan = float("nan")
     # A law that never moves the arm has no place on a logarithmic axis.
-    return [s.d_min for s in summaries], [s.e2_max for s in summaries], [s.ddq_max or nan for s in summaries]
+    return {"d": [s.d_min for s in summaries], "e": [s.e2_max for s in summaries], "a": [s.ddq_max or nan for s in summaries]}
+
+
+def _style(i: int) -> dict[str, Any]:
+    """Return how the i-th law is drawn."""
+    return {
+        "marker": MARKERS[i % len(MARKERS)],
+        "color": SERIES[i % len(SERIES)],
+        "linestyle": DASHES[i % len(DASHES)],
+        "markersize": 6.0,
+        "markeredgecolor": "white",
+        "markeredgewidth": 0.6,
+        "linewidth": 1.5,
+    }
+
+
+def _middle(values: list[float]) -> tuple[float, float]:
+    """Return the part of an axis that holds the middle half of the values and the first of all, the paper's, and a little more."""
+    low, high = np.percentile(values, (25, 75)).tolist()
+    low, high = min(low, values[0]), max(high, values[0])
+    margin = 0.25 * (high - low) + 1e-3
+    return max(0.0, low - margin), high + margin
+
+
+def _table(axes: Axes, runs: dict[str, list[Summary]], steps: Sequence[float]) -> None:
+    """Write the laws with the look of their lines, and their numbers at the smallest time step."""
+    axes.axis("off")
+    axes.set(xlim=(0, 1), ylim=(len(runs) + 0.3, -1.3))
+    places = (0.66, 0.78, 0.9, 1.0)
+    for x, text in zip(places, ("$d$ [mm]", "$e^2$ [m²]", r"$\ddot q$", "$p$"), strict=True):
+        axes.text(x, -0.6, text, ha="right", va="center", fontsize=9.0)
+    axes.text(0.1, -0.6, f"at dt = {1000 * steps[-1]:g} ms", va="center", fontsize=9.0)
+    for i, (label, summaries) in enumerate(runs.items()):
+        last = summaries[-1]
+        axes.plot([0.0, 0.04, 0.08], [i] * 3, markevery=[1], **_style(i))
+        axes.text(0.1, i, label, va="center", fontsize=9.0)
+        numbers = (
+            f"{1000 * last.d_min:.0f}",
+            f"{last.e2_max:.3f}",
+            f"{last.ddq_max:.3g}",
+            f"{growth(summaries, steps) + 0.0:.2f}",
+        )
+        for x, text in zip(places, numbers, strict=True):
+            axes.text(x, i, text, ha="right", va="center", fontsize=9.0)
 
 
 def growth(runs: Sequence[Summary], steps: Sequence[float]) -> float:
@@ -196,8 +242,8 @@ def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: flo
         + (", ".join(keep) if keep else "none")
         + ".",
         "A continuous velocity has the same largest q̈ at every dt, p = 0; a jump asks for twice the acceleration at half the time step, "
-        "p = 1, which no real arm can follow. Here every law sees the smooth minimum over all pairs, so that a change of the closest "
-        "pair makes nothing jump.",
+        "p = 1, which no real arm can follow. Here every law sees the distance that is smooth everywhere, so that neither a change of "
+        "the closest pair nor two parallel links make it jump.",
         *jumps,
-        "Each of the others has few settings of its own, left at their defaults: this is one experiment, not a contest.",
+        "Each of the others has few settings of its own, left at their defaults: this is no contest; see `equal_safety` for one.",
     ]

@@ -62,20 +62,20 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
     present = settings.law
     for name, ys in lines.items():
         if name != present:
-            chart.line(xs, ys, _kind(name), 1.5)
+            chart.line(xs, ys, law_class(name), 1.5)
     if ghost is not None:
         other = ghost.settings.law
         ghost_xs = distances(other.critical_distance, other.influence_distance)
-        chart.line(ghost_xs, _rates(ghost.law, ghost_xs, now), _kind(other.law), 3.0, "7 5")
-    chart.line(xs, lines[present], _kind(present), 3.2)
+        chart.line(ghost_xs, _rates(ghost.law, ghost_xs, now), law_class(other.law), 3.0, "7 5")
+    chart.line(xs, lines[present], law_class(present), 3.2)
     if abs(now.approach) > 0.005:
         chart.level(now.approach, "w", 1.2, "2 4")
         chart.mark(0.0, now.approach, "name w", "w")
     for i, (name, ys) in enumerate(lines.items()):
         x, y = _anchor(name, settings, xs, ys, span)
-        chart.mark(x, y, f"digit {_kind(name)}", str(i + 1))
+        chart.mark(x, y, f"digit {law_class(name)}", str(i + 1))
     if math.isfinite(now.distance):
-        chart.mark(now.distance, now.rate, f"dot {_kind(present)}")
+        chart.mark(now.distance, now.rate, f"dot {law_class(present)}")
     return f'<div class="duet duet-laws">{chart.html(height)}{_legend(present, ghost, now)}</div>'
 
 
@@ -116,7 +116,8 @@ def _anchor(name: LawName, settings: LawSettings, xs: np.ndarray, ys: np.ndarray
     return x, float(np.interp(x, xs, ys))
 
 
-def _kind(name: str) -> str:
+def law_class(name: str) -> str:
+    """Return the class of CSS that gives a law its colour."""
     return f"law{list(LAW_NAMES).index(cast(LawName, name)) + 1}"
 
 
@@ -124,8 +125,8 @@ def _legend(present: str, ghost: Simulation | None, now: Contact) -> str:
     rows: list[str] = []
     for i, (name, label) in enumerate(LAW_NAMES.items()):
         shown = f"<b>{tr(label)}</b>" if name == present else tr(label)
-        rows.append(f'<li class="{"thick" if name == present else ""}"><i class="{_kind(name)}">{i + 1}</i>{shown}</li>')
+        rows.append(f'<li class="{"thick" if name == present else ""}"><i class="{law_class(name)}">{i + 1}</i>{shown}</li>')
     if ghost is not None:
-        rows.append(f'<li class="ghost"><i class="{_kind(ghost.settings.law.law)} dash"></i>{tr("the ghost’s")}</li>')
+        rows.append(f'<li class="ghost"><i class="{law_class(ghost.settings.law.law)} dash"></i>{tr("the ghost’s")}</li>')
     numbers = f'<b class="u">u</b> {now.pull + 0.0:.2f}, |J<sub>d</sub>| {math.sqrt(now.square):.2f} m/rad'.replace("-", "−")
     return f"<ul>{''.join(rows)}<li class=now>{numbers}</li></ul>"

@@ -10,6 +10,7 @@ CHARTS: Final[dict[str, str]] = {
     "curve": 'Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]',
     "laws": "what each law makes of it: J<sub>d</sub>q̇ [m/s] over d [m]",
     "map": "trade-off of n and v",
+    "safety": "laws at equal safety",
     "pairs": "the closest pair",
     "stability": "section III: does the paper’s condition hold?",
 }
@@ -25,7 +26,7 @@ def possible_details(run: RunSettings) -> tuple[str, ...]:
     """Return the plots that an experiment offers beside the first two."""
     details: tuple[str, ...] = ("none", "joints", "rates")
     if run.scene in OBSTACLE:
-        details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "pairs", "stability")
+        details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "safety", "pairs", "stability")
     if run.scene in _TWO_OF_A_KIND:
         details += ("follow",)
     if run.scene == "hold":
@@ -58,7 +59,7 @@ def makes_room(shown: tuple[str, ...]) -> bool:
 
 def layout_html(shown: tuple[str, ...]) -> str:
     """Return the style that gives every plot a column; a chart with a legend of its own takes a wider one."""
-    wide = {"laws": "1.45fr", "stability": "1.2fr", "pairs": "1.2fr"}
+    wide = {"laws": "1.45fr", "safety": "1.9fr", "stability": "1.2fr", "pairs": "1.2fr"}
     columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in shown]
     narrow = columns[:1] + columns[2:] if makes_room(shown) else columns
     return (

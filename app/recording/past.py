@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from app.recording.replay import Replay
 from app.session.clock import Pace
+from app.session.safety_curves import SafetyCurves
 from app.session.student_law import LawStatus
 from app.session.trade_off import TradeOffMap
 from app.settings import Settings
@@ -17,15 +18,23 @@ class Past:
     Args:
         replay: where it stands.
         settings: of the live session; the page stays as it is, the run is that of the replay.
-        trade_off: of the live session.
+        trade_off, safety_curves: of the live session.
         file: name of the loaded file that is replayed; "" for the session's own run.
     """
 
     ghost = held = what_if = None
     student_law = LawStatus()
 
-    def __init__(self, replay: Replay, settings: Settings, trade_off: TradeOffMap | None = None, file: str = "") -> None:
-        self._replay, self._live, self.trade_off, self.replayed_file = replay, settings, trade_off, file
+    def __init__(
+        self,
+        replay: Replay,
+        settings: Settings,
+        trade_off: TradeOffMap | None = None,
+        safety_curves: SafetyCurves | None = None,
+        file: str = "",
+    ) -> None:
+        self._replay, self._live, self.replayed_file = replay, settings, file
+        self.trade_off, self.safety_curves = trade_off, safety_curves
 
     @property
     def simulation(self) -> Simulation:

@@ -116,7 +116,10 @@ class ReplayPlayer:
     @property
     def past(self) -> Past | None:
         """What the page draws in place of the session; None while live."""
-        return None if self.replay is None else Past(self.replay, self._session.settings, self._session.trade_off, self.loaded)
+        session = self._session
+        if self.replay is None:
+            return None
+        return Past(self.replay, session.settings, session.trade_off, session.safety_curves, self.loaded)
 
     def advance(self, elapsed: float) -> bool:
         """Collect finished jobs and play `elapsed` seconds [s] on; return whether the replay has moved."""

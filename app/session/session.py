@@ -11,7 +11,9 @@ from app.session.ghost_run import GhostRun
 from app.session.halt import Halt
 from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
+from app.session.knob_search import WINDOW, KnobSearch
 from app.session.relevant_settings import built_of
+from app.session.safety_curves import SafetyCurves
 from app.session.shown import Player
 from app.session.student_law import LawStatus, StudentLaw
 from app.session.studies import Studies, Who
@@ -65,7 +67,9 @@ class Session:
         studied = background if sources.law_file is None else None
         self.studies = Studies(studied, wake)
         self.trade_off = TradeOffMap(studied, wake) if studied is not None else None
-        """Distance against error over n and v; None where there is no background, or a student's law runs."""
+        self.safety_curves = SafetyCurves(studied, wake) if studied is not None else None
+        """Distance against error over n and v, and law by law; None where there is no background, or a student's law runs."""
+        self.knob_search = KnobSearch(studied, wake, lambda: self.settings, self.change)
         self.player: Player | None = None
         """Replays in the place of the live run; None where nothing is replayed."""
         self.posts = ActionQueue()
@@ -89,8 +93,10 @@ class Session:
         """Drop everything that is being computed for this session, and end its own law's process."""
         self.law.close()
         self.studies.forget()
-        if self.trade_off is not None:
-            self.trade_off.forget()
+        self.knob_search.forget()
+        for apart in (self.trade_off, self.safety_curves):
+            if apart is not None:
+                apart.forget()
 
     @property
     def ghost(self) -> Simulation | None:
@@ -186,6 +192,7 @@ class Session:
         if self.ghost is not None:
             self.ghost.reset()
         self.studies.forget()
+        self.knob_search.forget()
         self._input.let_go()
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
@@ -210,6 +217,13 @@ class Session:
         if self.ghost is not None:
             runs["ghost"] = self._ghost.inputs, self.ghost.settings
         self.studies.measure_smoothness(runs)
+
+    def match_distance(self) -> None:
+        """Set a law's knob so that it keeps the distance of the other law on the last inputs, see `KnobSearch.ask`."""
+        self.knob_search.ask(self._ghost.frozen, self.inputs.window(WINDOW))
+        if self.knob_search.busy and self.safety_curves is not None:
+            # They would be of other settings afterwards, and the search need not wait for them.
+            self.safety_curves.forget()
 
     @property
     def paused(self) -> bool:
@@ -273,6 +287,7 @@ class Session:
         """Do what was posted, and take in what was computed. `elapsed`: wall time since the last frame [s]."""
         self.law.advance(elapsed, self.paused)
         self.studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
+        self.knob_search.advance()
         self.posts.do()
 
     def step(self, elapsed: float, budget: float = BUDGET) -> int:

@@ -3,6 +3,7 @@
 from typing import Protocol
 
 from app.session.clock import Pace
+from app.session.safety_curves import SafetyCurves
 from app.session.student_law import LawStatus
 from app.session.trade_off import TradeOffMap
 from app.settings import Settings
@@ -62,6 +63,11 @@ class Shown(Protocol):
     @property
     def trade_off(self) -> TradeOffMap | None:
         """Distance against error over n and v."""
+        ...
+
+    @property
+    def safety_curves(self) -> SafetyCurves | None:
+        """Distance against error, law by law."""
         ...
 
     def target(self) -> Target | None:

@@ -187,12 +187,14 @@ def test_measured() -> None:
     result: dict[str, Any] = measure_peers(1200)
     figures = result["figures"]
     assert json.loads(json.dumps(result)) == result
-    assert list(figures)[:3] == ["ours, single pair (paper)", "ours, soft minimum", "ours, barrier QP, all pairs +w"]
-    assert len(figures) == 7 and sum("pink" in name for name in figures) == sum("mink" in name for name in figures) == 2
+    assert list(figures)[:3] == ["ours, single pair (paper)", "ours, soft minimum", "ours, smooth everywhere"]
+    assert len(figures) == 11 - 3 * (not peers.has_embodik())
+    assert sum("pink" in name for name in figures) == sum("mink" in name for name in figures) == 2
     for name, row in figures.items():
         assert all(np.isfinite(value) for value in row.values()) and row["median_us"] > 0.0 and row["unsolved"] == 0.0, name
-        # Every method has to give way, by at most a millimetre below d_m; without avoidance the arms would come far closer.
-        assert 0.149 < row["d_min"] < 0.25 and row["e2_max"] > 1e-4 and row["ddq_max"] > 0.0, name
+        # Every method has to give way, by at most a millimetre below d_m; embodik that does not know w comes closer than the others.
+        least = 0.14 if name.startswith("embodik") and not name.endswith("+w") else 0.149
+        assert least < row["d_min"] < 0.25 and row["e2_max"] > 1e-4 and row["ddq_max"] > 0.0, name
     assert run(changed(POSE, "law", "unprotected"), 1200 * POSE.dt).summary.d_min < 0.14
     assert figures["ours, single pair (paper)"]["ratio"] == 1.0
     table = peers_table(result)

@@ -164,9 +164,8 @@ def test_imitation_and_film(table: Numbers) -> None:
         for i in range(1, 5):
             assert np.abs(rows[f"{side}_qd{i}"] - rows[f"{side}_q{i}"]).max() < 0.5
         assert max(np.ptp(rows[f"{side}_qd{i}"]) for i in range(1, 5)) > 0.5
-    # The frames are moments of that run, one in each eighth of it.
-    ends = np.linspace(0.0, rows["t"][-1] + 0.005, 9)
-    assert ((ends[:-1] <= frames["t"] + 0.01) & (frames["t"] <= ends[1:] + 0.01)).all()
+    # The frames are moments of that run, in their order.
+    assert len(frames["t"]) == 8 and (np.diff(frames["t"]) > 0.0).all()
     places = np.searchsorted(rows["t"], frames["t"] - 1e-9)
     assert_allclose(frames["right_q2"], rows["right_q2"][places])
     assert_allclose(frames["d"], rows["d"][places])

@@ -30,6 +30,15 @@ class ComparePanel:
             lambda _: session.post(session.measure_smoothness, "measure"),
         )
         self._smoothness = gui.add_html("")
+        self._match = ChoiceButtons(
+            gui,
+            "same distance",
+            ("Set the knob",),
+            "Sets d_m, or another setting of the ghost’s law, so that it comes as near as the present law on the last 30 s; the present "
+            "settings become the ghost. Beside a frozen ghost it sets the run’s law.",
+            lambda _: session.post(session.match_distance, "match"),
+        )
+        self._matched = gui.add_html("")
         self._state: tuple[object, ...] = ()
         self._answers: tuple[object, ...] = (None, None)
 
@@ -40,14 +49,17 @@ class ComparePanel:
         visible = matters("ghost", session.settings)
         answers = session.what_if, session.studies.smoothness
         state = visible, session.studies.busy, session.studies.message, session.settings.page.what_if
+        state = *state, session.knob_search.busy, session.knob_search.message
         # Answers are compared by identity: they hold arrays, and are never changed.
         if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
         self._state, self._answers = state, answers
-        self._what_if.visible = self._smoothness.visible = visible
+        self._what_if.visible = self._smoothness.visible = self._matched.visible = visible
         self._button.show(visible=visible)
+        self._match.show(visible=visible)
         self._what_if.content = f'<div class="duet">{_what_if_block(session)}</div>'
         self._smoothness.content = f'<div class="duet">{_smoothness_block(session)}</div>'
+        self._matched.content = f'<div class="duet">{_match_block(session)}</div>'
 
 
 def _what_if_block(session: Session) -> str:
@@ -66,6 +78,12 @@ def _smoothness_block(session: Session) -> str:
     if session.studies.smoothness is None:
         return f'<p class="duet-tip">{tr(session.studies.message)}</p>' if session.studies.message else ""
     return smoothness_html(session.studies.smoothness)
+
+
+def _match_block(session: Session) -> str:
+    search = session.knob_search
+    said = tr("Computing …") if search.busy else tr(search.message)
+    return f'<p class="duet-tip">{said}</p>' if said else ""
 
 
 def what_if_html(answer: WhatIf) -> str:

@@ -11,6 +11,7 @@ from app.plots.activation_curve import curve_html
 from app.plots.laws_chart import laws_html
 from app.plots.pair_strips import pairs_html
 from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
+from app.plots.safety_chart import safety_html
 from app.plots.stability_section import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, Curve, RollingSeries, drawable
@@ -97,7 +98,9 @@ class Plots:
         self.buffer.feed(simulation)
         if ghost is not None:
             self._ghost_buffer.feed(ghost)
-        state = simulation.history, simulation.history.count, simulation.settings, ghost is not None, self._answers
+        apart = frame.shown.trade_off, frame.shown.safety_curves
+        computed = tuple(0.0 if studied is None else studied.size for studied in apart)
+        state = simulation.history, simulation.history.count, simulation.settings, ghost is not None, self._answers, computed
         for name in due:
             if self._drawn.get(name) == state:
                 continue
@@ -218,6 +221,11 @@ class Plots:
                     return '<div class="duet duet-tip">' + tr("The trade-off map is not available for a custom law.") + "</div>"
                 points = trade_off.points(frame.settings.run)
                 return map_html(points, trade_off.size, frame.settings.run, self._height)
+            case "safety":
+                curves = frame.shown.safety_curves
+                if curves is None:
+                    return '<div class="duet duet-tip">' + tr("Laws are not compared while a custom law runs.") + "</div>"
+                return safety_html(curves.curves(frame.settings.run), curves.size, frame.settings.run, self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
             case _:

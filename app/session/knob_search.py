@@ -1,0 +1,124 @@
+"""Sets the knob of a law so that it keeps the same smallest distance as another law on the recorded inputs."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final, cast
+
+from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_watch import JobWatch
+from app.settings import Settings
+from controllers.errors import LazyText
+from scenes.inputs import Recorded
+from scenes.law_knobs import KnobMatch, match_knob
+from scenes.settings import LawName, LawSettings, RunSettings, specs, values
+
+WINDOW: Final = 30.0
+"""How much of the run is made again for each value of the knob [s]."""
+
+LEAST: Final = 50
+"""Steps below which there is nothing to compare."""
+
+
+class KnobSearch:
+    """The search of one session; all methods belong to the thread that advances it.
+
+    Args:
+        background: where the runs are made; None where no law can be compared.
+        wake: called, from any thread, when there is news.
+        settings: gives the session's present settings.
+        change: sets one of them, by its key.
+
+    Attributes:
+        message: what came out, or why nothing can, for the visitor; "" before the first search.
+    """
+
+    def __init__(
+        self,
+        background: JobPool | None,
+        wake: Callable[[], None],
+        settings: Callable[[], Settings],
+        change: Callable[[str, object], None],
+    ) -> None:
+        self._jobs = None if background is None else JobWatch(background, wake, self._failed)
+        self._settings, self._change = settings, change
+        self.message = ""
+        self._asked: Settings | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a search is under way."""
+        return self._asked is not None
+
+    def ask(self, frozen: RunSettings, recorded: Recorded | None) -> None:
+        """Begin to search: turns the knob of the ghost's law, and the run's law keeps its distance; beside a frozen ghost the reverse.
+
+        Args:
+            frozen: settings that a frozen ghost has.
+            recorded: inputs of the run; None if there are none.
+        """
+        settings = self._settings()
+        run, ghost = settings.run, settings.page.ghost
+        if self._jobs is None:
+            self.message = LazyText("Laws cannot be compared while a custom law runs.")
+        elif ghost in ("off", "own", run.law.law):
+            self.message = LazyText("First choose another law as the ghost, or freeze these settings.")
+        elif recorded is None or recorded.steps < LEAST:
+            self.message = LazyText("There is too little to measure yet; let it run for a few seconds.")
+        else:
+            reference = frozen if ghost == "frozen" else run
+            chosen = run if ghost == "frozen" else replace(run, law=replace(run.law, law=cast(LawName, ghost)))
+            self._asked, self.message = settings, ""
+            self._jobs.submit("knob", self._found, match_knob, recorded, _overrides(reference), _overrides(chosen))
+
+    def advance(self) -> None:
+        """Do what a finished search asks for."""
+        if self._jobs is not None:
+            self._jobs.collect()
+
+    def forget(self) -> None:
+        """Drop a search."""
+        if self._jobs is not None:
+            self._jobs.close()
+        self._asked, self.message = None, ""
+
+    def _found(self, match: KnobMatch) -> None:
+        asked, self._asked = self._asked, None
+        spec, choice = specs(LawSettings).get(match.key), specs(RunSettings)["law"]
+        parts = {
+            "law": LazyText(choice.choice_labels[choice.choices.index(match.law)]),
+            "wanted": f"{1000.0 * match.wanted:.0f}",
+            "reached": f"{1000.0 * match.reached:.0f}",
+        }
+        if asked is None or asked != self._settings():
+            self.message = LazyText("The settings have changed meanwhile; ask again.")
+        elif spec is None:
+            self.message = LazyText(
+                "{law} has no setting for its distance: it comes as near as {reached} mm, the other law {wanted} mm.", **parts
+            )
+        elif match.value is None:
+            self.message = LazyText(
+                "No value of {knob} helps: the other law comes as near as {wanted} mm, {law} at best {reached} mm. Change another "
+                "setting first, such as d_m.",
+                knob=spec.label,
+                **parts,
+            )
+        else:
+            if asked.page.ghost != "frozen":
+                self._change("ghost", "frozen")
+                self._change("law", match.law)
+            self._change(match.key, match.value)
+            value = f"{spec.page_scale * match.value:.4g} {spec.page_unit}".rstrip()
+            self.message = LazyText(
+                "{law} with {knob} = {value} comes as near as {reached} mm, the ghost’s law {wanted} mm.",
+                knob=spec.label,
+                value=value,
+                **parts,
+            )
+
+    def _failed(self, job: Job) -> None:
+        self._asked, self.message = None, job.message
+
+
+def _overrides(run: RunSettings) -> dict[str, object]:
+    """Return key → value of a law's settings and its gain."""
+    return {**values(run.law), "k": run.gain}
