@@ -180,8 +180,8 @@ class LawFile:
             kind = type(result).__name__
             raise Wrong("activation returned a {kind}; expected a number from 0 to 1.", line, kind=kind) from None
         if not 0.0 <= lam <= 1.0:
-            text = "activation returned {lam} at d = {distance} m; expected 0 to 1."
-            raise Wrong(text, line, lam=f"{lam:g}", distance=f"{distance:g}")
+            at = f"{distance:g}"
+            raise Wrong("activation returned {lam} at d = {distance} m; expected 0 to 1.", line, lam=f"{lam:g}", distance=at)
         return lam
 
     def activations(self, distances: Array) -> Array:
