@@ -7,7 +7,7 @@ solve a general problem for the 14 joints of both arms, ours is one row for the 
 
 import platform
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -171,7 +171,7 @@ class _Record:
     times: list[int]
 
 
-def _interleaved(methods: dict[str, Method], baked: Baked) -> dict[str, _Record]:
+def _interleaved(methods: Mapping[str, Method], baked: Baked) -> dict[str, _Record]:
     shape = (baked.steps, baked.room.model.nv)
     records = {name: _Record(np.empty(shape), np.empty(shape), []) for name in methods}
     for first in range(0, baked.steps, BLOCK):

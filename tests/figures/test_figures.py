@@ -3,7 +3,7 @@
 import io
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -21,45 +21,8 @@ from app.figures.run_plan import Plan
 from controllers import budget
 from controllers.activation import activation
 from controllers.errors import BadSetting
-from controllers.kinematics import Array
 from scenes.settings import LawSettings, RunSettings, specs
-
-
-def entry(name: str) -> FigureEntry:
-    return next(entry for entry in CATALOGUE if entry.name == name)
-
-
-@dataclass(frozen=True)
-class Table:
-    settings: dict[str, str]
-    columns: dict[str, list[str]]
-
-    def __getitem__(self, name: str) -> Array:
-        return np.array([float(cell) if cell else np.nan for cell in self.columns[name]])
-
-
-def read(text: str) -> Table:
-    """The content of a CSV file whose cells hold no commas."""
-    lines = text.splitlines()
-    head = [line for line in lines if line.startswith("# ")]
-    rows = [line.split(",") for line in lines[len(head) :]]
-    assert all(len(row) == len(rows[0]) for row in rows)
-    settings = {key: value for key, _, value in (line[2:].partition(" = ") for line in head)}
-    return Table(settings, {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])})
-
-
-@pytest.fixture(scope="session")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("figures")
-    assert figures(Figures(out=out, quick=True)) == 0
-    return out
-
-
-@pytest.fixture(scope="session")
-def table(folder: Path) -> Callable[[str], Table]:
-    """Name of a figure → its numbers."""
-    return lambda name: read((folder / f"{entry(name).stem}.csv").read_text(encoding="utf-8"))
-
+from tests.figures.conftest import Table, entry, read
 
 Numbers = Callable[[str], Table]
 
