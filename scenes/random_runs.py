@@ -81,7 +81,7 @@ def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> obj
 
 
 def _start(dice: np.random.Generator, room: Room) -> Array | None:
-    """Return the room's own start posture (None), a random one, or of twelve random ones the one whose bodies are the nearest."""
+    """Return the room's own start posture (None), a random one, or of twelve random ones the one with the nearest bodies."""
     tries = (0, 1, 12, 12)[dice.integers(4)]
     if not tries:
         return None
@@ -143,7 +143,7 @@ def _excesses(random: RandomRun, first: float, seconds: float) -> tuple[float, .
 def explained(excesses: tuple[float, ...]) -> bool:
     """Return whether a time step explains excesses [m] at dt, dt/2, dt/4, …: from the worst on they vanish in proportion to dt.
 
-    The worst need not be the first: a smooth minimum whose weights change within a step (β times the speeds along the pairs times dt of
+    The worst need not be the first: a smooth minimum with weights that change within a step (β times the speeds along the pairs times dt of
     order 1) chatters like the closest pair does, differently at every dt.
     """
     worst = int(np.argmax(excesses))

@@ -158,10 +158,10 @@ class HardwareSettings:
     )
     joint_noise: float = _number(
         0.0, "qnoise", "noise of q", "Standard deviation of what the joint sensors show, in every step.",
-        "rad", 0.0, math.radians(1.0), 0.01, "°", math.degrees(1.0),
+        "rad", 0.0, 0.02, 0.01, "°", math.degrees(1.0),
     )  # fmt: skip
     joint_resolution: float = _number(
-        0.0, "qstep", "step of q", "Resolution of the joint sensors.", "rad", 0.0, math.radians(1.0), 0.01, "°", math.degrees(1.0)
+        0.0, "qstep", "step of q", "Resolution of the joint sensors.", "rad", 0.0, 0.02, 0.01, "°", math.degrees(1.0)
     )
     frame_rate: float = _number(
         0.0, "fps", "camera", "Frames a second in which the distance is measured; in between d and J_d stay. 0 is every step.",
@@ -372,7 +372,7 @@ def checked(spec: Spec, present: object, value: object) -> Any:
     except (ValueError, OverflowError):
         raise BadSetting("{key} = {value} is not a number; {remedy}", **told) from None
     # A slider's value comes back through its own page unit: the last bit must not push it over the edge.
-    slack = 1e-9 * max(1.0, abs(spec.low), abs(spec.high))
+    slack = 1e-9 * max(abs(spec.low), abs(spec.high))
     if not math.isfinite(number) or number < spec.low - slack or number > spec.high + slack:
         raise BadSetting("{key} = {value} is out of range; {remedy}", **told)
     number = min(max(number, spec.low), spec.high)

@@ -26,7 +26,7 @@ from scenes.settings import RunSettings, specs, values
 SUMMARY = """d_min d_min_pair share_below e2_max e2_end dq_step_max ddq_max pair_switches pair_switches_felt out_of_authority_s
     steps step_us_median"""
 JOINTS = [f"{side}_{what}{i}" for what in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
-HEADER = ["t", "d", "lambda", "e2", "u", "w", "pair", *JOINTS]
+HEADER = ["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair", *JOINTS]
 
 
 def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
     words = """
         scene=hold rig=table robot=panda guided=left avoid=both following=identical path=circle point=arm ball=cross clip=wave
         kx=2 task=pose k=1.5 wmax=0.4 dt=0.01 g=8 seed=7 law=smooth_priority pairs=single dm=0.1 n=10 v=0.5 beta=80 d0=0.25
-        eta=0.01 gamma=4 kr=3 bounds=null_space"""
+        eta=0.01 gamma=4 kr=3 bounds=null_space start=between eps=0.0002 dead=0.02 lag=0.03 qnoise=0.001 qstep=0.001 fps=30 dnoise=0.002"""
     given = {key: text for key, _, text in (word.partition("=") for word in words.split())}
     flags = {"ff": "True", "one_sided": "True", "coupled": "True"}
     assert set(given) | set(flags) == set(specs(RunSettings))

@@ -65,7 +65,7 @@ def test_what_is_hidden_has_no_effect_to_the_last_bit(scene: SceneName, law: Law
 def test_every_number_that_a_law_shows_has_an_effect(law: LawName) -> None:
     settings = everything("hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0)
     # A quadratic programme does nothing before it must.
-    steps = 1000 if law in ("barrier_qp", "set_based_task") else 700
+    steps = 1000 if law in ("barrier_qp", "set_based_task", "strict_switched") else 700
     plain = moves(settings.run, steps)
     for key in ("dm", "n", "v", "d0", "eta", "gamma", "kr", "pairs", "beta", "ff"):
         if matters(key, settings):

@@ -81,3 +81,12 @@ def test_a_law_without_the_promise_says_so(law: LawName) -> None:
 def test_a_law_of_your_own_promises_nothing() -> None:
     simulation = shared("scene=hold")
     assert "does not promise" in text(promise_html(simulation, simulation.sample(), custom=True))
+
+
+def test_a_distance_that_was_lost_is_not_said_to_be_kept() -> None:
+    simulation = Simulation(settings("scene=hold&start=between&avoid=guided&seed=396&v=0.05&pairs=single").run)
+    person = simulation.source()
+    while simulation.sample().law_distance > 0.1 or missing_now(simulation.settings, simulation.history):
+        assert simulation.time < 20.0
+        simulation.step(person.target(simulation.time))
+    assert shown(simulation).endswith("below dm, but d falls no further: every condition is met")

@@ -100,7 +100,7 @@ def test_it_goes_on_where_it_was_ended(
         ({"settings": RunOptions(k="3")}, "k is 2.0 there, 3.0 here"),
         ({"seconds": 0.3}, "seconds is 0.2 there, 0.3 here"),
         ({"over": ("n=2,8,9", "pairs=single,soft")}, "over n is 2.0, 8.0 there"),
-        ({"over": ("n=2,8",)}, "pairs is not given there, soft here"),
+        ({"over": ("n=2,8",)}, "pairs is not given there, smooth here"),
         ({"over": ("pairs=single,soft", "n=2,8")}, "the order of the settings"),
     ],
 )

@@ -25,6 +25,9 @@ from scenes.promise import Condition, makes_promise, missing_now
 from scenes.settings import LawName, RunSettings
 from scenes.simulation import Simulation
 
+BELOW: Final = 1e-3
+"""So far below d_m a distance counts as lost [m]; a time step alone makes less."""
+
 PERIOD: Final = 0.15
 """Wall time between two refreshes [s]; a number that changes faster cannot be read."""
 
@@ -299,6 +302,8 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     elif lost:
         why = ", ".join(_condition_text(condition, simulation, sample) for condition in lost)
         pill = ("alarm", tr("{bound} may fail: {why}", bound=bound, why=why))
+    elif sample.law_distance < simulation.settings.law.critical_distance - BELOW:
+        pill = ("halt", tr("below d<sub>m</sub>, but d falls no further: every condition is met"))
     else:
         pill = ("go", tr("{bound} stands", bound=bound))
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]

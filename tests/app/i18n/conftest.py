@@ -15,7 +15,7 @@ NO_TEXT = re.compile(
 NAMED = re.compile(r"""\b(?:aria-label|title|alt|placeholder)=(?:"([^"]*)")""")
 """Attributes that a screen reader reads."""
 WORD = re.compile(r"[^\W\d_]{3,}")
-NAMES = frozenset({"rad", "rad²", "MediaPipe", "FILE", "dot", "min", "max", "sym", "Duet"})
+NAMES = frozenset({"rad", "rad²", "mm²", "MediaPipe", "FILE", "dot", "min", "max", "sym", "Duet"})
 
 
 @pytest.fixture(autouse=True)

@@ -79,7 +79,20 @@ NAMES: Final = {
 """… and names: the same in every language."""
 
 
-BODIES: Final = ("L", "R", "upper arm", "elbow", "forearm", "wrist", "hand", "pedestal", "ball", "link", "outer link")
+BODIES: Final = (
+    "L",
+    "R",
+    "upper arm",
+    "elbow",
+    "forearm",
+    "wrist",
+    "hand",
+    "pedestal",
+    "ball",
+    "link",
+    "outer link",
+    "outer upper arm",
+)
 """Of which the pairs are, as `app.plots.pair_strips` names them."""
 
 JOINTS: Final = (

@@ -29,7 +29,7 @@ ENGLISH = """() => {
   while (all.nextNode()) {
     const parent = all.currentNode.parentElement;
     // Names of robots, of keys, of what stands in the scene, and formulas; what is hidden.
-    if (parent.closest('svg, style, script, noscript, kbd, pre, [class*=tableRow], [class*=Spotlight-actionDescr]')) continue;
+    if (parent.closest('svg, sub, style, script, noscript, kbd, pre, [class*=tableRow], [class*=Spotlight-actionDescr]')) continue;
     look(all.currentNode.data, parent.tagName);
   }
   for (const e of document.querySelectorAll('[aria-label], [placeholder], [title]'))

@@ -23,6 +23,7 @@ STAGES: dict[str, dict[str, str]] = {
     **{key: {"scene": "ball"} for key in ("point", "ball")},
     **{key: {"scene": "imitation", "source": "clips"} for key in ("source", "clip")},
     "following": {"scene": "master_slave"},
+    "start": {"rig": "torso", "robot": "lwr"},
     **{key: {"law": "potential_field"} for key in ("d0", "eta")},
     "gamma": {"law": "barrier_qp"},
     "kr": {"law": "set_based_task"},

@@ -52,7 +52,7 @@ def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_
         assert one.session.simulation.settings == one.session.settings.run and values(other.session.settings) == theirs, key
         one.run_on(0.05)
         one.ask(assert_sound)
-    ask(one.session, lambda s: s.change("scene", "hold"))
+    ask(one.session, lambda s: [s.change("scene", "hold"), s.change("rig", "table")])
     one.run_on(0.3)
     other.run_on(0.3)
     one.ask(assert_sound)
