@@ -1,6 +1,7 @@
 """The page at equal safety: curves of all laws computed apart, and a button that sets a law's knob to the same distance."""
 
 import threading
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +18,13 @@ from tests.app.inline import Inline
 
 RUN = RunSettings(dt=0.02)
 """Coarse steps, for speed."""
+
+
+@pytest.fixture
+def background() -> Iterator[JobPool]:
+    pool = JobPool(1)
+    yield pool
+    pool.close()
 
 
 def test_the_curves_come_one_by_one_and_are_computed_once(background: JobPool) -> None:
