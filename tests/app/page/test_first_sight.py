@@ -75,7 +75,7 @@ def ring_share(page: Page, session: Session, colour: str) -> float:
 
 def test_the_ring_is_seen_in_every_look(house: OpenHouse, page_at: PageAt) -> None:
     assert RADIUS >= 0.06, "a wrist of our robots would hide it"
-    page = page_at(800, 600)
+    page = page_at(1024, 768)
     session = visit(page, house(), "scene=hold&autopilot=0")
     page.get_by_text("keeps its hand in the ring").wait_for()
     for look in ("light desk fast", "dark projector fast", "dark desk fine", "light desk fine"):
