@@ -19,8 +19,8 @@ from tests.scenes.helpers import given_settings
 BETWEEN = given_settings(start="between", avoid="guided", seed=396, v=0.05, pairs="single")
 
 
-def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["hunt", "--runs", "40", "--seed", "2", "--seconds", "1.5"]) == 0
+def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["hunt", "--runs", "40", "--seed", "2", "--seconds", "1.5", "--out", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("40 runs, 0 broken. The law promises d ≥ d_law ≥ d_m in ") and len(lines) == 3
 
