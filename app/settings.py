@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, Literal, NamedTuple, get_args
+from typing import Final, Literal, NamedTuple
 
 from controllers.errors import BadSetting
-from scenes.settings import LawName, RunSettings, Spec, changed, values
+from scenes.setting_spec import choice, flag, number
+from scenes.settings import LawName, RunSettings, changed, values
 
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
@@ -22,78 +23,62 @@ Source = Literal["clips", "figure", "file", "camera"]
 """Who is imitated: a built-in clip, the figure on the stage, a BVH file, or a camera at the server."""
 
 
-def _choice(default: str, kind: Any, key: str, label: str, text: str, labels: tuple[str, ...]) -> Any:
-    """Declare a setting with choices. `kind`: their Literal; `labels`: what a person reads for each of them."""
-    return _value(default, Spec(key, label, text, choices=get_args(kind), choice_labels=labels))
-
-
-def _value(default: Any, spec: Spec) -> Any:
-    return field(default=default, metadata={"spec": spec})
-
-
 @dataclass(frozen=True)
 class PageSettings:
     """How the page looks and what moves at the start; none of it changes the simulation's numbers."""
 
-    theme: Theme = _choice("light", Theme, "theme", "colours", "Light or dark.", ("Light", "Dark"))
-    profile: Profile = _choice(
-        "desk", Profile, "profile", "text", "Larger text and stronger lines for a projector.", ("Desk", "Projector")
+    theme: Theme = choice("light", Theme, "theme", "colours", "Light or dark.", "Light", "Dark")
+    profile: Profile = choice(
+        "desk", Profile, "profile", "text", "Larger text and stronger lines for a projector.", "Desk", "Projector"
     )
-    picture: Picture = _choice(
+    picture: Picture = choice(
         "fine",
         Picture,
         "picture",
         "picture",
         "Fast leaves out shadows and reflections; a browser without a graphics card starts with it.",
-        ("Fine", "Fast"),
+        "Fine",
+        "Fast",
     )
-    language: Language = _choice(
+    language: Language = choice(
         "auto",
         Language,
         "lang",
         "language",
         "Of everything on the page, and of lessons 1 to 3.",
-        ("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
+        *("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
     )
-    autopilot: bool = _value(
-        True, Spec("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.")
-    )
-    speed: float = _value(1.0, Spec("speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25))
-    details: Details = _choice(
+    autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)
+    speed: float = number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
+    details: Details = choice(
         "none",
         Details,
         "plot",
         "more plots",
         "A third plot.",
-        ("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "Equal d", "Pairs", "M"),
+        *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M"),
     )
-    ghost: Ghost = _choice(
+    ghost: Ghost = choice(
         "off",
         Ghost,
         "ghost",
         "ghost",
         "A second, translucent run on the very same inputs: with the settings of this moment, or with another law.",
-        (
-            *("Off", "These settings, frozen"),
-            *("Smooth priority", "Strict, always on", "Strict, switched at d_m", "Null-space avoidance"),
-            *("Potential field", "Barrier QP", "Intermediate value", "Task activation", "Continuous inverse"),
-            *("Set-based task", "Unprotected"),
-            "My own law (--law-file)",
-        ),
+        *("Off", "These settings, frozen"),
+        *("Smooth priority", "Strict, always on", "Strict, switched at d_m", "Null-space avoidance"),
+        *("Potential field", "Barrier QP", "Intermediate value", "Task activation", "Continuous inverse"),
+        *("Set-based task", "Unprotected", "My own law (--law-file)"),
     )
-    what_if: bool = _value(
-        False,
-        Spec(
-            "whatif", "what if", "Moving d_m, n, v or K computes the last 30 s again and draws the new curves over the old ones."
-        ),
+    what_if: bool = flag(
+        "whatif", "what if", "Moving d_m, n, v or K computes the last 30 s again and draws the new curves over the old ones."
     )
-    source: Source = _choice(
+    source: Source = choice(
         "clips",
         Source,
         "source",
         "person",
         "Who is imitated.",
-        ("Built-in clip", "The figure: drag it", "A BVH file", "A camera at the server"),
+        *("Built-in clip", "The figure: drag it", "A BVH file", "A camera at the server"),
     )
 
 

@@ -11,7 +11,8 @@ from scenes.headless import run
 from scenes.history import COLUMN
 from scenes.promise import broken_by, makes_promise
 from scenes.room import Room, room_of
-from scenes.settings import HardwareSettings, RunSettings, Spec, changed, specs, values
+from scenes.setting_spec import Spec
+from scenes.settings import HardwareSettings, RunSettings, changed, specs, values
 from scenes.world import World
 
 SECONDS: Final = 6.0

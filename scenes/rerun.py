@@ -14,7 +14,8 @@ from controllers.kinematics import Array
 from scenes.headless import Summary, summarise
 from scenes.history import COLUMN
 from scenes.inputs import Recorded, Stretch, merged
-from scenes.settings import HardwareSettings, LawSettings, RunSettings, Spec, changed, specs
+from scenes.setting_spec import Spec
+from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, specs
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, HandTarget, Target
 

@@ -12,12 +12,13 @@ from controllers.errors import BadSetting
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import AUTHORITY
 from controllers.proximity import ProximityDetector
+from scenes.given_choices import makes
 from scenes.person.clips import REST
 from scenes.person.retarget import DRIVEN, natural_pose
 from scenes.rigs import ALONE, Rig, rig_named
 from scenes.robots import Capsule, Robot, robot
 from scenes.robots.start_search import found_postures
-from scenes.settings import ArmName, ControlPoint, RunSettings, makes
+from scenes.settings import ArmName, ControlPoint, RunSettings
 
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
 

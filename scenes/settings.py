@@ -1,15 +1,15 @@
 """The settings of a run: one frozen tree, and for every field what the command line, the page, links and exports let a person set."""
 
 import math
-import re
 from dataclasses import dataclass, field, fields, replace
-from itertools import permutations
-from typing import Any, Final, Literal, TypeVar, cast, get_args
+from typing import Any, Literal, TypeVar, cast
 
-from controllers.errors import BadSetting, LazyText
+from controllers.errors import BadSetting
 from controllers.limits import BoundsTreatment
 from controllers.proximity import Treatment
 from controllers.tasks import HoldTask
+from scenes.given_choices import start_remedy, with_added
+from scenes.setting_spec import SPEC, Spec, checked, choice, flag, number
 
 RigName = Literal["torso", "table"]
 LawName = Literal[
@@ -29,8 +29,6 @@ SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
 ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
 """The makes that are always there; a robot from a file given at the start has a name of its own, see `scenes.robots.robot_files`."""
-PAIR: Final = "_"
-"""Between the names of two makes, left first, in one value of the setting `robot`."""
 AvoidChoice = Literal["paper", "free", "guided", "both"]
 """The arms that avoid: as in the paper, the arm that is not held, the one that is held, or both."""
 StartName = Literal["usual", "between"]
@@ -45,101 +43,54 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Spec:
-    """What a person may set one field to.
-
-    Attributes:
-        key: its short name on the command line (`--dm`) and in a link (`?dm=`).
-        label: its name on the page, at most 11 characters.
-        help: one line that explains it.
-        unit: SI unit; "" for a pure number.
-        low, high: range of a number.
-        step: step of its slider, in page units.
-        page_unit, page_scale: unit on the page, and page value = scale · SI value.
-        choices: of a choice, in the order shown.
-        choice_labels: what a person reads for each of them.
-    """
-
-    key: str
-    label: str
-    help: str
-    unit: str = ""
-    low: float = -math.inf
-    high: float = math.inf
-    step: float = 0.0
-    page_unit: str = ""
-    page_scale: float = 1.0
-    choices: tuple[str, ...] = ()
-    choice_labels: tuple[str, ...] = ()
-
-
-_SPEC: Final = "spec"
-
-
-def _number(default: T, key: str, label: str, text: str, *scale: Any) -> T:
-    """Declare a number; `scale`: unit, bounds and step, then unit and scale on the page, as in `Spec`."""
-    return field(default=default, metadata={_SPEC: Spec(key, label, text, *scale)})
-
-
-def _flag(key: str, label: str, text: str) -> bool:
-    return field(default=False, metadata={_SPEC: Spec(key, label, text)})
-
-
-def _choice(default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
-    return field(default=default, metadata={_SPEC: Spec(key, label, text, choices=get_args(kind), choice_labels=labels)})
-
-
-@dataclass(frozen=True)
 class LawSettings:
     """How the avoiding arm divides itself between its task and keeping clear. SI units."""
 
-    law: LawName = _choice(
+    law: LawName = choice(
         "smooth_priority", LawName, "law", "law",
         "The paper's smooth change of priority, what came before and after it, or no avoidance at all.",
         "Smooth priority (paper)", "Strict priority, always on", "Strict priority, switched at d_m", "Null-space avoidance",
         "Potential field", "Barrier QP, all pairs", "Intermediate value", "Task activation in a hierarchy",
         "Continuous inverse of a stack", "Set-based task, jumps at d_m", "Unprotected (task only)",
     )  # fmt: skip
-    pairs: Treatment = _choice(
+    pairs: Treatment = choice(
         "smooth", Treatment, "pairs", "pairs",
         "What the law sees: the closest pair of bodies (the paper), a smooth minimum over all pairs, or one that stays smooth "
         "also where two links are parallel.",
         "Closest pair (paper)", "Smooth minimum", "Smooth everywhere",
     )  # fmt: skip
-    critical_distance: float = _number(
+    critical_distance: float = number(
         0.15, "dm", "d_m", "Critical distance: below it avoidance has full priority.", "m", 0.03, 0.30, 5.0, "mm", 1000.0
     )
-    order: float = _number(6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5)
-    nominal_velocity: float = _number(
+    order: float = number(6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5)
+    nominal_velocity: float = number(
         0.30, "v", "v", "Speed of retreat at full priority; a hand faster than this gets closer than d_m.",
         "m/s", 0.0, 1.0, 0.01, "m/s",
     )  # fmt: skip
-    beta: float = _number(
+    beta: float = number(
         100.0, "beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.",
         "1/m", 20.0, 400.0, 5.0, "1/m",
     )  # fmt: skip
-    convexity: float = _number(
+    convexity: float = number(
         1e-4, "eps", "ε", "Rounds the distance of two parallel links; larger is smoother, and keeps a little more distance.",
         "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6,
     )  # fmt: skip
-    feed_forward: bool = _flag(
-        "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v."
-    )
-    one_sided: bool = _flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
-    coupled: bool = _flag(
+    feed_forward: bool = flag("ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v.")
+    one_sided: bool = flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
+    coupled: bool = flag(
         "coupled", "coupled", "Where both arms keep clear: one row over the joints of both, instead of one row an arm."
     )
-    influence_distance: float = _number(
+    influence_distance: float = number(
         0.30, "d0", "d_0", "Where null-space avoidance, the potential field and task activation begin to act.",
         "m", 0.05, 0.60, 5.0, "mm", 1000.0,
     )  # fmt: skip
-    field_strength: float = _number(
+    field_strength: float = number(
         0.005, "eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s"
     )
-    barrier_gain: float = _number(
+    barrier_gain: float = number(
         5.0, "gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 40.0, 0.1, "1/s"
     )
-    restoring_gain: float = _number(
+    restoring_gain: float = number(
         5.0, "kr", "k_r", "How fast the set-based task returns to d_m from below; 0 freezes the distance.",
         "1/s", 0.0, 40.0, 0.5, "1/s",
     )  # fmt: skip
@@ -149,25 +100,25 @@ class LawSettings:
 class HardwareSettings:
     """How the arms that avoid differ from ideal ones: what is behind the commanded velocity, and what is seen. SI units; 0 is ideal."""
 
-    dead_time: float = _number(
+    dead_time: float = number(
         0.0, "dead", "dead time T", "How long a commanded velocity is on its way to the joints, in whole time steps.",
         "s", 0.0, 0.1, 5.0, "ms", 1000.0,
     )  # fmt: skip
-    lag: float = _number(
+    lag: float = number(
         0.0, "lag", "lag τ", "Time constant with which the joints reach a commanded velocity.", "s", 0.0, 0.1, 5.0, "ms", 1000.0
     )
-    joint_noise: float = _number(
+    joint_noise: float = number(
         0.0, "qnoise", "noise of q", "Standard deviation of what the joint sensors show, in every step.",
         "rad", 0.0, 0.02, 0.01, "°", math.degrees(1.0),
     )  # fmt: skip
-    joint_resolution: float = _number(
+    joint_resolution: float = number(
         0.0, "qstep", "step of q", "Resolution of the joint sensors.", "rad", 0.0, 0.02, 0.01, "°", math.degrees(1.0)
     )
-    frame_rate: float = _number(
+    frame_rate: float = number(
         0.0, "fps", "camera", "Frames a second in which the distance is measured; in between d and J_d stay. 0 is every step.",
         "1/s", 0.0, 100.0, 5.0, "Hz",
     )  # fmt: skip
-    distance_noise: float = _number(
+    distance_noise: float = number(
         0.0, "dnoise", "noise of d", "Standard deviation of the measured distance, in every frame.",
         "m", 0.0, 0.02, 0.5, "mm", 1000.0,
     )  # fmt: skip
@@ -187,127 +138,71 @@ class HardwareSettings:
 class RunSettings:
     """Who stands where and what they are asked to do. SI units."""
 
-    scene: SceneName = _choice(
+    scene: SceneName = choice(
         "hold", SceneName, "scene", "scene", "Which experiment.",
         "One arm alone (eqs 1–8)", "A ball in the way (Fig. 1)", "Hold (Fig. 5)", "Master and slave (Fig. 6)",
         "Imitation (Figs 7, 8)",
     )  # fmt: skip
-    rig: str = _choice(
+    rig: str = choice(
         "torso", RigName, "rig", "rig", "Where the two arms stand.", "Torso (the paper's laboratory)", "Table, face to face"
     )
-    robot: str = _choice(
+    robot: str = choice(
         "lwr", RobotName, "robot", "robot", "Which arms, the left one first where they differ; nothing is tied to the LWR.",
         "KUKA LWR 4+", "Franka Panda", "UR5",
     )  # fmt: skip
-    guided: ArmName = _choice("right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right")
-    task: HoldTask = _choice(
+    guided: ArmName = choice("right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right")
+    task: HoldTask = choice(
         "position", HoldTask, "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
         "Hold position", "Hold pose",
     )  # fmt: skip
-    avoid: AvoidChoice = _choice(
+    avoid: AvoidChoice = choice(
         "paper", AvoidChoice, "avoid", "who avoids",
         "Which arm keeps clear. In the paper: the free arm in Fig. 5, both in Figs 6 and 7.",
         "As in the paper", "The free arm", "Your arm", "Both arms",
     )  # fmt: skip
-    start: StartName = _choice(
+    start: StartName = choice(
         "usual", StartName, "start", "start",
         "The posture that the arms begin in; in the second, your arm slides along the tie of two pairs.",
         "Usual", "Between two pairs",
     )  # fmt: skip
-    following: Following = _choice(
+    following: Following = choice(
         "mirrored", Following, "following", "slave", "How the slave copies the master's joints.", "Identical", "Mirrored"
     )
-    path: PathName = _choice("stay", PathName, "path", "path", "What the hand of the single arm does.", "Stays", "Draws a circle")
-    point: ControlPoint = _choice(
+    path: PathName = choice("stay", PathName, "path", "path", "What the hand of the single arm does.", "Stays", "Draws a circle")
+    point: ControlPoint = choice(
         "hand", ControlPoint, "point", "keeps clear", "What of the arm keeps clear of the ball.",
         "Its hand", "Its elbow", "All of it",
     )  # fmt: skip
-    ball: BallMotion = _choice("still", BallMotion, "ball", "ball", "What the ball does by itself.", "Stays", "Crosses the path")
-    clip: ClipName = _choice(
+    ball: BallMotion = choice("still", BallMotion, "ball", "ball", "What the ball does by itself.", "Stays", "Crosses the path")
+    clip: ClipName = choice(
         "medley", ClipName, "clip", "clip", "What the built-in person does.", "All in turn", "Wave", "Clap", "Cross", "Reach"
     )
-    gain: float = _number(2.0, "k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s")
-    overdrive: float = _number(
+    gain: float = number(2.0, "k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s")
+    overdrive: float = number(
         1.0, "kx", "K times", "Multiplies K of the single arm, to see what happens where K dt > 2.", "", 1.0, 10.0, 0.5
     )
-    hand_speed: float = _number(
+    hand_speed: float = number(
         0.25, "wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.", "m/s", 0.05, 1.0, 0.01, "m/s"
     )
-    dt: float = _number(0.005, "dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0)
-    limit_gain: float = _number(10.0, "g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
-    bounds: BoundsTreatment = _choice(
+    dt: float = number(0.005, "dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0)
+    limit_gain: float = number(10.0, "g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
+    bounds: BoundsTreatment = choice(
         "distance", BoundsTreatment, "bounds", "bounds",
         "What is kept when joints meet their bounds: the distance rate; the direction of q̇; or the hand's velocity, too, by joints "
         "that still can.",
         "Keep the distance rate", "Shorten the whole q̇", "Saturate in the null space",
     )  # fmt: skip
-    seed: int = _number(1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1)
+    seed: int = number(1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1)
     law: LawSettings = field(default_factory=LawSettings)
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
-
-
-_ADDED: Final[dict[str, dict[str, str]]] = {}
-"""Key → value → label of the choices that were given at the start of this process."""
-
-
-def add_choice(key: str, value: str, label: str) -> None:
-    """Make one more value possible for a setting, in this process; only the command line may ask for it, never a visitor."""
-    _ADDED.setdefault(key, {})[value] = label
-
-
-def added_choices() -> dict[str, dict[str, str]]:
-    """Return key → value → label of what `add_choice` has added."""
-    return _ADDED
-
-
-def makes(robot: str) -> tuple[str, str]:
-    """Return the names of the left and the right arm's make."""
-    left, _, right = robot.partition(PAIR)
-    return left, right or left
-
-
-def _with_added(spec: Spec) -> Spec:
-    """Return the spec with the choices of this process: pairs of different makes, and what was given at its start."""
-    if spec.key not in ("robot", "rig"):
-        return spec
-    known = dict(zip(spec.choices, spec.choice_labels, strict=True)) | _ADDED.get(spec.key, {})
-    if spec.key == "robot":
-        known |= {f"{a}{PAIR}{b}": f"{known[a]} | {known[b]}" for a, b in permutations(tuple(known), 2)}
-    return replace(spec, choices=tuple(known), choice_labels=tuple(known.values()))
-
-
-def start_remedy(value: str) -> LazyText | None:
-    """Return how to start Duet so that a value is possible that another start had; None if it never is."""
-    for make in makes(value):
-        if (found := FILE_NAME.fullmatch(make)) and make not in _ADDED.get("robot", {}):
-            return LazyText(
-                "The robot {name} is from a URDF file that was not given here: start Duet with --robot and the same file, "
-                "{stem}.urdf, unchanged.",
-                name=make,
-                stem=found[1],
-            )
-    if BASES_NAME.fullmatch(value):
-        left, right = value.split(":")
-        return LazyText(
-            "These bases were not given here: start Duet with --base-left={left} --base-right={right}.", left=left, right=right
-        )
-    return None
-
-
-FILE_NAME: Final = re.compile(r"([a-z0-9-]{1,24})-([0-9a-f]{12})")
-"""Of a robot from a file: the file's own name and the beginning of the hash of its content."""
-
-_NUMBERS: Final = r"-?[0-9.]{1,8}(?:,-?[0-9.]{1,8}){3}"
-BASES_NAME: Final = re.compile(rf"{_NUMBERS}:{_NUMBERS}")
-"""Of a rig with given bases: x,y,z,yaw of the left and of the right one [m, degrees]."""
 
 
 def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
     """Return key → `Spec` of every field of the tree, in order."""
     found: dict[str, Spec] = {}
     for f in fields(settings_type):
-        if _SPEC in f.metadata:
-            spec = _with_added(f.metadata[_SPEC])
+        if SPEC in f.metadata:
+            spec = with_added(f.metadata[SPEC])
             found[spec.key] = spec
         else:
             found |= specs(cast(type, f.default_factory))
@@ -319,8 +214,8 @@ def values(settings: Any) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for f in fields(settings):
         value = getattr(settings, f.name)
-        if _SPEC in f.metadata:
-            found[f.metadata[_SPEC].key] = value
+        if SPEC in f.metadata:
+            found[f.metadata[SPEC].key] = value
         else:
             found |= values(value)
     return found
@@ -336,60 +231,14 @@ def changed(settings: T, key: str, value: object) -> T:
         BadSetting: unknown key, wrong type, not finite, out of range or not among the choices; the settings are untouched.
     """
     for f in fields(cast(Any, settings)):
-        if _SPEC not in f.metadata:
+        if SPEC not in f.metadata:
             branch = getattr(settings, f.name)
             if key in specs(type(branch)):
                 return replace(cast(Any, settings), **{f.name: changed(branch, key, value)})
-        elif f.metadata[_SPEC].key == key:
-            return replace(
-                cast(Any, settings), **{f.name: checked(_with_added(f.metadata[_SPEC]), getattr(settings, f.name), value)}
-            )
+        elif f.metadata[SPEC].key == key:
+            present = getattr(settings, f.name)
+            return replace(cast(Any, settings), **{f.name: checked(with_added(f.metadata[SPEC]), present, value, start_remedy)})
     raise BadSetting("There is no setting {key!r}; choose from {known}.", key=key, known=", ".join(specs(type(settings))))
-
-
-def checked(spec: Spec, present: object, value: object) -> Any:
-    """Return an external value as a value of the field; the present value gives the type.
-
-    Raises:
-        BadSetting: it is none.
-    """
-    if spec.choices:
-        if isinstance(value, str) and value in spec.choices:
-            return value
-        if isinstance(value, str) and spec.key in ("robot", "rig") and (missing := start_remedy(value)):
-            raise BadSetting(missing)
-        known = ", ".join(spec.choices)
-        raise BadSetting("{key} = {value} is not possible; choose from {known}.", key=spec.key, value=_shown(value), known=known)
-    if isinstance(present, bool):
-        return _checked_flag(spec, value)
-    unit = f" {spec.unit}" if spec.unit else ""
-    remedy = LazyText("give a number from {low:g} to {high:g}{unit}.", low=spec.low, high=spec.high, unit=unit)
-    told = {"key": spec.key, "value": _shown(value), "remedy": remedy}
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise BadSetting("{key} = {value} is not a number; {remedy}", **told)
-    try:
-        number = float(value)
-    except (ValueError, OverflowError):
-        raise BadSetting("{key} = {value} is not a number; {remedy}", **told) from None
-    # A slider's value comes back through its own page unit: the last bit must not push it over the edge.
-    slack = 1e-9 * max(abs(spec.low), abs(spec.high))
-    if not math.isfinite(number) or number < spec.low - slack or number > spec.high + slack:
-        raise BadSetting("{key} = {value} is out of range; {remedy}", **told)
-    number = min(max(number, spec.low), spec.high)
-    if isinstance(present, int):
-        if number != int(number):
-            raise BadSetting("{key} = {value} is not a whole number; {remedy}", **told)
-        return int(number)
-    return number
-
-
-def _checked_flag(spec: Spec, value: object) -> bool:
-    if isinstance(value, bool):
-        return value
-    words = {"1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False}
-    if isinstance(value, str) and value.lower() in words:
-        return words[value.lower()]
-    raise BadSetting("{key} = {value} is neither on nor off; give 1 or 0.", key=spec.key, value=_shown(value))
 
 
 def validate(settings: RunSettings) -> RunSettings:
@@ -401,8 +250,3 @@ def validate(settings: RunSettings) -> RunSettings:
     for key, value in values(settings).items():
         changed(settings, key, value)
     return settings
-
-
-def _shown(value: object) -> str:
-    text = repr(value) if isinstance(value, str) else str(value)
-    return text if len(text) <= 40 else text[:37] + "…"

@@ -1,6 +1,7 @@
 """Settings for all tests: one thread for linear algebra (two cores, and repeatable timing), and repeatable examples."""
 
 import os
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import pytest  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 from xdist.scheduler import LoadScopeScheduling  # noqa: E402
 
+from scenes.given_choices import added_choices  # noqa: E402
+from scenes.robots.robot_files import FILES  # noqa: E402
 from tests.browser import FAILED, browser, page_at  # noqa: E402
 
 __all__ = ["browser", "page_at"]
@@ -51,3 +54,14 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]):
     report = outcome.get_result()
     if report.when == "call":
         item.stash[FAILED] = report.failed
+
+
+@pytest.fixture
+def registry() -> Iterator[None]:
+    """Robots and bases that a test gives are not there for the next one."""
+    files, added = dict(FILES), {key: dict(found) for key, found in added_choices().items()}
+    yield
+    FILES.clear()
+    FILES.update(files)
+    added_choices().clear()
+    added_choices().update(added)

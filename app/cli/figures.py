@@ -39,7 +39,8 @@ def figures(command: Figures) -> int:
         from app.figures.figures_report import Section, report
         from app.figures.run_plan import Plan
         from app.version import duet_version
-        from scenes.settings import RunSettings, checked, specs
+        from scenes.setting_spec import checked
+        from scenes.settings import RunSettings, specs
 
     entries = chosen(command.only)
     seed = checked(specs(RunSettings)["seed"], 1, command.seed)

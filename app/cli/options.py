@@ -9,7 +9,9 @@ from typing import Annotated, Any, Final, cast, get_args
 import tyro
 
 from app.settings import Settings
-from scenes.settings import PAIR, RobotName, RunSettings, Spec, changed, makes, specs, values
+from scenes.given_choices import PAIR, makes
+from scenes.setting_spec import Spec
+from scenes.settings import RobotName, RunSettings, changed, specs, values
 
 PLACES: Final[dict[str, tuple[str, str]]] = {
     "robot_left": ("NAME|FILE", "The left arm where the two differ: a name, or a URDF file."),

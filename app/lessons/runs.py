@@ -7,7 +7,8 @@ from typing import Any, Final, Literal
 from app.i18n.speaking import tr
 from app.lessons.room_places import Start
 from app.settings import Settings
-from scenes.settings import RunSettings, Spec, changed, specs
+from scenes.setting_spec import Spec
+from scenes.settings import RunSettings, changed, specs
 
 Pairs = tuple[tuple[str, Any], ...]
 """Key and value, in order: a dictionary that can be compared and hashed."""

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final, NamedTuple
 
-from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_pool import JobPool
+from app.session.background_parts import BackgroundParts
 from scenes.law_knobs import KNOBS, LawKnob, knob_points
 from scenes.rerun import Stopped
 from scenes.settings import RunSettings
@@ -34,33 +35,14 @@ def knob_curve(settings: RunSettings, knob: LawKnob, stopped: Callable[[], bool]
     return tuple(sorted(points))
 
 
-class SafetyCurves:
-    """The curves of one session; computed when they are first asked for, and again when anything but the choice of law has changed.
+SafetyCurves = BackgroundParts[LawKnob, tuple[SafetyPoint, ...]]
+"""One curve a knob."""
 
-    Args:
-        background: where they are computed.
-        wake: called when there is a further curve.
-    """
 
-    def __init__(self, background: JobPool, wake: Callable[[], None]) -> None:
-        self._background, self._wake = background, wake
-        self._of: RunSettings | None = None
-        self._jobs: list[Job] = []
+def safety_curves(background: JobPool, wake: Callable[[], None]) -> SafetyCurves:
+    """Return the curves of a session; they do not depend on the chosen law. For the arguments see `BackgroundParts`."""
+    return SafetyCurves(background, wake, KNOBS, knob_curve, _any_law)
 
-    def curves(self, run: RunSettings) -> dict[LawKnob, tuple[SafetyPoint, ...]]:
-        """Return what is there already, curve by curve."""
-        of = replace(run, law=replace(run.law, law="smooth_priority", feed_forward=False))
-        if of != self._of:
-            self.forget()
-            self._of = of
-            self._jobs = [self._background.submit(self, f"{knob}", knob_curve, of, knob, wake=self._wake) for knob in KNOBS]
-        return {knob: job.result for knob, job in zip(KNOBS, self._jobs, strict=True) if job.result is not None}
 
-    @property
-    def size(self) -> float:
-        """How much of it is there, from 0 to 1."""
-        return sum(job.result is not None for job in self._jobs) / len(KNOBS)
-
-    def forget(self) -> None:
-        self._background.cancel(self)
-        self._of, self._jobs = None, []
+def _any_law(run: RunSettings) -> RunSettings:
+    return replace(run, law=replace(run.law, law="smooth_priority", feed_forward=False))

@@ -13,11 +13,11 @@ from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.knob_search import WINDOW, KnobSearch
 from app.session.relevant_settings import built_of
-from app.session.safety_curves import SafetyCurves
+from app.session.safety_curves import safety_curves
 from app.session.shown import Player
 from app.session.student_law import LawStatus, StudentLaw
 from app.session.studies import Studies, Who
-from app.session.trade_off import TradeOffMap
+from app.session.trade_off import trade_off_map
 from app.settings import Settings
 from controllers.kinematics import Array
 from controllers.laws.situation import Unanswered
@@ -66,8 +66,8 @@ class Session:
         # Background studies know the settings' laws only, and would answer for another one.
         studied = background if sources.law_file is None else None
         self.studies = Studies(studied, wake)
-        self.trade_off = TradeOffMap(studied, wake) if studied is not None else None
-        self.safety_curves = SafetyCurves(studied, wake) if studied is not None else None
+        self.trade_off = trade_off_map(studied, wake) if studied is not None else None
+        self.safety_curves = safety_curves(studied, wake) if studied is not None else None
         """Distance against error over n and v, and law by law; None where there is no background, or a student's law runs."""
         self.knob_search = KnobSearch(studied, wake, lambda: self.settings, self.change)
         self.player: Player | None = None

@@ -11,7 +11,8 @@ from app.runtime.output_file import written
 from controllers.kinematics import Array
 from scenes.experiments import EXPERIMENTS
 from scenes.grids import Axis, Grid, is_number
-from scenes.settings import RunSettings, Spec, specs, values
+from scenes.setting_spec import Spec
+from scenes.settings import RunSettings, specs, values
 from scenes.sweep import FIGURES, Figures
 
 MOST_PANELS: Final = 12

@@ -5,15 +5,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from controllers.activation import activation
 from controllers.kinematics import Array
-from controllers.laws.row_law import RowLaw
+from controllers.laws.row_law import BlendLaw
 from controllers.laws.situation import Situation, row_damping
 from controllers.laws.task_space import free_part, mostly_free_part
 
 
 @dataclass(frozen=True)
-class ContinuousInverse(RowLaw):
+class ContinuousInverse(BlendLaw):
     """q̇ = S^⊕ [v; ẋ_b] with S = [J_d; J], H = diag(λ, I) and S^⊕ = (1 − λ) [0, J^#] + λ [J_d; J]^#.
 
     N. Mansard, A. Remazeilles and F. Chaumette, Continuity of varying-feature-set control laws, IEEE Trans. Automatic Control
@@ -27,27 +26,9 @@ class ContinuousInverse(RowLaw):
 
     Written as a change of q̇_n, with ẋ_b = J q̇_n: joints that neither row nor hand needs move as q̇_n. Where the hand leaves less
     than 0.12 m/rad of J_d, the stack is damped, growing to 0.06 m/rad at 0, so that it does not explode between its two ranks.
-
-    Attributes:
-        critical_distance: d_m [m].
-        order: n.
-        nominal_velocity: v [m/s].
     """
 
     wants_task: ClassVar[bool] = True
-
-    critical_distance: float
-    order: float
-    nominal_velocity: float
-
-    def activation(self, distance: float) -> float:
-        """Return λ(d), eq. (31)."""
-        return activation(distance, self.critical_distance, self.order)
-
-    def correction(self, distance: float, pull: float, approach: float) -> float:
-        """Return c = λ (v + u) [m/s], reached where the hand leaves enough freedom."""
-        del approach
-        return self.activation(distance) * (self.nominal_velocity + pull)
 
     def __call__(self, situation: Situation) -> Array:
         """Return q̇ (n,) [rad/s]."""

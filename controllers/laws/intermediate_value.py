@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from controllers.activation import activation
 from controllers.kinematics import Array
-from controllers.laws.row_law import RowLaw
+from controllers.laws.row_law import BlendLaw
 from controllers.laws.situation import AUTHORITY, Situation, along_row, row_damping
 from controllers.laws.task_space import free_part, mostly_free_part
 
@@ -14,7 +13,7 @@ TASK_DAMPING: Final = 0.2
 
 
 @dataclass(frozen=True)
-class IntermediateValue(RowLaw):
+class IntermediateValue(BlendLaw):
     """q̇ = J_a^# ẋ_aⁱ + (J_b N_a)^# (ẋ_b − J_b J_a^# ẋ_aⁱ), with ẋ_aⁱ = λ ẋ_a + (1 − λ) J_a q̇_n, J_a = J_d and ẋ_a = v.
 
     J. Lee, N. Mansard and J. Park, Intermediate desired value approach for task transition of robots in kinematic control, IEEE
@@ -30,27 +29,9 @@ class IntermediateValue(RowLaw):
     J_d Δ = λ (v + u). Where |J_d N_b| < 0.12 m/rad the hand and the obstacle compete for the same joints (an algorithmic singularity)
     and (J_b N_a)^# would explode. There the hand gives way by degrees: Δ has the least |J_b Δ|² + μ² |Δ|², with μ growing from 0 to
     0.2 m/rad. The hand is never moved more than by the paper's law, and the distance rate is not affected.
-
-    Attributes:
-        critical_distance: d_m [m].
-        order: n.
-        nominal_velocity: v [m/s].
     """
 
     wants_task: ClassVar[bool] = True
-
-    critical_distance: float
-    order: float
-    nominal_velocity: float
-
-    def activation(self, distance: float) -> float:
-        """Return λ(d), eq. (31)."""
-        return activation(distance, self.critical_distance, self.order)
-
-    def correction(self, distance: float, pull: float, approach: float) -> float:
-        """Return c = λ (v + u) [m/s]."""
-        del approach
-        return self.activation(distance) * (self.nominal_velocity + pull)
 
     def __call__(self, situation: Situation) -> Array:
         """Return q̇ (n,) [rad/s]."""

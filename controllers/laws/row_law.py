@@ -1,8 +1,10 @@
 """What the laws have in common that change nothing but the speed along the line of contact."""
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import ClassVar
 
+from controllers.activation import activation
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, along_row
 
@@ -34,3 +36,27 @@ class RowLaw(ABC):
         """Return q̇ (n,) [rad/s]."""
         c = self.correction(situation.distance, situation.pull, situation.approach)
         return along_row(situation.nominal, situation.row, c)
+
+
+@dataclass(frozen=True)
+class BlendLaw(RowLaw):
+    """J_d q̇ = λ(d) v − (1 − λ(d)) u: a law with the activation of the paper, eq. (31), that blends retreat and pull.
+
+    Attributes:
+        critical_distance: d_m [m].
+        order: n.
+        nominal_velocity: v [m/s].
+    """
+
+    critical_distance: float
+    order: float
+    nominal_velocity: float
+
+    def activation(self, distance: float) -> float:
+        """Return λ(d), eq. (31)."""
+        return activation(distance, self.critical_distance, self.order)
+
+    def correction(self, distance: float, pull: float, approach: float) -> float:
+        """Return c = λ (v + u) [m/s]."""
+        del approach
+        return self.activation(distance) * (self.nominal_velocity + pull)

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 
-from controllers.activation import activation
-from controllers.laws.row_law import RowLaw
+from controllers.laws.row_law import BlendLaw
 
 
 @dataclass(frozen=True)
-class SmoothPriority(RowLaw):
+class SmoothPriority(BlendLaw):
     """q̇ = J_d^# λ(d) v + N' q̇_n with N' = I − λ(d) J_d^# J_d, eqs (32), (33), and q̇_n = J^# ẋ_c.
 
     J_d is one row, so that eq. (32) is the same as
@@ -18,22 +17,12 @@ class SmoothPriority(RowLaw):
     n × n matrix is built.
 
     Attributes:
-        critical_distance: d_m [m].
-        order: n.
-        nominal_velocity: v [m/s].
         feed_forward: ours, not the paper's: add the obstacle's approach speed w to v, so that d ≥ d_m no longer needs w ≤ v.
         one_sided: ours: never slow down a retreat that is already faster than v, max(v + u, 0).
     """
 
-    critical_distance: float
-    order: float
-    nominal_velocity: float
     feed_forward: bool = False
     one_sided: bool = False
-
-    def activation(self, distance: float) -> float:
-        """Return λ(d), eq. (31)."""
-        return activation(distance, self.critical_distance, self.order)
 
     def correction(self, distance: float, pull: float, approach: float) -> float:
         """Return c = λ (v + u) [m/s], what the law adds to the distance rate J_d q̇_n = −u."""

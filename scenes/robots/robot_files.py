@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from controllers.errors import BadInputFile
 from scenes.files import read_file
-from scenes.settings import add_choice, added_choices
+from scenes.given_choices import add_choice, added_choices
 
 if TYPE_CHECKING:
     import yourdfpy

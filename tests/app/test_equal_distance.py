@@ -9,7 +9,7 @@ import pytest
 
 from app.plots.safety_chart import safety_html
 from app.runtime.job_pool import JobPool
-from app.session.safety_curves import SafetyCurves, SafetyPoint
+from app.session.safety_curves import SafetyPoint, safety_curves
 from app.session.session import Session
 from app.settings import PageSettings, Settings
 from scenes.law_knobs import KNOBS, MATCH, KnobMatch
@@ -29,18 +29,18 @@ def background() -> Iterator[JobPool]:
 
 def test_the_curves_come_one_by_one_and_are_computed_once(background: JobPool) -> None:
     news = threading.Event()
-    made = SafetyCurves(background, news.set)
-    assert made.curves(RUN) == {} and made.size == 0.0
+    made = safety_curves(background, news.set)
+    assert made.results(RUN) == {} and made.size == 0.0
     while made.size < 1.0:
         assert news.wait(60.0)
         news.clear()
-    curves = made.curves(replace(RUN, law=replace(RUN.law, law="barrier_qp", feed_forward=True)))
+    curves = made.results(replace(RUN, law=replace(RUN.law, law="barrier_qp", feed_forward=True)))
     assert tuple(curves) == KNOBS and made.size == 1.0
     for knob, points in curves.items():
         assert len(points) == len(knob.points) and list(points) == sorted(points)
     paper = curves[KNOBS[0]]
     assert paper[0].d_min < paper[-1].d_min and paper[0].e2_max < paper[-1].e2_max
-    assert made.curves(replace(RUN, gain=5.0)) == {}
+    assert made.results(replace(RUN, gain=5.0)) == {}
     made.forget()
 
 

@@ -1,6 +1,5 @@
 """A robot from a file: at the command line, in links, in run files, and in exports of two different arms."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,22 +10,18 @@ from app.export.scene_film import film_scene
 from app.recording.run_file import load_run, saved_bytes
 from app.settings import PageSettings, Settings, from_query, to_query
 from controllers.errors import BadInputFile
-from scenes import settings as tree
+from scenes.given_choices import added_choices, makes
 from scenes.robots import FILES
-from scenes.settings import RunSettings, makes
+from scenes.settings import RunSettings
 from tests.scenes.helpers import recorded_run
 from tests.scenes.robots.test_urdf_files import arm_urdf
 
 
 @pytest.fixture
-def urdf(tmp_path: Path) -> Iterator[Path]:
+def urdf(tmp_path: Path, registry: None) -> Path:
     path = tmp_path / "box.urdf"
     path.write_text(arm_urdf(), encoding="utf-8")
-    files, added = dict(FILES), {key: dict(found) for key, found in tree.added_choices().items()}
-    yield path
-    for table, before in ((FILES, files), (tree.added_choices(), added)):
-        table.clear()
-        table.update(before)  # type: ignore[arg-type]
+    return path
 
 
 def test_options_name_robots_and_files(urdf: Path) -> None:
@@ -69,9 +64,9 @@ def test_a_run_file_needs_the_same_robot(urdf: Path) -> None:
     assert load_run(data, "run.duet.npz").verification.verdict == "exact"
     film = film_scene(recorded, 0.5, PageSettings(picture="fast"))
     assert any("/arms/left/base/arm_joint_1" in track.node for track in film.tracks)
-    given = dict(FILES), {key: dict(found) for key, found in tree.added_choices().items()}
+    given = dict(FILES), {key: dict(found) for key, found in added_choices().items()}
     FILES.clear()
-    tree.added_choices().clear()
+    added_choices().clear()
     with pytest.raises(BadInputFile, match=r"start Duet with --robot and the same file, box\.urdf, unchanged"):
         load_run(data, "run.duet.npz")
     # A worker takes over what its server was given.

@@ -7,7 +7,7 @@ import pytest
 
 from app.plots.trade_off_chart import map_html, place_of
 from app.runtime.job_pool import JobPool
-from app.session.trade_off import TradeOffMap
+from app.session.trade_off import trade_off_map
 from scenes.settings import LawSettings, RunSettings
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
 
@@ -19,20 +19,24 @@ def test_the_map_grows_and_is_computed_once(request: pytest.FixtureRequest) -> N
     """Every point of every n in the end; n and v themselves do not begin it again, anything else does."""
     news, background = threading.Event(), JobPool(1)
     request.addfinalizer(background.close)
-    made = TradeOffMap(background, news.set)
-    assert made.points(RUN) == () and made.size == 0.0
+    made = trade_off_map(background, news.set)
+    assert made.results(RUN) == {} and made.size == 0.0
     seen = [0]
     while made.size < 1.0:
         assert news.wait(60.0)
         news.clear()
-        seen.append(len(made.points(RUN)))
+        seen.append(sum(map(len, made.results(RUN).values())))
     assert seen == sorted(seen)
-    points = made.points(replace(RUN, law=replace(RUN.law, order=3.0, nominal_velocity=0.5)))
+    points = [
+        point
+        for row in made.results(replace(RUN, law=replace(RUN.law, order=3.0, nominal_velocity=0.5))).values()
+        for point in row
+    ]
     assert {(p.order, p.nominal_velocity) for p in points} == {(n, v) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES}
     # The larger n, the later the arm gives way: nearer, and with a smaller error.
     at = {(p.order, p.nominal_velocity): p for p in points}
     assert at[16.0, 0.3].d_min < at[2.0, 0.3].d_min and at[16.0, 0.3].e2_max < at[2.0, 0.3].e2_max
-    assert made.points(replace(RUN, law=replace(RUN.law, critical_distance=0.1))) == ()
+    assert made.results(replace(RUN, law=replace(RUN.law, critical_distance=0.1))) == {}
     made.forget()
 
 

@@ -8,7 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from controllers.errors import BadSetting
-from scenes.settings import HardwareSettings, LawSettings, RunSettings, Spec, changed, specs, validate, values
+from scenes.setting_spec import Spec
+from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, specs, validate, values
 
 SPECS = specs()
 DEFAULTS = values(RunSettings())

@@ -17,7 +17,8 @@ from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
-from scenes.settings import Spec, specs, values
+from scenes.setting_spec import Spec
+from scenes.settings import specs, values
 
 PICKER: Final = ("scene", "robot", "rig")
 """Settings above everything else: which experiment."""

@@ -1,5 +1,6 @@
 """The panel of plots: two over time, and the plot that is chosen beside them."""
 
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
@@ -219,13 +220,13 @@ class Plots:
             case "map":
                 if trade_off is None:
                     return '<div class="duet duet-tip">' + tr("The trade-off map is not available for a custom law.") + "</div>"
-                points = trade_off.points(frame.settings.run)
+                points = tuple(chain.from_iterable(trade_off.results(frame.settings.run).values()))
                 return map_html(points, trade_off.size, frame.settings.run, self._height)
             case "safety":
                 curves = frame.shown.safety_curves
                 if curves is None:
                     return '<div class="duet duet-tip">' + tr("Laws are not compared while a custom law runs.") + "</div>"
-                return safety_html(curves.curves(frame.settings.run), curves.size, frame.settings.run, self._height)
+                return safety_html(curves.results(frame.settings.run), curves.size, frame.settings.run, self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
             case _:

@@ -13,7 +13,8 @@ from app.page.panels.link_box import link_query, link_to
 from app.session.session import Session
 from app.settings import WHOLE, Settings, from_query, to_query
 from app.web.index_page import page_query
-from scenes.settings import Spec, changed, specs, values
+from scenes.setting_spec import Spec
+from scenes.settings import changed, specs, values
 
 
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:

@@ -39,7 +39,7 @@ _TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "MissingPackage", "
 """Functions and classes that take a text, or a template with its parts, as their first argument."""
 
 ON_THE_PAGE: Final = (
-    *("scenes/settings.py", "scenes/rerun.py", "scenes/inputs_file*.py", "scenes/robots/*.py"),
+    *("scenes/setting*.py", "scenes/given_choices.py", "scenes/rerun.py", "scenes/inputs_file*.py", "scenes/robots/*.py"),
     *("scenes/person/bvh*.py", "scenes/person/camera*.py"),
     *("app/runtime/job_pool.py", "app/export/*.py", "app/recording/*.py", "app/custom_law/[!c]*.py", "app/page/**/*.py"),
     # The sources of the command line have errors of the command line.
@@ -68,6 +68,7 @@ FORMULAS: Final = {
     "k_r",
     "a²",
     "ε",
+    "e²(d)",
 }
 """Labels that are symbols, …"""
 

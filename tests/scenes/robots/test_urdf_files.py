@@ -1,6 +1,5 @@
 """Arms from URDF files, and two different ones in a room: they are found, start well, and keep clear."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +7,6 @@ import numpy as np
 import pytest
 
 from controllers.errors import BadInputFile, BadSetting, DuetError
-from scenes import settings as tree
 from scenes.headless import run
 from scenes.rigs import place_bases
 from scenes.robots import FILES, robot
@@ -39,17 +37,6 @@ def arm_urdf(count: int = 6, kind: str = "revolute", more: str = "", shape: str 
             '<limit lower="-2.7" upper="2.7" velocity="2" effort="1"/></joint>'
         )
     return f'<robot name="box arm">{"".join(links + joints)}{more}</robot>'
-
-
-@pytest.fixture
-def registry() -> Iterator[None]:
-    """Nothing that a test gives is there for the next one."""
-    files, added = dict(FILES), {key: dict(found) for key, found in tree.added_choices().items()}
-    yield
-    FILES.clear()
-    FILES.update(files)
-    tree.added_choices().clear()
-    tree.added_choices().update(added)
 
 
 @pytest.fixture

@@ -1,0 +1,111 @@
+"""What a person may set a field of the settings to: declared once for the command line, the page, links and exports."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeVar, get_args
+
+from controllers.errors import BadSetting, LazyText
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What a person may set one field to.
+
+    Attributes:
+        key: its short name on the command line (`--dm`) and in a link (`?dm=`).
+        label: its name on the page, at most 11 characters.
+        help: one line that explains it.
+        unit: SI unit; "" for a pure number.
+        low, high: range of a number.
+        step: step of its slider, in page units.
+        page_unit, page_scale: unit on the page, and page value = scale · SI value.
+        choices: of a choice, in the order shown.
+        choice_labels: what a person reads for each of them.
+    """
+
+    key: str
+    label: str
+    help: str
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    step: float = 0.0
+    page_unit: str = ""
+    page_scale: float = 1.0
+    choices: tuple[str, ...] = ()
+    choice_labels: tuple[str, ...] = ()
+
+
+SPEC: Final = "spec"
+"""Key of the metadata of a field."""
+
+
+def number(default: T, key: str, label: str, text: str, *scale: Any) -> T:
+    """Declare a number; `scale`: unit, bounds and step, then unit and scale on the page, as in `Spec`."""
+    return field(default=default, metadata={SPEC: Spec(key, label, text, *scale)})
+
+
+def flag(key: str, label: str, text: str, default: bool = False) -> bool:
+    """Declare a setting that is on or off."""
+    return field(default=default, metadata={SPEC: Spec(key, label, text)})
+
+
+def choice(default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
+    """Declare a setting with choices. `kind`: their Literal; `labels`: what a person reads for each of them."""
+    return field(default=default, metadata={SPEC: Spec(key, label, text, choices=get_args(kind), choice_labels=labels)})
+
+
+def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str], LazyText | None] = lambda _: None) -> Any:
+    """Return an external value as a value of the field; the present value gives the type.
+
+    Args:
+        remedy_of: what makes a choice possible that is not; None where nothing does.
+
+    Raises:
+        BadSetting: it is none.
+    """
+    if spec.choices:
+        if isinstance(value, str) and value in spec.choices:
+            return value
+        if isinstance(value, str) and (missing := remedy_of(value)):
+            raise BadSetting(missing)
+        known = ", ".join(spec.choices)
+        raise BadSetting("{key} = {value} is not possible; choose from {known}.", key=spec.key, value=_shown(value), known=known)
+    if isinstance(present, bool):
+        return _checked_flag(spec, value)
+    unit = f" {spec.unit}" if spec.unit else ""
+    remedy = LazyText("give a number from {low:g} to {high:g}{unit}.", low=spec.low, high=spec.high, unit=unit)
+    told = {"key": spec.key, "value": _shown(value), "remedy": remedy}
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise BadSetting("{key} = {value} is not a number; {remedy}", **told)
+    try:
+        number = float(value)
+    except (ValueError, OverflowError):
+        raise BadSetting("{key} = {value} is not a number; {remedy}", **told) from None
+    # A slider's value comes back through its own page unit: the last bit must not push it over the edge.
+    slack = 1e-9 * max(abs(spec.low), abs(spec.high))
+    if not math.isfinite(number) or number < spec.low - slack or number > spec.high + slack:
+        raise BadSetting("{key} = {value} is out of range; {remedy}", **told)
+    number = min(max(number, spec.low), spec.high)
+    if isinstance(present, int):
+        if number != int(number):
+            raise BadSetting("{key} = {value} is not a whole number; {remedy}", **told)
+        return int(number)
+    return number
+
+
+def _checked_flag(spec: Spec, value: object) -> bool:
+    if isinstance(value, bool):
+        return value
+    words = {"1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False}
+    if isinstance(value, str) and value.lower() in words:
+        return words[value.lower()]
+    raise BadSetting("{key} = {value} is neither on nor off; give 1 or 0.", key=spec.key, value=_shown(value))
+
+
+def _shown(value: object) -> str:
+    text = repr(value) if isinstance(value, str) else str(value)
+    return text if len(text) <= 40 else text[:37] + "…"
