@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
+from app.lessons.drawing import Drawing
 from app.lessons.measures.quantity import Value, shown_value
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
@@ -198,6 +199,7 @@ class Step:
         camera: from where one looks.
         plots: at most two.
         numbers: at most three live measurements.
+        drawing: a curve to be drawn before the question is answered; None if there is none.
         marks: angles by which the elbow's place at the start is turned about the line from shoulder to wrist [rad]: marks to touch.
     """
 
@@ -217,6 +219,7 @@ class Step:
     plots: tuple[str, ...]
     numbers: tuple[Measurement, ...]
     marks: tuple[float, ...]
+    drawing: Drawing | None = None
 
     @property
     def yours(self) -> bool:
