@@ -7,8 +7,8 @@ from time import perf_counter
 from typing import Final, Literal
 
 from app.custom_law import template
-from app.lessons.law_challenge import StandIn, examine, stand_in
 from app.lessons.drawing import ENOUGH, Drawing, flat_line
+from app.lessons.law_challenge import StandIn, examine, stand_in
 from app.lessons.lesson import Challenge, Lesson, LessonBook, Step, Trial
 from app.lessons.outcomes import reference
 from app.lessons.phases import Phase
@@ -28,7 +28,8 @@ class Walk:
     """One path through a lesson.
 
     Attributes:
-        kind: the reference, a wrong answer, a drawing, a challenge with nothing changed, a declared attempt, or what holds for the lesson as a whole.
+        kind: the reference, a wrong answer, a drawing, a challenge with nothing changed, a declared attempt, or what holds for the
+            lesson as a whole.
         wrong: whether it is meant to fail.
         ok: whether it went as declared.
         seconds: wall time.
@@ -55,7 +56,9 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
                 walks += _timed(lesson, step, "answer", name, True, lambda n=number, i=i: _wrong_answer(book, lesson, n, i))
         if step.drawing is not None:
             for name, wrong in (("the truth, drawn", False), ("a flat line", True)):
-                walks += _timed(lesson, step, "drawing", name, wrong, lambda n=number, wrong=wrong: _drawn(book, lesson, n, wrong))
+                walks += _timed(
+                    lesson, step, "drawing", name, wrong, lambda n=number, wrong=wrong: _drawn(book, lesson, n, wrong)
+                )
         if step.challenge is not None:
             name = "as the step starts it"
             walks += _timed(lesson, step, "untouched", name, True, lambda n=number: _untouched(book, lesson, n))
@@ -170,7 +173,10 @@ def _drawn(book: LessonBook, lesson: Lesson, number: int, flat: bool) -> str:
         walk.next()
     curves = walk.view().drawing
     assert curves is not None and curves.verdict is not None
-    _ensure(curves.verdict.right is not flat, f"{'a flat line' if flat else 'the truth'} is judged the wrong way: {curves.verdict.text}")
+    _ensure(
+        curves.verdict.right is not flat,
+        f"{'a flat line' if flat else 'the truth'} is judged the wrong way: {curves.verdict.text}",
+    )
     return curves.verdict.text
 
 

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.i18n.catalogue import words_of
-from app.i18n.speaking import N_
+from app.i18n.speaking import N_, tr
 from app.lessons.blocks import NEEDED, Table
 from app.lessons.evidence import Evidence
 from app.lessons.runs import Setup
@@ -111,7 +111,9 @@ def read_drawing(table: Table, setup: Setup) -> Drawing | None:
         return None
     x_name, y_name = entry.choice("x", AXES), entry.choice("y", AXES)
     if x_name == y_name or y_name == "time":
-        raise entry.fault("y", f"y = {y_name!r} over x = {x_name!r} is no curve; draw another quantity than x, and none but x is time.")
+        raise entry.fault(
+            "y", f"y = {y_name!r} over x = {x_name!r} is no curve; draw another quantity than x, and none but x is time."
+        )
     if "error" in (x_name, y_name) and EXPERIMENTS[setup.run.scene].error_unit != "m²":
         raise entry.fault("y", f"the error of the scene {setup.run.scene} is one of joints; draw another quantity.")
     x, y = (_axis(entry, key, name, setup) for key, name in (("x_range", x_name), ("y_range", y_name)))
@@ -215,7 +217,9 @@ def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Langua
 def median_curve(curves: Sequence[Curve]) -> Curve:
     """Return the median of curves, column by column; None where fewer than half of them have a value."""
     columns = [[c[i] for c in curves if c and c[i] is not None] for i in range(COLUMNS)]
-    made = tuple(median(v for v in column if v is not None) if 2 * len(column) >= max(len(curves), 1) else None for column in columns)
+    made = tuple(
+        median(v for v in column if v is not None) if 2 * len(column) >= max(len(curves), 1) else None for column in columns
+    )
     return made if any(v is not None for v in made) else ()
 
 
@@ -225,26 +229,28 @@ def flat_line(truth: Curve) -> Curve:
     return (median(known),) * COLUMNS if known else ()
 
 
-def drawing_svg(drawing: Drawing, drawn: Curve, truth: Curve, language: Language, others: tuple[Curve, ...] = ()) -> str:
-    """Return the axes with the curves over them, as an <svg> element.
+def drawing_svg(drawing: Drawing, drawn: Curve, truth: Curve, others: tuple[Curve, ...] = ()) -> str:
+    """Return the axes with the curves over them, as an <svg> element in the current language.
 
     Args:
         drawn: one student's; of a class the median.
         truth: () before the run.
         others: of a class, without names.
     """
-    words = words_of(language)
     lines = [Line(curve, width=1.2, opacity=0.3) for curve in others]
     if drawn:
-        name = words(N_("median")) if others else words(N_("drawn"))
-        lines.append(Line(drawn, "", name if truth else "", 3.4 if others else 2.2, "" if others else "6 4"))
+        name = tr("median") if others else tr("your curve") if truth else ""
+        lines.append(Line(drawn, "", name, 3.4 if others else 2.2, "" if others else "6 4"))
     if truth:
-        name = words(N_("eq. (31)")) if drawing.formula else words(N_("measured"))
-        lines.append(Line(truth, drawing.y.colour, name, 3.0))
-    return curve_chart(drawing.x, drawing.y, tuple(lines), axes_text(drawing, language))
+        lines.append(Line(truth, drawing.y.colour, tr("by the formula") if drawing.formula else tr("in the run"), 3.0))
+    return curve_chart(drawing.x, drawing.y, tuple(lines), axes_text(drawing))
 
 
-def axes_text(drawing: Drawing, language: Language) -> str:
+def board_svg(drawing: Drawing, drawn: Curve) -> str:
+    """Return the axes to draw on, as an <svg> element; the script `drawing.js` changes the line of the class "pencil"."""
+    return curve_chart(drawing.x, drawing.y, (Line(drawn, "pencil", "", 2.4),), axes_text(drawing))
+
+
+def axes_text(drawing: Drawing) -> str:
     """Return in words what is drawn over what."""
-    words = words_of(language)
-    return words(N_("{y} over {x}"), y=words(AXES[drawing.y_name].word), x=words(AXES[drawing.x_name].word))
+    return tr("{y} over {x}", y=tr(AXES[drawing.y_name].word), x=tr(AXES[drawing.x_name].word))

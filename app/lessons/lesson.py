@@ -225,6 +225,11 @@ class Step:
     def yours(self) -> bool:
         return self.setup.input.kind == "yours"
 
+    @property
+    def early_plots(self) -> tuple[str, ...]:
+        """Return the plots before the prediction: the law's curve would give a drawing away."""
+        return tuple(plot for plot in self.plots if self.drawing is None or plot != "curve")
+
 
 @dataclass(frozen=True)
 class Lesson:

@@ -125,7 +125,9 @@ def _outcome(data: object) -> StepOutcome | None:
         return None
     rows = [row for row in data["values"] if isinstance(row, list)]
     values = tuple(tuple(_value(v) for v in row) for row in rows)
-    return StepOutcome(values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")), _curve(data.get("curve")))
+    return StepOutcome(
+        values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")), _curve(data.get("curve"))
+    )
 
 
 def _value(value: object) -> Value:

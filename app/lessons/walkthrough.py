@@ -91,7 +91,7 @@ class Walkthrough:
 
     @property
     def locked(self) -> bool:
-        """Return whether Run is locked: a question waits for its answer, or for its drawing to be finished."""
+        """Return whether Run is locked: a question waits for its answer or its curve."""
         return self.phase is Phase.PREDICT
 
     def go(self, lesson: str | int, step: int = 0) -> None:
@@ -118,7 +118,7 @@ class Walkthrough:
         return True
 
     def draw(self, curve: Curve) -> bool:
-        """Take the curve that the student draws instead of an earlier one, () for none; return whether it was taken: before the run only."""
+        """Take the student's curve instead of an earlier one, () for none; only before the run. Returns whether it was taken."""
         drawing = self.step.drawing
         if drawing is None or self.phase is not Phase.PREDICT or self.done.outcome is not None:
             return False
@@ -129,7 +129,7 @@ class Walkthrough:
         return True
 
     def next(self) -> bool:
-        """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered first, or its curve drawn."""
+        """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered, or drawn, first."""
         if self.showing:
             self._end_why()
             return True

@@ -146,7 +146,7 @@ def _texts(x: Axis, y: Axis) -> Iterator[str]:
     critical = 'class="dm" font-weight="600"'
     subscript = 'd<tspan dy="3" font-size="8">m</tspan>'
     if x.critical is not None:
-        yield f'<text x="{_LEFT + x.fraction(x.critical) * _ACROSS + 4:.0f}" y="{_TOP + 11}" {critical}>{subscript}</text>'
+        yield f'<text x="{_LEFT + x.fraction(x.critical) * _ACROSS + 4:.0f}" y="{_TOP + _DOWN - 8}" {critical}>{subscript}</text>'
     if y.critical is not None:
         down = _TOP + (1.0 - y.fraction(y.critical)) * _DOWN - 4
         yield f'<text x="{_LEFT + 4}" y="{down:.0f}" {critical}>{subscript}</text>'
