@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from app.classroom.ballots import Ballots, QuestionId, Tally
 from app.classroom.breakout_places import BreakoutPlaces
-from app.lessons.drawing import Drawing, checked_curve
+from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.phases import Phase

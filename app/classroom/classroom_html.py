@@ -6,7 +6,7 @@ from app.classroom.address import Address, qr_svg
 from app.classroom.ballots import Ballot
 from app.classroom.classroom import Classroom, Poll
 from app.i18n.speaking import N_, spoken, tr
-from app.lessons.drawing import drawing_svg, judge_drawing, median_curve
+from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
 from app.page.lessons.lesson_html import drawing_verdict_html
 from app.text.html_element import element
 from app.text.lesson_text import inline_html, lesson_html

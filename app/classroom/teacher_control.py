@@ -5,7 +5,7 @@ from collections.abc import Callable
 from app.classroom.ballots import QuestionId
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.teacher_panel import Action
-from app.lessons.drawing import median_curve
+from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_actions import Choose, Draw, ResetStep
 from app.lessons.session.lesson_session import LessonSession

@@ -7,7 +7,7 @@ from typing import Final
 
 from app.export.report_html import ReportEntry, lowered, report_html
 from app.i18n.speaking import set_language, tr
-from app.lessons.drawing import drawing_svg
+from app.lessons.curve_drawing import drawing_svg
 from app.lessons.lesson import Lesson, Step
 from app.lessons.phases import phases_of
 from app.lessons.progress import StepProgress

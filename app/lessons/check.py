@@ -7,7 +7,7 @@ from time import perf_counter
 from typing import Final, Literal
 
 from app.custom_law import template
-from app.lessons.drawing import ENOUGH, Drawing, flat_line
+from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
 from app.lessons.law_challenge import StandIn, examine, stand_in
 from app.lessons.lesson import Challenge, Lesson, LessonBook, Step, Trial
 from app.lessons.outcomes import reference

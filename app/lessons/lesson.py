@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from app.lessons.drawing import Drawing
+from app.lessons.curve_drawing import Drawing
 from app.lessons.measures.quantity import Value, shown_value
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup

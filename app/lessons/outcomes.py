@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
-from app.lessons.drawing import true_curve
+from app.lessons.curve_drawing import true_curve
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step

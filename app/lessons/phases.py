@@ -3,7 +3,7 @@
 from dataclasses import replace
 from enum import StrEnum
 
-from app.lessons.drawing import checked_curve
+from app.lessons.curve_drawing import checked_curve
 from app.lessons.lesson import LessonBook, Step
 from app.lessons.outcomes import StepOutcome
 from app.lessons.progress import Progress, StepProgress

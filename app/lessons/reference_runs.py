@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from functools import lru_cache
 
-from app.lessons.drawing import Drawing, true_curve
+from app.lessons.curve_drawing import Drawing, true_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Compared, Measurement
 from app.lessons.measures.quantity import Value, measure

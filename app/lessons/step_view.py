@@ -5,7 +5,7 @@ from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
-from app.lessons.drawing import DrawnCurves, judge_drawing
+from app.lessons.curve_drawing import DrawnCurves, judge_drawing
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
 from app.lessons.phases import Phase, phases_of

@@ -7,7 +7,7 @@ from typing import Any, Final, cast, get_args
 
 from app.lessons.blocks import NEEDED, Table, is_number, read_block, shown
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
-from app.lessons.drawing import read_drawing
+from app.lessons.curve_drawing import read_drawing
 from app.lessons.lesson import (
     HINTS,
     MOST_NUMBERS,

@@ -10,7 +10,7 @@ from typing import Final
 
 from app.lessons.attempts import RunWatch, attempted
 from app.lessons.bookmark import Bookmark
-from app.lessons.drawing import checked_curve
+from app.lessons.curve_drawing import checked_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure

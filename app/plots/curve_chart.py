@@ -21,12 +21,12 @@ _ACROSS: Final = 270
 _DOWN: Final = 134
 """The chart, and the place of its area [px]."""
 
-_LETTER: Final = 5.9
+_LETTER: Final = 6.3
 """Width of a letter of the legend, about [px]."""
 
 
 @dataclass(frozen=True)
-class Axis:
+class CurveAxis:
     """An axis.
 
     Attributes:
@@ -88,7 +88,7 @@ class Line:
 
 
 @lru_cache(maxsize=64)
-def curve_chart(x: Axis, y: Axis, lines: tuple[Line, ...], label: str) -> str:
+def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str) -> str:
     """Return the chart as an <svg> element. Its colours are those of the page: `currentColor`, and classes for the symbols.
 
     Args:
@@ -97,7 +97,7 @@ def curve_chart(x: Axis, y: Axis, lines: tuple[Line, ...], label: str) -> str:
     """
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(label)}" '
-        f'font-size="11" fill="currentColor">{"".join(_texts(x, y))}{"".join(_legend(lines))}'
+        f'font-size="12" fill="currentColor">{"".join(_texts(x, y))}{"".join(_legend(lines))}'
         f'<svg x="{_LEFT}" y="{_TOP}" width="{_ACROSS}" height="{_DOWN}" viewBox="0 0 {COLUMNS} 1" '
         'preserveAspectRatio="none" overflow="visible" fill="none" stroke="currentColor" stroke-linecap="round" '
         f'stroke-linejoin="round">{"".join(_area(x, y))}{"".join(_stroke(line, path_of(line.curve, y)) for line in lines)}'
@@ -105,7 +105,7 @@ def curve_chart(x: Axis, y: Axis, lines: tuple[Line, ...], label: str) -> str:
     )
 
 
-def path_of(curve: Curve, axis: Axis) -> str:
+def path_of(curve: Curve, axis: CurveAxis) -> str:
     """Return a curve as a path in an area of `COLUMNS` by 1, with its gaps; what leaves the axis runs along its end."""
     parts: list[str] = []
     before = False
@@ -118,7 +118,7 @@ def path_of(curve: Curve, axis: Axis) -> str:
     return "".join(parts)
 
 
-def _area(x: Axis, y: Axis) -> Iterator[str]:
+def _area(x: CurveAxis, y: CurveAxis) -> Iterator[str]:
     yield f'<rect class="paper" width="{COLUMNS}" height="1" fill-opacity=".04" stroke="none" fill="currentColor"/>'
     grid = "".join(f"M{at * COLUMNS:.2f} 0v1" for at, _ in x.ticks) + "".join(f"M0 {1.0 - at:.3f}h{COLUMNS}" for at, _ in y.ticks)
     yield _stroke(Line((), "", "", 1.0, "", 0.15), grid)
@@ -136,15 +136,15 @@ def _stroke(line: Line, path: str) -> str:
     return f'<path{kind} d="{path}" stroke-width="{line.width:g}"{dash}{faint} vector-effect="non-scaling-stroke"/>'
 
 
-def _texts(x: Axis, y: Axis) -> Iterator[str]:
+def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[str]:
     for at, text in x.ticks:
-        yield f'<text x="{_LEFT + at * _ACROSS:.0f}" y="{_TOP + _DOWN + 14}" text-anchor="middle">{text}</text>'
+        yield f'<text x="{_LEFT + at * _ACROSS:.0f}" y="{_TOP + _DOWN + 15}" text-anchor="middle">{text}</text>'
     for at, text in y.ticks:
         yield f'<text x="{_LEFT - 6}" y="{_TOP + (1.0 - at) * _DOWN + 4:.0f}" text-anchor="end">{text}</text>'
     yield _name(x, _LEFT + _ACROSS, _TOP + _DOWN + 29, "end")
     yield _name(y, 4, 14, "start")
     critical = 'class="dm" font-weight="600"'
-    subscript = 'd<tspan dy="3" font-size="8">m</tspan>'
+    subscript = 'd<tspan dy="3" font-size="9">m</tspan>'
     if x.critical is not None:
         yield f'<text x="{_LEFT + x.fraction(x.critical) * _ACROSS + 4:.0f}" y="{_TOP + _DOWN - 8}" {critical}>{subscript}</text>'
     if y.critical is not None:
@@ -152,7 +152,7 @@ def _texts(x: Axis, y: Axis) -> Iterator[str]:
         yield f'<text x="{_LEFT + 4}" y="{down:.0f}" {critical}>{subscript}</text>'
 
 
-def _name(axis: Axis, x: float, y: float, anchor: str) -> str:
+def _name(axis: CurveAxis, x: float, y: float, anchor: str) -> str:
     kind = f' class="{axis.colour}"' if axis.colour else ""
     return f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="{anchor}" font-weight="600"{kind}>{html.escape(axis.label)}</text>'
 

@@ -7,9 +7,9 @@ from typing import Any, Final
 import viser
 
 from app.i18n.speaking import tr
-from app.lessons.drawing import AXES, Drawing, axes_text, board_svg, curve_from_text
+from app.lessons.curve_drawing import AXES, Drawing, axes_text, board_svg, curve_from_text
 from app.page.lessons.lesson_panel import ORDER
-from app.plots.curve_chart import Axis, Curve
+from app.plots.curve_chart import Curve, CurveAxis
 from app.text.html_element import element
 
 _BOARD: Final = ORDER["drawing"] + 0.1
@@ -42,7 +42,7 @@ def board_html(place: Place, drawing: Drawing, drawn: Curve) -> str:
     return element("div", "", board, how, class_="duet duet-lesson duet-l-drawing duet-curves")
 
 
-def _axis_data(axis: Axis, digits: int) -> str:
+def _axis_data(axis: CurveAxis, digits: int) -> str:
     """Return what the script needs to say a value: symbol, ends and unit as they are shown, digits."""
     return json.dumps([axis.symbol, axis.low * axis.factor, axis.high * axis.factor, axis.unit, digits])
 

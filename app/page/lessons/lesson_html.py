@@ -4,7 +4,7 @@ import html
 from typing import Final
 
 from app.i18n.speaking import spoken, tr
-from app.lessons.drawing import DrawingVerdict, drawing_svg
+from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
 from app.lessons.loading import FOLDER
 from app.lessons.outcomes import Attempt
 from app.lessons.phases import Phase

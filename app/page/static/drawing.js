@@ -32,14 +32,20 @@
     typed.call(box, `${board.dataset.at} ${board.dataset.curve}`);
     box.dispatchEvent(new Event("input", { bubbles: true }));
   };
-  // Fills the columns from one point to the next, over what is there.
+  // Draws a straight line to a point, over what is there: at the middle of every column that it passes, and at its end.
   const fill = (board, from, to) => {
     const curve = curveOf(board);
-    const by = Math.sign(to.column - from.column) || 1;
-    for (let column = from.column; column !== to.column + by; column += by) {
-      const share = from.column === to.column ? 1 : (column - from.column) / (to.column - from.column);
-      curve[column] = Number((from.height + share * (to.height - from.height)).toFixed(3));
+    const last = Math.min(Math.floor(to.x), curve.length - 1);
+    const way = to.x - from.x;
+    const set = (column, height) => {
+      curve[column] = Number(height.toFixed(3));
+    };
+    for (let column = 0; column < curve.length; column++) {
+      const share = way === 0 ? -1 : (column + 0.5 - from.x) / way;
+      if (share >= 0 && share <= 1) set(column, from.height + share * (to.height - from.height));
     }
+    // The middle of the last column lies ahead, or the line goes straight up.
+    if (way === 0 || (last + 0.5 - to.x) * way > 0) set(last, to.height);
     show(board, curve);
   };
 
@@ -47,9 +53,8 @@
   let stroke = null;
   const pointAt = (board, event) => {
     const box = board.querySelector(".paper").getBoundingClientRect();
-    const most = columnsOf(board) - 1;
     return {
-      column: clamp(Math.floor(((event.clientX - box.left) / box.width) * (most + 1)), most),
+      x: clamp((event.clientX - box.left) / box.width, 1) * columnsOf(board),
       height: clamp(1 - (event.clientY - box.top) / box.height, 1),
     };
   };
@@ -130,8 +135,8 @@
       const curve = curveOf(board);
       const from = board.dataset.from ? Number(board.dataset.from) : column;
       const old = curve[column] ?? curve[from] ?? 0.5;
-      const next = { column, height: clamp(old + up, 1) };
-      fill(board, curve[from] === null || from === column ? next : { column: from, height: curve[from] }, next);
+      const next = { x: column + 0.5, height: clamp(old + up, 1) };
+      fill(board, curve[from] === null ? next : { x: from + 0.5, height: curve[from] }, next);
       point(board, column);
       unsent = board;
       clearTimeout(resting);

@@ -14,7 +14,7 @@ from app.i18n.speaking import N_, tr
 from app.lessons.blocks import NEEDED, Table
 from app.lessons.evidence import Evidence
 from app.lessons.runs import Setup
-from app.plots.curve_chart import COLUMNS, Axis, Curve, Line, curve_chart
+from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
 from app.settings import Language
 from controllers.activation import activation
 from controllers.kinematics import Array
@@ -27,7 +27,7 @@ class AxisQuantity:
 
     Attributes:
         column: of the history; the error is the root of its column.
-        symbol, unit, factor, colour: see `Axis`.
+        symbol, unit, factor, colour: see `CurveAxis`.
         digits: after the point, in that unit.
         word: what a screen reader calls it.
     """
@@ -68,8 +68,8 @@ class Drawing:
 
     x_name: str
     y_name: str
-    x: Axis
-    y: Axis
+    x: CurveAxis
+    y: CurveAxis
     formula: bool
     within: float
 
@@ -127,7 +127,7 @@ def read_drawing(table: Table, setup: Setup) -> Drawing | None:
     return Drawing(x_name, y_name, x, y, formula, within)
 
 
-def _axis(entry: Table, key: str, name: str, setup: Setup) -> Axis:
+def _axis(entry: Table, key: str, name: str, setup: Setup) -> CurveAxis:
     if not entry.has(key):
         raise entry.fault(key, f"{key} is missing; add the ends of the axis, [low, high].")
     low, high = entry.numbers(key, 2)
@@ -135,7 +135,7 @@ def _axis(entry: Table, key: str, name: str, setup: Setup) -> Axis:
         raise entry.fault(key, f"{key} = [{low:g}, {high:g}] is not a range; write [low, high] with low < high.")
     quantity, d_m = AXES[name], setup.run.law.critical_distance
     shows_critical = name == "distance" and low < d_m < high
-    return Axis(quantity.symbol, quantity.unit, quantity.factor, quantity.colour, low, high, d_m if shows_critical else None)
+    return CurveAxis(quantity.symbol, quantity.unit, quantity.factor, quantity.colour, low, high, d_m if shows_critical else None)
 
 
 def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
@@ -215,12 +215,10 @@ def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Langua
 
 
 def median_curve(curves: Sequence[Curve]) -> Curve:
-    """Return the median of curves, column by column; None where fewer than half of them have a value."""
-    columns = [[c[i] for c in curves if c and c[i] is not None] for i in range(COLUMNS)]
-    made = tuple(
-        median(v for v in column if v is not None) if 2 * len(column) >= max(len(curves), 1) else None for column in columns
-    )
-    return made if any(v is not None for v in made) else ()
+    """Return the median of curves, column by column; None where none has a value."""
+    columns = [[c[i] for c in curves if c] for i in range(COLUMNS)]
+    known = [[value for value in column if value is not None] for column in columns]
+    return tuple(median(values) if values else None for values in known) if any(known) else ()
 
 
 def flat_line(truth: Curve) -> Curve:
