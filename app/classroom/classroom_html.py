@@ -35,7 +35,7 @@ def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
     # The first line answers the question; the verdict below has all of them.
     footer = [element("footer", "", element("span", tr("Measured")), element("p", poll.outcome[0]))] if poll.outcome else []
     head = element("header", "", element("b", title), element("span", count))
-    return element("div", "", head, element("ol", "", *rows), cloud_html(poll), *footer, class_="duet-poll")
+    return element("div", "", head, cloud_html(poll), element("ol", "", *rows), *footer, class_="duet-poll")
 
 
 def cloud_html(poll: Poll) -> str:

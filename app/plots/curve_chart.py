@@ -21,7 +21,7 @@ _ACROSS: Final = 270
 _DOWN: Final = 134
 """The chart, and the place of its area [px]."""
 
-_LETTER: Final = 6.3
+_LETTER: Final = 6.7
 """Width of a letter of the legend, about [px]."""
 
 

@@ -87,7 +87,7 @@
   addEventListener("pointerup", end, true);
   addEventListener("pointercancel", end, true);
 
-  // ---- keys: a cursor moves along; each height that is set is joined to the last one by a straight line
+  // ---- keys: a cursor moves along; a height that is set behind a gap is joined to the last one by a straight line
   let resting = 0;
   let unsent = null;
   const flush = () => {
