@@ -12,7 +12,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 from tests.browser import free_port, install_package
 
@@ -23,16 +24,19 @@ TIMEOUT: Final = 90.0
 HARMLESS: Final = ("WebGL warning", "WEBGL_debug_renderer_info", "WebGL context was lost", "downloadable font")
 
 
-def installed_firefox() -> str | None:
-    """Return the path of Firefox: `DUET_FIREFOX`, one in the path, or, as root on Debian, the package installed now; None without one."""
-    names = (os.environ.get("DUET_FIREFOX", "firefox-esr"), "firefox-esr", "firefox")
+def installed(name: str, *names: str) -> str:
+    """Return the path of a program: the first that is installed, or, as root on Debian, the first's package installed now.
+
+    Raises:
+        FileNotFoundError: there is none.
+    """
     for attempt in (False, True):
         if attempt:
-            install_package("firefox-esr")
-        found = next((path for path in map(shutil.which, names) if path), None)
+            install_package(name.lower())
+        found = next((path for path in map(shutil.which, (*names, name)) if path), None)
         if found is not None:
             return found
-    return None
+    raise FileNotFoundError(f"{name} is not installed")
 
 
 class Firefox:
@@ -42,7 +46,7 @@ class Firefox:
         complaints: errors of the console and uncaught exceptions so far.
     """
 
-    def __init__(self, socket: ClientConnection) -> None:
+    def __init__(self, socket: Connection) -> None:
         self._socket, self._numbers = socket, itertools.count(1)
         self.complaints: list[str] = []
         self._send("session.new", capabilities={})
@@ -107,27 +111,41 @@ class Firefox:
 
 
 @contextmanager
+def screen() -> Iterator[str]:
+    """A screen without a monitor while open: without one Firefox has no WebGL. Gives its name."""
+    command = [installed("Xvfb"), "-displayfd", "1", "-screen", "0", "1600x1200x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
+        try:
+            assert server.stdout is not None
+            yield f":{server.stdout.readline().strip()}"
+        finally:
+            server.terminate()
+
+
+@contextmanager
 def firefox(profile: Path) -> Iterator[Firefox]:
     """A Firefox with a profile of its own, an empty folder, while open.
 
     Raises:
-        FileNotFoundError: there is none.
+        FileNotFoundError: it, or a screen for it, is not installed; `DUET_FIREFOX` may name another one.
     """
-    path = installed_firefox()
-    if path is None:
-        raise FileNotFoundError("no Firefox; install one or name it in DUET_FIREFOX")
+    path = installed("firefox-esr", os.environ.get("DUET_FIREFOX", "firefox"))
     port = free_port()
-    command = [path, "--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", str(port), "about:blank"]
+    # A machine without a graphics card draws by software, which Firefox does not choose by itself.
+    (profile / "user.js").write_text('user_pref("webgl.force-enabled", true);\n', encoding="utf-8")
+    command = [path, "--no-remote", "--profile", str(profile), "--remote-debugging-port", str(port), "about:blank"]
     said = profile / "said.txt"
     # A pipe that is not read would stop Firefox, which has much to say about software rendering.
-    with said.open("w") as out, subprocess.Popen(command, stdout=out, stderr=out) as process:
-        try:
-            end = time.monotonic() + TIMEOUT
-            while "WebDriver BiDi listening" not in said.read_text(encoding="utf-8", errors="replace"):
-                assert process.poll() is None and time.monotonic() < end, "Firefox does not listen"
-                with suppress(subprocess.TimeoutExpired):
-                    process.wait(0.1)
-            with connect(f"ws://127.0.0.1:{port}/session", max_size=None) as socket:
-                yield Firefox(socket)
-        finally:
-            process.terminate()
+    with screen() as display, said.open("w") as out:
+        environment = os.environ | {"DISPLAY": display}
+        with subprocess.Popen(command, stdout=out, stderr=out, env=environment) as process:
+            try:
+                end = time.monotonic() + TIMEOUT
+                while "WebDriver BiDi listening" not in said.read_text(encoding="utf-8", errors="replace"):
+                    assert process.poll() is None and time.monotonic() < end, "Firefox does not listen"
+                    with suppress(subprocess.TimeoutExpired):
+                        process.wait(0.1)
+                with connect(f"ws://127.0.0.1:{port}/session", max_size=None) as socket:
+                    yield Firefox(socket)
+            finally:
+                process.terminate()
