@@ -12,6 +12,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -77,7 +78,7 @@ def record(page: Page, session: Any) -> list[Image.Image]:
         wait_frames(page, 6)
         page.mouse.down()
         until(page, lambda: session.held is not None, "the hand is taken")
-        for a, b in zip(pixels, pixels[1:], strict=False):
+        for a, b in pairwise(pixels):
             for share in np.linspace(0.0, 1.0, 13)[1:]:
                 x, y = (p + (q - p) * float(share) for p, q in zip(a, b, strict=True))
                 page.mouse.move(x, y)
