@@ -97,11 +97,11 @@ def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str)
     """
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(label)}" '
-        f'font-size="12" fill="currentColor">{"".join(_texts(x, y))}{"".join(_legend(lines))}'
+        'font-size="12" fill="currentColor">'
         f'<svg x="{_LEFT}" y="{_TOP}" width="{_ACROSS}" height="{_DOWN}" viewBox="0 0 {COLUMNS} 1" '
         'preserveAspectRatio="none" overflow="visible" fill="none" stroke="currentColor" stroke-linecap="round" '
         f'stroke-linejoin="round">{"".join(_area(x, y))}{"".join(_stroke(line, path_of(line.curve, y)) for line in lines)}'
-        "</svg></svg>"
+        f"</svg>{''.join(_texts(x, y))}{''.join(_legend(lines))}</svg>"
     )
 
 
