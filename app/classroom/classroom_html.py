@@ -132,11 +132,14 @@ def mine_html(poll: Poll, ballot: Ballot) -> str:
 
 
 def _verdict_html(poll: Poll, ballot: Ballot) -> str:
-    mine, drawn = ballot.choice, _drawing_verdict(poll, ballot)
+    mine, figure, near = ballot.choice, "", ""
+    if poll.drawing is not None and ballot.curve:
+        figure = element("figure", "", drawing_svg(poll.drawing, ballot.curve, poll.truth), class_="duet duet-curves")
+        near = drawing_verdict_html(judge_drawing(poll.drawing, ballot.curve, poll.truth, spoken().language))
     verdict = poll.verdicts[mine] if mine is not None else None
     measured = [element("p", line) for line in poll.outcome]
     if verdict is None or mine is None:
-        return element("div", "", drawn, element("b", tr("Measured in this run")), *measured, class_="card duet-say")
+        return figure + element("div", "", near, element("b", tr("Measured in this run")), *measured, class_="card duet-say")
     mark, kind = ("✓", "right") if verdict.right else ("↺", "wrong")
     answers = element(
         "dl",
@@ -147,11 +150,4 @@ def _verdict_html(poll: Poll, ballot: Ballot) -> str:
         element("dd", "", *measured),
     )
     head = element("p", "", element("span", mark), " ", element("b", verdict.headline), class_="mark")
-    return element("div", "", drawn, head, answers, lesson_html(verdict.reply), class_=f"card {kind} duet-say")
-
-
-def _drawing_verdict(poll: Poll, ballot: Ballot) -> str:
-    if poll.drawing is None or not ballot.curve or not poll.truth:
-        return ""
-    figure = element("figure", "", drawing_svg(poll.drawing, ballot.curve, poll.truth), class_="duet duet-curves")
-    return figure + drawing_verdict_html(judge_drawing(poll.drawing, ballot.curve, poll.truth, spoken().language))
+    return figure + element("div", "", near, head, answers, lesson_html(verdict.reply), class_=f"card {kind} duet-say")

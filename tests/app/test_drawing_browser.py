@@ -84,6 +84,9 @@ def test_by_mouse_finger_and_keys_and_the_truth_over_it(house: OpenHouse, page_a
     verdict = page.locator(".duet-l-verdict")
     verdict.get_by_text("Your curve is within 0.", exact=False).wait_for()
     assert verdict.get_by_text("by the formula").count() == 1 and verdict.locator("path.lam").count() >= 1
+    said = page.locator("#duet-say")
+    until(page, lambda: "Your curve is within" in (said.text_content() or ""), "read out")
+    assert "250" not in (said.text_content() or "").split(), "the numbers of the axes are not read out"
     page.locator(".duet-chart").wait_for()
     screenshot(page, "drawing-verdict")
 

@@ -99,18 +99,17 @@ def verdict_html(view: StepView, computing: bool) -> str:
             f"{_lines(view.why_outcome or (tr('Run it, and compare it with your prediction.'),))}</div>"
             + (_reply(view) if view.why_outcome else "")
         )
-    drawn = _drawing_verdict(view)
+    # A screen reader is read the card, not the numbers of the axes.
+    figure = figure_html(view) if view.drawing is not None and view.drawing.truth else ""
+    near = drawing_verdict_html(view.drawing.verdict) if view.drawing is not None else ""
     if view.verdict is None:
-        return (
-            f'<div class="card duet-say">{drawn}<b>{tr("Measured in this run")}</b>{_lines(view.outcome)}</div>'
-            if view.outcome
-            else ""
-        )
+        measured = f"<b>{tr('Measured in this run')}</b>{_lines(view.outcome)}"
+        return f'{figure}<div class="card duet-say">{near}{measured}</div>' if view.outcome else ""
     verdict = view.verdict
     mine = view.choices[view.chosen] if view.chosen is not None else ""
     mark = "✓" if verdict.right else "↺"
     return (
-        f'<div class="card {"right" if verdict.right else "wrong"} duet-say">{drawn}<p class="mark"><span>{mark}</span> '
+        f'{figure}<div class="card {"right" if verdict.right else "wrong"} duet-say">{near}<p class="mark"><span>{mark}</span> '
         f"<b>{html.escape(verdict.headline)}</b></p>"
         f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd><dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
         f"{_reply(view)}</div>"
@@ -123,13 +122,6 @@ def figure_html(view: StepView) -> str:
     if drawing is None or curves is None:
         return ""
     return f'<figure class="duet duet-curves">{drawing_svg(drawing, curves.drawn, curves.truth)}</figure>'
-
-
-def _drawing_verdict(view: StepView) -> str:
-    curves = view.drawing
-    if curves is None or not curves.truth:
-        return ""
-    return figure_html(view) + drawing_verdict_html(curves.verdict)
 
 
 def drawing_verdict_html(verdict: DrawingVerdict | None) -> str:
