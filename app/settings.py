@@ -48,6 +48,12 @@ class PageSettings:
         "Of everything on the page, and of lessons 1 to 3.",
         *("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
     )
+    contact: bool = flag(
+        "contact",
+        "show λ",
+        "λ in the scene: the line of contact, a skin of d_m around the nearest link of the obstacle, and a tint of the arm that gives way.",
+        True,
+    )
     autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)
     speed: float = number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
     details: Details = choice(
