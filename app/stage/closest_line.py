@@ -1,11 +1,16 @@
 """The line between the closest points, with d on it; its colour and its width are λ."""
 
+from typing import Final
+
 import numpy as np
 import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.theme import PALETTES, blend, scale
+
+LABEL_ABOVE: Final = 0.02
+"""How far the number stands above the middle of the line [m]."""
 
 
 class ClosestLine:
@@ -45,10 +50,10 @@ class ClosestLine:
         for end, point in zip(self._ends, (a, b), strict=True):
             end.position = point
         lam = sample.activation
-        self._line.colors = np.tile(np.array(blend(self._palette.calm, self._palette.activation, lam), np.uint8), (1, 2, 1))
+        self._line.colors = np.array(blend(self._palette.calm, self._palette.activation, lam), np.uint8)
         # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
         self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
-        self._label.position = (a + b) / 2.0
+        self._label.position = (a + b) / 2.0 + np.array([0.0, 0.0, LABEL_ABOVE])
         self._label.text = f"d = {sample.distance * 1000.0:.0f} mm"
 
     def remove(self) -> None:

@@ -7,13 +7,13 @@ import coal
 import numpy as np
 import pinocchio as pin
 import viser
+from numpy.typing import NDArray
 
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView
 from app.stage.poses import fresh
 from app.theme import PALETTES, Rgb, blend
-from controllers.kinematics import Array
 from scenes.room import Room
 from scenes.simulation import Simulation
 
@@ -75,7 +75,11 @@ class ContactSkin:
         wanted: dict[tuple[int, str], float] = {}
         if seen:
             avoider, obstacle = bodies_of_pair(simulation, sample.pair)
-            wanted = {(obstacle, "skin"): simulation.settings.law.critical_distance, (obstacle, "capsule"): 0.0, (avoider, "capsule"): 0.0}
+            wanted = {
+                (obstacle, "skin"): simulation.settings.law.critical_distance,
+                (obstacle, "capsule"): 0.0,
+                (avoider, "capsule"): 0.0,
+            }
         fade = 1.0 if self._now is None else min(abs(frame.now - self._now) / FADE, 1.0)
         self._now = frame.now
         colour = blend(self._palette.calm, self._palette.activation, share)
@@ -141,7 +145,7 @@ def bodies_of_pair(simulation: Simulation, pair: int) -> tuple[int, int]:
     return (pairs.first, pairs.second) if first_avoids else (pairs.second, pairs.first)
 
 
-def capsule_mesh(shape: coal.CollisionGeometry, growth: float) -> tuple[Array, Array]:
+def capsule_mesh(shape: coal.CollisionGeometry, growth: float) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """Return vertices (k, 3) and faces (m, 3) of a capsule about z, or of a sphere, grown by `growth` [m]."""
     radius = shape.radius + growth
     half = shape.halfLength if isinstance(shape, coal.Capsule) else 0.0
@@ -153,7 +157,12 @@ def capsule_mesh(shape: coal.CollisionGeometry, growth: float) -> tuple[Array, A
     vertices = np.stack([radius * np.sin(p) * np.cos(a), radius * np.sin(p) * np.sin(a), height], axis=-1)
     i, j = np.meshgrid(np.arange(len(polar) - 1), np.arange(SIDES), indexing="ij")
     right = (j + 1) % SIDES
-    corners = [(i * SIDES + j).ravel(), ((i + 1) * SIDES + j).ravel(), ((i + 1) * SIDES + right).ravel(), (i * SIDES + right).ravel()]
+    corners = [
+        (i * SIDES + j).ravel(),
+        ((i + 1) * SIDES + j).ravel(),
+        ((i + 1) * SIDES + right).ravel(),
+        (i * SIDES + right).ravel(),
+    ]
     p0, p1, p2, p3 = corners
     faces = np.concatenate([np.stack([p0, p1, p2], axis=-1), np.stack([p0, p2, p3], axis=-1)])
     return vertices.reshape(-1, 3).astype(np.float32), faces.astype(np.uint32)

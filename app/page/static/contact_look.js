@@ -3,7 +3,7 @@
 (() => {
   // So often the page looks whether the scene is another one [ms].
   const LOOK_MS = 400;
-  const TINTED = 0.75;
+  const TINTED = 0.85;
   const SHELL = /\/(skin|capsule)_of_[^/]*$/;
   const nodes = () => window.__viserMutable?.nodeRefFromName ?? {};
   const meshes = (node, draw) => {
@@ -30,6 +30,7 @@
     material.onBeforeCompile = rim;
     material.customProgramCacheKey = () => "duet-rim";
     material.depthWrite = false;
+    material.toneMapped = false;
     material.needsUpdate = true;
   };
   const drawThrough = (mesh) => {
@@ -45,8 +46,9 @@
     if (material.transparent || !material.color || material.userData.duetShare === share) return;
     material.userData.duetShare = share;
     material.userData.duetColor ??= material.color.clone();
-    const tint = material.color.clone().set(duet.tint);
-    material.color.copy(material.userData.duetColor).lerp(tint, TINTED * share);
+    // Mixed as one sees it, not as light adds up: half of the tint is to look like half.
+    const tint = material.color.clone().set(duet.tint).convertLinearToSRGB();
+    material.color.copy(material.userData.duetColor).convertLinearToSRGB().lerp(tint, TINTED * share).convertSRGBToLinear();
   };
 
   const draw = () => {

@@ -1,0 +1,104 @@
+"""Closest points, ring and hands stay in the free part of the picture, in every scene and every step of a lesson, at three sizes."""
+
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.lessons.lesson import Step
+from app.lessons.loading import load_lessons
+from app.lessons.reference_runs import begin, person_of
+from app.page.camera_follow import CameraFollow
+from app.page.free_picture import FreePicture, free_picture
+from app.page.lessons.lesson_camera import lesson_view
+from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH
+from app.session.input_source import InputSource
+from app.stage.camera_fit import Pose, project
+from app.stage.framed_points import AHEAD, framed_now
+from app.stage.stage_camera import view_of
+from app.theme import DOCK_WIDTH
+from scenes.rigs import Camera
+from scenes.roles import TargetSource
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+
+SIZES = ((1440, 900), (1024, 768), (390, 844))
+TITLE_BAR, RAIL = 47.0, 40.0
+LOOK = 0.1
+"""Between two looks at the picture [s]."""
+LESSONS = load_lessons().lessons
+
+
+def pictures(with_lesson: bool, card: bool) -> Iterator[FreePicture]:
+    """The free parts of a window of each size, with the panel of the lessons or without."""
+    for width, height in SIZES:
+        docked = 0.0
+        if width > 576:
+            docked = DOCK_WIDTH + (0.0 if not with_lesson else WIDTH if width > 1180 else NARROW_WIDTH)
+        yield free_picture((width, height - TITLE_BAR), width - docked, "desk", card)
+
+
+class Watched:
+    """A camera without a browser, which follows a run."""
+
+    def __init__(self, picture: FreePicture, view: Callable[[], Camera], way: Callable[[], Any]) -> None:
+        self.picture, self.moves = picture, 0
+        zero = np.zeros(3)
+        self.camera: Any = SimpleNamespace(position=zero, look_at=zero, up_direction=zero, fov=1.0)
+        self.follow = CameraFollow(self.camera, view, way, lambda: picture)
+
+    def outside(self, points: Any) -> list[tuple[int, int]]:
+        """Where points are seen that are not in the free part [px]."""
+        pose = Pose(self.camera.position, self.camera.look_at, self.camera.fov)
+        seen = project(pose, (self.picture.width, self.picture.height), points)
+        return [(round(x), round(y)) for x, y in seen if not self.picture.contains(x, y)]
+
+
+def watch(simulation: Simulation, source: TargetSource, seconds: float, view: Callable[[], Camera], lesson: bool) -> list[str]:
+    """What was seen outside the free part in a run, at any size; a camera that moves more than three times is as bad."""
+    given = InputSource()
+    given.set_source(source)
+    card = simulation.detector.count > 0
+    watched = [Watched(picture, view, lambda: given.way(simulation, True, AHEAD)) for picture in pictures(lesson, card)]
+    for one in watched:
+        one.follow.first_view(simulation, 0.0)
+    wrong: list[str] = []
+    gliding = [False] * len(watched)
+    for _ in range(round(seconds / LOOK)):
+        for _ in range(round(LOOK / simulation.settings.dt)):
+            simulation.step(given.target(simulation, True))
+        points, _ = framed_now(simulation)
+        for i, one in enumerate(watched):
+            before = one.camera.position
+            one.follow.follow(simulation, simulation.time)
+            moves = bool(np.any(before != one.camera.position))
+            one.moves += moves and not gliding[i]
+            gliding[i] = moves
+            assert not one.follow.left_alone
+            outside = one.outside(points)
+            if outside:
+                wrong.append(f"{simulation.time:.1f} s, {one.picture.width:g}×{one.picture.height:g}: {outside}")
+    wrong += [f"{one.picture.width:g}×{one.picture.height:g}: {one.moves} moves" for one in watched if one.moves > 3]
+    return wrong
+
+
+@pytest.mark.parametrize("rig", ["torso", "table"])
+@pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave", "imitation"])
+def test_every_scene(scene: str, rig: str) -> None:
+    simulation = Simulation(RunSettings(scene=scene, rig=rig, dt=0.004))  # type: ignore[arg-type]
+    source = simulation.source()
+    simulation.reset()
+    assert watch(simulation, source, 12.0, lambda: view_of(simulation), False) == []
+
+
+@pytest.mark.parametrize(
+    "step", [pytest.param(step, id=f"{lesson.number}-{step.id}") for lesson in LESSONS for step in lesson.steps]
+)
+def test_every_step_of_a_lesson(step: Step) -> None:
+    simulation = Simulation(step.setup.run)
+    begin(simulation, step.setup)
+    source = simulation.source() if step.yours else person_of(simulation, step.setup)
+    view = lambda: lesson_view(simulation, step.camera)  # noqa: E731
+    assert watch(simulation, source, min(step.setup.seconds, 12.0), view, True) == []
