@@ -51,7 +51,7 @@ class PageSettings:
     contact: bool = flag(
         "contact",
         "show λ",
-        "λ in the scene: the line of contact, a skin of d_m around the nearest link of the obstacle, and a tint of the arm that gives way.",
+        "The line of contact, a skin as thick as d_m around the obstacle, and a purple tint of the arm that gives way.",
         True,
     )
     autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)

@@ -127,7 +127,7 @@ class View:
     def look(self, client: viser.ClientHandle) -> None:
         """Point a client's camera at the present scene, and have it follow what happens there."""
         if client.client_id not in self._cameras:
-            self._cameras[client.client_id] = CameraFollow(client.camera, self._seen, self._way, lambda: self._picture(client))
+            self._cameras[client.client_id] = CameraFollow(client.camera, self._seen, self._way, lambda: self.picture(client))
         self._cameras[client.client_id].first_view(self._simulation, perf_counter())
 
     def _seen(self) -> Camera:
@@ -138,10 +138,15 @@ class View:
     def _way(self) -> Array:
         return self._session.way(AHEAD) if self._simulation is self._session.simulation else np.zeros((0, 3))
 
-    def _picture(self, client: viser.ClientHandle) -> FreePicture:
+    def picture(self, client: viser.ClientHandle) -> FreePicture:
+        """Return what is free of a client's picture."""
         window = canvas_size(client)
         width = max(client.camera.aspect, 0.2) * window[1]
         return free_picture(window, width, self._page.profile, self._simulation.detector.count > 0)
+
+    def left_alone(self, client: viser.ClientHandle) -> bool:
+        """Return whether a client's visitor has moved the camera, so that it does not follow."""
+        return self._cameras[client.client_id].left_alone
 
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.hosting.private_host import PrivateHost
 from app.lessons.lesson import Step
 from app.lessons.loading import load_lessons
 from app.lessons.reference_runs import begin, person_of
@@ -23,6 +24,9 @@ from scenes.rigs import Camera
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
+from tests.app.conftest import OpenHouse, ask
+from tests.app.page.by_hand import run_on, visit
+from tests.browser import PageAt, settled_view, until, world_to_px
 
 SIZES = ((1440, 900), (1024, 768), (390, 844))
 TITLE_BAR, RAIL = 47.0, 40.0
@@ -102,3 +106,46 @@ def test_every_step_of_a_lesson(step: Step) -> None:
     source = simulation.source() if step.yours else person_of(simulation, step.setup)
     view = lambda: lesson_view(simulation, step.camera)  # noqa: E731
     assert watch(simulation, source, min(step.setup.seconds, 12.0), view, True) == []
+
+
+def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    opened = house()
+    session = visit(page, opened, "autopilot=0&seed=3")
+    settled_view(page)
+    ring = ask(session, lambda s: np.array(s.simulation.place))
+    host = opened.host
+    assert isinstance(host, PrivateHost)
+    (visitor,) = host.visitors.values()
+    camera = visitor.client.camera
+    box = page.evaluate(
+        "(() => { const box = __viserMutable.canvas.getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()"
+    )
+    pose = Pose(np.array(camera.position), np.array(camera.look_at), camera.fov)
+    (ours,) = project(pose, (box[2], box[3]), ring[None])
+    assert np.abs(np.array(world_to_px(page, ring)) - ours - box[:2]).max() < 1.0
+    picture = visitor.view.picture(visitor.client)
+    assert abs(picture.width - box[2]) < 2.0 and abs(picture.height - box[3]) < 2.0
+
+    # The camera goes where the hand goes.
+    def sent() -> Any:
+        return np.array(camera.position)
+
+    first = sent()
+    session.post(lambda: session.simulation.positions.__setitem__(session.simulation.guided.joints.start, 2.0))
+    until(page, lambda: np.linalg.norm(sent() - first) > 0.05, "following")
+    assert not visitor.view.left_alone(visitor.client)
+    # The visitor turns the view, and keeps it.
+    x, y = box[0] + 0.8 * box[2], box[1] + 0.1 * box[3]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 60, y + 20, steps=4)
+    page.mouse.up()
+    until(page, lambda: visitor.view.left_alone(visitor.client), "being left alone")
+    view = settled_view(page)
+    ask(session, lambda s: s.reset())
+    run_on(page, session, 0.3)
+    assert np.allclose(settled_view(page), view, atol=1e-6)
+    page.keyboard.press("v")
+    until(page, lambda: np.linalg.norm(sent() - first) < 0.05, "the first view")
+    assert not visitor.view.left_alone(visitor.client)
