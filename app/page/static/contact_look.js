@@ -48,7 +48,11 @@
     material.userData.duetColor ??= material.color.clone();
     // Mixed as one sees it, not as light adds up: half of the tint is to look like half.
     const tint = material.color.clone().set(duet.tint).convertLinearToSRGB();
-    material.color.copy(material.userData.duetColor).convertLinearToSRGB().lerp(tint, TINTED * share).convertSRGBToLinear();
+    material.color
+      .copy(material.userData.duetColor)
+      .convertLinearToSRGB()
+      .lerp(tint, TINTED * share)
+      .convertSRGBToLinear();
   };
 
   const draw = () => {

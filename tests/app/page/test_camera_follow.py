@@ -135,6 +135,7 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     session.post(lambda: session.simulation.positions.__setitem__(session.simulation.guided.joints.start, 2.0))
     until(page, lambda: np.linalg.norm(sent() - first) > 0.05, "following")
     assert not visitor.view.left_alone(visitor.client)
+    settled_view(page)
     # The visitor turns the view, and keeps it.
     x, y = box[0] + 0.8 * box[2], box[1] + 0.1 * box[3]
     page.mouse.move(x, y)
