@@ -5,8 +5,14 @@ from typing import Any
 import coal
 import numpy as np
 import pytest
+import viser
 
-from app.stage.contact_skin import bodies_of_pair, capsule_mesh
+from app.session.frame import freeze
+from app.session.session import Session
+from app.settings import Settings
+from app.stage.arms import ArmView
+from app.stage.contact_skin import FADE, ContactSkin, bodies_of_pair, capsule_mesh
+from app.web.server import DuetServer
 from controllers.kinematics import Array
 from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
@@ -144,3 +150,43 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHou
     until(page, as_it_should, "rims, line and tint")
     page.keyboard.press("o")
     until(page, lambda: abs(page.evaluate(LOOK)["/arms/left/base/j1"]) < 0.01, "no tint")
+
+
+def test_another_nearest_link_fades_in_while_the_one_before_fades_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: dict[str, viser.MeshHandle] = {}
+    server = DuetServer("127.0.0.1", 0, max_clients=1)
+    try:
+        scene, session = server.scene, Session(Settings())
+        add = scene.add_mesh_simple
+
+        def note(name: str, *parts: Any, **options: Any) -> viser.MeshHandle:
+            made[name] = add(name, *parts, **options)
+            return made[name]
+
+        monkeypatch.setattr(scene, "add_mesh_simple", note)
+        session.simulation.step(None)
+        room = session.simulation.room
+        arms = tuple(
+            ArmView(scene, f"/{arm.name}", base, "silver", False) for arm, base in zip(room.arms, room.bases(), strict=True)
+        )
+        skin = ContactSkin(scene, room, arms)
+        skin.dress(session.settings.page)
+        skin.show(freeze(session, 0.0))
+
+        def opacities() -> list[float]:
+            return [float(handle.opacity or 0.0) for name, handle in made.items() if "/skin_of_" in name and handle.visible]
+
+        (full,) = opacities()
+        # The other arm gives way now, so that the skin is around this one.
+        session.change("avoid", "guided")
+        skin.show(freeze(session, 0.25 * FADE))
+        assert opacities() == pytest.approx([0.75 * full, 0.25 * full], abs=1e-3)
+        skin.show(freeze(session, 1.5 * FADE))
+        assert opacities() == [full]
+        count = len(made)
+        for key, value in (("avoid", "free"), ("avoid", "guided")):
+            session.change(key, value)
+            skin.show(freeze(session, 9.0))
+        assert len(made) == count, "a mesh was made twice"
+    finally:
+        server.stop()
