@@ -56,12 +56,13 @@ class InputSource:
         return self._active.target(simulation.time - self._begin)
 
     def way(self, simulation: Simulation, autopilot: bool, seconds: float) -> Array:
-        """Return where the source will want the hand, or the ball, in the next seconds (k, 3) [m]; (0, 3) if that is not known."""
+        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m]: where the source will want it, or, where the visitor
+        is the source, where the experiment's own one would; (0, 3) if that is not known."""
         # A person's angles are not known in advance, and say nothing of a place.
-        if self.held is not None or not autopilot or simulation.settings.scene == "imitation":
+        if self.held is not None or simulation.settings.scene == "imitation":
             return np.zeros((0, 3))
-        source = self._active or self._chosen or simulation.source()
-        begin = 0.0 if self._active is None else simulation.time - self._begin
+        source = (autopilot and (self._active or self._chosen)) or simulation.source()
+        begin = simulation.time - self._begin if source is self._active else 0.0
         wanted = [source.target(begin + ahead) for ahead in np.arange(0.0, seconds, WAY_STEP)]
         return np.array([one.position for one in wanted if isinstance(one, (HandTarget, BallTarget))]).reshape(-1, 3)
 

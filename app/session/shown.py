@@ -76,7 +76,7 @@ class Shown(Protocol):
         ...
 
     def way(self, seconds: float) -> Array:
-        """Return where the source will want the hand, or the ball, in the next seconds (k, 3) [m]; (0, 3) if that is not known."""
+        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m]; (0, 3) if that is not known."""
         ...
 
 
