@@ -17,6 +17,9 @@ CARD_MARGIN: Final = 14.0
 LOW_CANVAS: Final = 520.0
 """On a canvas lower than this the plots begin folded up [CSS px]."""
 
+PLOTS_ROW: Final = (720.0, 32.0)
+"""On a picture narrower than this the choice of plots needs a second row, and how high that is [CSS px]."""
+
 PLOTS_BAR: Final = 60.0
 """Height of the folded plots [CSS px]."""
 
@@ -80,7 +83,8 @@ def free_picture(window: tuple[float, float], width: float, profile: Profile, ca
     if phone:
         covered = PHONE_SHEET * height
     else:
-        panel = plots_height(height, profile) + PLOTS_FRAME * k if height >= LOW_CANVAS else PLOTS_BAR
+        row = PLOTS_ROW[1] * k if width < PLOTS_ROW[0] * k else 0.0
+        panel = plots_height(height, profile) + PLOTS_FRAME * k + row if height >= LOW_CANVAS else PLOTS_BAR
         covered = min(panel, 0.6 * height)
     whole = Rectangle(0.0, 0.0, width, height - covered)
     if not card:

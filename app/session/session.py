@@ -251,7 +251,7 @@ class Session:
         return self._input.target(self.simulation, self.settings.page.autopilot)
 
     def way(self, seconds: float) -> Array:
-        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if that is not known."""
+        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if unknown."""
         return self._input.way(self.simulation, self.settings.page.autopilot, seconds)
 
     def _step_both(self) -> bool:
