@@ -86,15 +86,16 @@ class CameraFollow:
 
     def follow(self, simulation: Simulation, now: float) -> None:
         """Move the camera if something would leave the free part of the picture. `now`: wall time [s]."""
-        if self._pose is None or self.left_alone or self._moved_by_visitor(now):
+        if self._pose is None or self.left_alone or (self._glide is None and now < self._next):
+            return
+        self._next = now + LOOK_EVERY
+        if self._moved_by_visitor(now):
             return
         self._recent.note(simulation, now)
         if self._glide is not None:
             self._go_on(now)
-        elif now >= self._next:
-            self._next = now + LOOK_EVERY
-            if self._wants_to_move(simulation, now):
-                self._glide = now, self._pose, self._fitted(simulation)
+        elif self._wants_to_move(simulation, now):
+            self._glide = now, self._pose, self._fitted(simulation)
 
     def _moved_by_visitor(self, now: float) -> bool:
         """Return whether the camera is where it was never sent; place and aim are compared one by one, as they may arrive so."""

@@ -151,8 +151,8 @@ class View:
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
         self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
-        # A view that moves under the mouse would move what is dragged.
-        if frame.shown.held is None:
+        # A view that moves under the mouse would move what is dragged; those who only watch drag nothing.
+        if frame.shown.held is None or not isinstance(self._host, viser.ClientHandle):
             for follow in self._cameras.values():
                 follow.follow(self._simulation, frame.now)
 
