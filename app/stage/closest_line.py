@@ -14,7 +14,7 @@ LABEL_ABOVE: Final = 0.02
 
 
 class ClosestLine:
-    """Not to be seen where nothing is near; through everything else it is, by `static/contact_look.js`.
+    """Not to be seen where nothing is near; through everything else it is, by `contact_look.js`.
 
     Args:
         scene: where to draw.

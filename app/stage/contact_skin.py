@@ -1,6 +1,7 @@
 """λ on the arms: d_m as a skin around the obstacle's nearest link, the capsules with the closest points, and a tint of who gives way."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import coal
@@ -14,6 +15,7 @@ from app.settings import PageSettings
 from app.stage.arms import ArmView
 from app.stage.poses import fresh
 from app.theme import PALETTES, Rgb, blend
+from app.web.page_assets import PageAssets
 from scenes.room import Room
 from scenes.simulation import Simulation
 
@@ -30,6 +32,11 @@ RINGS: Final = 8
 """From a capsule's pole to where its cylinder begins."""
 
 
+def contact_assets() -> PageAssets:
+    """Return what a page needs to draw skins as rims, the line of contact through everything, and the tint."""
+    return PageAssets((Path(__file__).with_name("contact_look.js"),), constants={"tint": PALETTES["light"].activation})
+
+
 @dataclass
 class _Shell:
     """A capsule or sphere around a body, made once. `growth`: by how much it is larger [m]; `weight`: 0 hidden … 1 seen."""
@@ -42,7 +49,7 @@ class _Shell:
 class ContactSkin:
     """Shown where something is near, while the page's settings ask for it.
 
-    The skin and the capsules hang on the drawn links, so that moving them sends nothing; `static/contact_look.js` draws them as rims.
+    The skin and the capsules hang on the drawn links, so that moving them sends nothing; `contact_look.js` draws them as rims.
 
     Args:
         scene: where to draw.
