@@ -150,3 +150,39 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     page.keyboard.press("v")
     until(page, lambda: np.linalg.norm(sent() - first) < 0.05, "the first view")
     assert not visitor.view.left_alone(visitor.client)
+
+
+def test_what_the_card_and_the_panels_cover_is_not_free() -> None:
+    desk = free_picture((1440.0, 853.0), 1096.0, "desk", True)
+    assert not desk.contains(100.0, 100.0) and desk.contains(400.0, 100.0) and desk.contains(100.0, 260.0)
+    assert not desk.contains(400.0, 700.0) and not desk.contains(-1.0, 300.0)
+    # On a projector the card is larger; where nothing is near there is none; on a phone it is as wide as the picture.
+    assert not free_picture((1440.0, 853.0), 1096.0, "projector", True).contains(400.0, 100.0)
+    assert free_picture((1440.0, 853.0), 1096.0, "desk", False).contains(100.0, 100.0)
+    phone = free_picture((390.0, 797.0), 390.0, "desk", True)
+    assert not phone.contains(380.0, 100.0) and phone.contains(380.0, 130.0) and not phone.contains(200.0, 430.0)
+
+
+def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:
+    simulation = Simulation(RunSettings())
+    picture = next(pictures(False, True))
+    one = Watched(picture, lambda: view_of(simulation), lambda: np.zeros((0, 3)))
+    one.camera.position, one.camera.look_at = np.array([3.0, 3.0, 3.0]), np.zeros(3)
+    before = one.camera.position, one.camera.look_at
+    one.follow.first_view(simulation, 0.0)
+    after = one.camera.position, one.camera.look_at
+    # The browser says where it was before; then half of it; then where it is.
+    for now, (place, aim) in enumerate((before, (after[0], before[1]), after), 1):
+        one.camera.position, one.camera.look_at = place, aim
+        one.follow.follow(simulation, float(now))
+        assert not one.follow.left_alone
+    one.camera.position = after[0] + np.array([0.0, 0.05, 0.0])
+    one.follow.follow(simulation, 4.0)
+    assert one.follow.left_alone
+    place = one.camera.position
+    simulation.positions[simulation.guided.joints.start] = 2.0
+    simulation.step(None)
+    one.follow.follow(simulation, 5.0)
+    assert one.camera.position is place, "a view that the visitor chose is moved"
+    one.follow.first_view(simulation, 6.0)
+    assert not one.follow.left_alone and one.outside(framed_now(simulation)[0]) == []
