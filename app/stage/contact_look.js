@@ -5,6 +5,7 @@
   const LOOK_MS = 400;
   const TINTED = 0.85;
   const SHELL = /\/(skin|capsule)_of_[^/]*$/;
+  const never = () => {};
   const nodes = () => window.__viserMutable?.nodeRefFromName ?? {};
   const meshes = (node, draw) => {
     node.traverse((object) => {
@@ -24,7 +25,7 @@
   };
   const drawShell = (mesh) => {
     // It hangs on a link that can be clicked, but is not a part of it.
-    mesh.raycast = () => {};
+    mesh.raycast = never;
     const material = mesh.material;
     if (material.onBeforeCompile === rim || !material.isMeshStandardMaterial) return;
     material.onBeforeCompile = rim;
