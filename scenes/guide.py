@@ -8,7 +8,7 @@ import pinocchio as pin
 from controllers.kinematics import Arm, Array, Kinematics, damped_solution
 from controllers.limits import VelocityBox
 from scenes.robots import Robot
-from scenes.targets import HandTarget, JointTarget
+from scenes.targets import HandTarget, JointTarget, LinkTarget
 
 FOLLOW_GAIN: Final = 8.0
 """How fast the hand closes the way to where the person wants it [1/s]; also smooths targets that arrive in steps."""
@@ -25,6 +25,9 @@ POSTURE_GAIN: Final = 0.6
 
 GUIDE_DAMPING: Final = 0.03
 """Damping of the guided arm's pseudo-inverse [m/rad]: a person feels a singular posture as stiffness, not as a jump."""
+
+PULL_DAMPING: Final = 0.1
+"""Damping of the pseudo-inverse of a pulled link [m/rad]: pulls go beyond the reach, and an arm stretched out by one must not tremble."""
 
 SATURATIONS: Final = 4
 """How often joints at their bounds are taken out before the rest is clipped."""
@@ -63,7 +66,9 @@ class Guide:
         """Come to rest at once."""
         self.velocities[:] = 0.0
 
-    def follow(self, target: HandTarget | JointTarget | None, positions: Array, dt: float, top_speed: float) -> Array:
+    def follow(
+        self, target: HandTarget | JointTarget | LinkTarget | None, positions: Array, dt: float, top_speed: float
+    ) -> Array:
         """Return q̇ (n,) of the guided arm for this tick [rad/s]; the array is reused.
 
         Args:
@@ -93,10 +98,14 @@ class Guide:
             fastest = max(fastest, sx * sx + sy * sy + sz * sz)
         return fastest**0.5
 
-    def _wanted(self, target: HandTarget | JointTarget, positions: Array, top_speed: float) -> Array:
+    def _wanted(self, target: HandTarget | JointTarget | LinkTarget, positions: Array, top_speed: float) -> Array:
         if isinstance(target, JointTarget):
             return self.box.clip((target.positions - positions) * FOLLOW_GAIN)
         kinematics, arm = self.kinematics, self.arm
+        if isinstance(target, LinkTarget):
+            J, way = pull(kinematics, arm, target, top_speed)
+            # Joints that come to their stops one by one would make a share that others take over tremble.
+            return self.box.clip(damped_solution(J, way, PULL_DAMPING))
         pose = self._hand
         task = shortened((target.position - pose.translation) * FOLLOW_GAIN, top_speed)
         if target.rotation is not None:
@@ -125,6 +134,14 @@ class Guide:
             free = np.where(fixed, np.minimum(np.maximum(dq, lower), upper), free)
             movable = np.where(fixed, 0.0, J)
         return self.box.clip(dq)
+
+
+def pull(kinematics: Kinematics, arm: Arm, target: LinkTarget, top_speed: float) -> tuple[Array, Array]:
+    """Return J (3, n) of the point that is pulled and its wanted velocity (3,) [m/s]."""
+    joint = arm.joint(target.joint)
+    point = kinematics.data.oMi[joint].act(target.offset)
+    way = shortened((target.position - point) * FOLLOW_GAIN, top_speed)
+    return kinematics.point_jacobian(arm, joint, point), way
 
 
 def shortened(vector: Array, longest: float) -> Array:
