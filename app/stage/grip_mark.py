@@ -1,12 +1,17 @@
 """Where the arm is taken hold of, and a thin line to where it is pulled."""
 
+from typing import Final
+
 import numpy as np
 import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.theme import scale
+from app.theme import BRAND, scale
 from scenes.targets import LinkTarget
+
+WHITE: Final = (255, 255, 255)
+"""Seen on the orange arm in either theme."""
 
 
 class GripMark:
@@ -18,14 +23,12 @@ class GripMark:
 
     def __init__(self, scene: viser.SceneApi) -> None:
         line = np.zeros((1, 2, 3), np.float32)
-        self._line = scene.add_line_segments("/grip/line", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False)
-        self._point = scene.add_icosphere("/grip/point", radius=0.016, subdivisions=2, cast_shadow=False, visible=False)
-        self._place = scene.add_icosphere("/grip/place", radius=0.009, subdivisions=2, cast_shadow=False, visible=False)
+        self._line = scene.add_line_segments("/grip/line", line, BRAND, thickness=2, thickness_units="screen", visible=False)
+        look = {"subdivisions": 2, "cast_shadow": False, "visible": False}
+        self._point = scene.add_icosphere("/grip/point", radius=0.018, color=WHITE, **look)
+        self._place = scene.add_icosphere("/grip/place", radius=0.009, color=BRAND, **look)
 
     def dress(self, page: PageSettings) -> None:
-        color = (40, 44, 50) if page.theme == "light" else (235, 240, 245)
-        self._point.color = self._place.color = color
-        self._line.colors = np.tile(np.array(color, np.uint8), (1, 2, 1))
         self._line.thickness = 2.0 * scale(page.profile)
 
     def show(self, frame: Frame) -> None:
