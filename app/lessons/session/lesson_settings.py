@@ -64,5 +64,5 @@ def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
         return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
     if not walk.yours and not session.settings.page.autopilot:
-        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn when the handles are there.")
+        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn where the step asks you to pull.")
     return None

@@ -30,7 +30,7 @@ def visit(page: Page, opened: App, query: str = "") -> Session:
     before = set(live_sessions(opened))
     page.set_default_timeout(60_000)
     page.goto(f"{opened.url}/?{query}")
-    wait_ready(page, HAND)
+    wait_ready(page, HAND if "gizmo=1" in query else "/room")
     # The page may have come a second time, without the fine picture that this machine is too slow for.
     until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
     close_software_note(page)

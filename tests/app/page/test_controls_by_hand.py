@@ -67,7 +67,7 @@ def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> 
 
 def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
-    session = visit(page, house())
+    session = visit(page, house(), "gizmo=1")
     ask(session, lambda s: s.toggle_pause())
     control(page, "rig").wait_for()
     see_controls(page, session, PICKER)

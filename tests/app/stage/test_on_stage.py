@@ -20,7 +20,7 @@ from scenes.settings import ArmName
 from scenes.targets import AnglesTarget, BallTarget, HandTarget
 from tests.app.conftest import ELBOW, HAND, Guest
 from tests.app.page.helpers import press
-from tests.app.stage.conftest import GRIP, ball, change, comes, drag, drawn, drawn_pose, hand, home, place, pull, settle, visible
+from tests.app.stage.conftest import ball, change, comes, drag, drawn, drawn_pose, hand, home, place, pull, settle, visible
 
 
 def test_the_hand_of_the_single_arm(one: Guest) -> None:
@@ -169,17 +169,17 @@ def test_the_ball_itself_is_pulled_across_the_view(one: Guest) -> None:
     middle = one.ask(ball)
     taken = middle + np.array([BALL_RADIUS, 0.0, 0.0])
     way = np.array([0.0, 0.12, -0.03])
-    pull(one, GRIP, "start", taken, taken)
+    pull(one, "/ball", "start", taken, taken)
     one.wait(lambda s: isinstance(s.held, BallTarget))
     # Taken at its surface, it does not jump.
     assert np.linalg.norm(one.session.held.position - middle) < 1e-6  # type: ignore[union-attr]
-    pull(one, GRIP, "update", taken, taken + way)
+    pull(one, "/ball", "update", taken, taken + way)
     comes(one, lambda s: float(np.linalg.norm(ball(s) - middle - way)), 2e-3)
     # Odd places are not followed, far ones end at the edge of the room.
-    pull(one, GRIP, "update", taken, np.array([1e7, 0.0, 0.0]))
+    pull(one, "/ball", "update", taken, np.array([1e7, 0.0, 0.0]))
     one.run_on(0.1)
     assert np.abs(one.session.held.position).max() <= 2.6  # type: ignore[union-attr]
-    pull(one, GRIP, "end", taken, taken + way)
+    pull(one, "/ball", "end", taken, taken + way)
     one.wait(lambda s: s.held is None)
 
 
