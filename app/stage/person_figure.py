@@ -45,7 +45,8 @@ class FigureView:
         self.parts: dict[str, viser.GlbHandle] = {}
         """By the names of `scenes.person.body`; empty where nothing is drawn."""
         self._label: viser.LabelHandle | None = None
-        self._angles = np.full((2, 4), np.nan)
+        self.angles = np.full((2, 4), np.nan)
+        """As drawn (2, 4) [rad]; nan before a person was seen."""
         try:
             parts = body_parts()
         except MissingPackage:
@@ -70,9 +71,9 @@ class FigureView:
             return
         angles = frame.target.angles if isinstance(frame.target, AnglesTarget) else None
         self._label.visible = angles is None
-        if angles is None or np.array_equal(angles, self._angles):
+        if angles is None or np.array_equal(angles, self.angles):
             return
-        self._angles = angles.copy()
+        self.angles = angles.copy()
         for name, turn in body_poses(angles).items():
             self.parts[name].wxyz = turn
 

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import get_args
 
+import numpy as np
+
 from app.page.handles.grip import Grip
 from app.session.actions import Action
 from app.session.session import Session
@@ -24,15 +26,15 @@ class FigureGrip(Grip):
             if view.parts
         }
         super().__init__((part for part in view.parts.values() if part.name in self._limbs), post)
-        self._session = session
+        self._session, self._view = session, view
         self._figure: Figure | None = None
         self._grasp: Grasp | None = None
 
     def _take(self, name: str, point: Array) -> None:
-        session, angles = self._session, self._angles()
+        session = self._session
         if session.settings.page.source != "figure":
             session.change("source", "figure")
-            self._begin(angles)
+            self._begin()
         assert self._figure is not None
         self._grasp = self._figure.grasp(*self._limbs[name], on_person(point))
 
@@ -46,13 +48,10 @@ class FigureGrip(Grip):
     def _let_go(self) -> None:
         self._grasp = None
 
-    def _angles(self) -> Array | None:
-        present = self._session.target()
-        return present.angles if isinstance(present, AnglesTarget) else None
-
-    def _begin(self, angles: Array | None) -> None:
-        """Become the source, standing as the person stood who was imitated before."""
-        self._figure = Figure() if angles is None else Figure(start=angles)
+    def _begin(self) -> None:
+        """Become the source, standing as the person stands who is drawn."""
+        drawn = self._view.angles
+        self._figure = Figure(start=drawn) if np.isfinite(drawn).all() else Figure()
         self._session.set_source(self)
 
     def target(self, time: float) -> AnglesTarget:
@@ -63,7 +62,7 @@ class FigureGrip(Grip):
         """Begin where the settings have made it the source, and end where they have chosen another one."""
         chosen = self._session.settings.page.source == "figure"
         if chosen and self._figure is None:
-            self._begin(self._angles())
+            self._begin()
         elif not chosen:
             self._figure = None
 
