@@ -55,9 +55,9 @@ class TransformHandle:
             self._session.hold(None)
 
     def show(self) -> None:
-        """Take the size that goes with who moves."""
-        autopilot = self._session.settings.page.autopilot and self._session.held is None
-        self._handle.scale = self._size * (AUTOPILOT_SIZE if autopilot else 1.0)
+        """Take the size that goes with who moves, unless it is being dragged: another size would end that."""
+        if not self.dragged:
+            self._handle.scale = self._size * (AUTOPILOT_SIZE if self._session.settings.page.autopilot else 1.0)
 
     def _target(self, place: Array | None, turn: Array | None) -> Target | None:
         """Return what is held with the handle at a place (3,) [m], turned (3, 3); None if that says nothing."""
