@@ -14,7 +14,8 @@ from scenes.settings import values
 def with_look(settings: Settings, session: Session) -> Settings:
     """Return settings with the look that the page has now: a lesson does not change how the visitor likes to see it."""
     page = session.settings.page
-    return replace(settings, page=Look(page.theme, page.profile, page.picture, page.language).of(settings.page))
+    look = Look(page.theme, page.profile, page.picture, page.language)
+    return replace(settings, page=replace(look.of(settings.page), gizmo=page.gizmo))
 
 
 def apply_settings(session: Session, settings: Settings) -> str:

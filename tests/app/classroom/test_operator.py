@@ -49,7 +49,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
 
     before, elements = ask(session, state), list(first.mirror.gui.values())
     for owner in (str(host.operator), "", str(int(host.operator or 0) + 1)):
-        second.mirror.nodes[LINK]["owner"] = owner
+        second.mirror.nodes.setdefault(LINK, {})["owner"] = owner
         for phase in ("start", "update", "end"):
             second.pull(LINK, phase, [0.3, 0.0, 1.0], [0.0, 0.0, 1.0])
     values = {
