@@ -20,7 +20,7 @@ from scenes.rerun import COARSEST, LOOK, WHAT_IF_KEYS, Stopped, between, newest_
 from scenes.settings import LawName, RunSettings, SceneName, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, Measured, Verdict, largest_step, unmeasured
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, scene_settings
 
 
