@@ -188,8 +188,9 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
     _check(lengths.ndim == 1 and lengths.dtype.kind == "u", "has no lengths")
     _check(1 <= len(lengths) <= MOST_STRETCHES and (lengths > 0).all(), "has an impossible number of stretches")
     settings = _settings(about, len(lengths))
-    joints = min(arm.joints.stop - arm.joints.start for arm in room_of(settings[0]).arms)
-    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()), joints)
+    arms = room_of(settings[0]).arms
+    pulled = next((arm for arm in arms if arm.name == settings[0].guided), arms[0]).joints
+    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()), pulled.stop - pulled.start)
     snapshot = _snapshot(about, arrays, settings[0])
     stretches: list[Stretch] = []
     first = 0
@@ -222,7 +223,7 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
 
 
 def _targets(arrays: dict[str, np.ndarray], count: int, joints: int) -> PackedTargets:
-    """Return the checked targets. `count`: of different ones; `joints`: of an arm."""
+    """Return the checked targets. `count`: of different ones; `joints`: of the arm that is pulled."""
     codes, counts, numbers = arrays["codes"], arrays["counts"], arrays["numbers"]
     _check((codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64), "has targets of the wrong type")
     _check(codes.shape == counts.shape == (count,) and numbers.ndim == 1, "has targets of the wrong number")
