@@ -121,7 +121,7 @@ def test_in_every_scene_the_point_goes_there(scene: SceneName, joint: int) -> No
     kept = np.linalg.norm(kinematics.hand_pose(arm).translation - hand)
     if scene == "solo" and joint < 6:
         # The hand's place goes first; the elbow moves as far as that leaves it to.
-        assert kept < 2e-3 and missing < 0.9 * np.linalg.norm(goal - start)
+        assert kept < 2e-3 and missing < 0.95 * np.linalg.norm(goal - start)
     else:
         assert missing < 3e-3
     assert simulation.settings.scene != "solo" or joint < 6 or kept > 0.01

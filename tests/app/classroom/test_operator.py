@@ -49,9 +49,10 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
 
     before, elements = ask(session, state), list(first.mirror.gui.values())
     for owner in (str(host.operator), "", str(int(host.operator or 0) + 1)):
-        second.mirror.nodes.setdefault(LINK, {})["owner"] = owner
+        target = {"type": "SceneNodeDragMessage", "name": LINK, "owner": owner, "instance_index": None, "button": "left"}
+        places = {"start_position": [0.3, 0.0, 1.0], "end_position": [0.0, 0.0, 1.0], "modifier": None}
         for phase in ("start", "update", "end"):
-            second.pull(LINK, phase, [0.3, 0.0, 1.0], [0.0, 0.0, 1.0])
+            second.send({**target, **places, "phase": phase, "start_screen_pos": [0.5, 0.5], "end_screen_pos": [0.5, 0.5]})
     values = {
         "GuiSliderMessage": [50.0],
         "GuiButtonGroupMessage": ["Reset", "Reset step", "Explore freely"],
