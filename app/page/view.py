@@ -173,7 +173,7 @@ class View:
         lessons = self.lessons
         self._marks.show(frame)
         step = (lessons.walk.lesson.id, lessons.walk.step.id) if lessons.open else None
-        self._plots.only(lessons.walk.step.plots if lessons.open else ())
+        self._plots.only(() if not lessons.open else lessons.walk.step.early_plots if lessons.locked else lessons.walk.step.plots)
         if self.lesson_panel.show(frame) or step != self._lesson_step:
             self._lesson_step = step
             for client in self._clients():
