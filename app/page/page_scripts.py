@@ -19,7 +19,7 @@ def page_assets(page: PageSettings) -> PageAssets:
     """
     scripts = (
         *("teacher_key", "without_webgl", "fast_picture", "hotkeys", "resume", "announcements", "accessible_names", "replay_box"),
-        *("page_language", "folder_headings", "class_overlay", "copy_button", "link_box", "loading"),
+        *("page_language", "folder_headings", "class_overlay", "copy_button", "link_box", "pressed_buttons", "loading"),
     )
     styles = ("without_webgl", "announcements", "class", "loading")
     constants = {

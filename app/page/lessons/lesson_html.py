@@ -22,7 +22,7 @@ PHASES: Final[dict[str, str]] = {
 NEXT: Final = {name: f"Next: {shown.lower()}" for name, shown in PHASES.items()}
 """What stands on the button that goes on to a part."""
 
-BLOCKS: Final = ("head", "text", "choices", "live", "verdict", "after", "attempt", "hints")
+BLOCKS: Final = ("list", "head", "text", "choices", "live", "verdict", "after", "attempt", "learned", "hints")
 """All blocks."""
 
 
@@ -49,15 +49,16 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         "verdict": verdict_html(view, computing),
         "after": lesson_html(after, folder) if after else "",
         "attempt": attempt_html(view),
+        "learned": learned_html(view),
         "hints": "".join(f"<li>{inline_html(hint)}</li>" for hint in view.hints),
     }
     if made["hints"]:
         made["hints"] = f"<h3>{tr('Hints')}</h3><ol>{made['hints']}</ol>"
     # A screen reader takes the voice of the text's language.
-    lang = {name: ' lang="en"' for name in ("text", "after", "hints") if is_foreign(view)}
+    lang = {name: ' lang="en"' for name in ("text", "after", "learned", "hints") if is_foreign(view)}
     return {
         name: f'<div class="duet duet-lesson duet-l-{name}"{lang.get(name, "")}>{made[name]}</div>' if made[name] else ""
-        for name in BLOCKS
+        for name in made
     }
 
 
@@ -77,9 +78,12 @@ def head_html(view: StepView) -> str:
     )
     source = f" · {tr('eq.')} {html.escape(lesson.equations)}" if lesson.equations else ""
     where = tr("Lesson {lesson} · step {step} of {count}", lesson=lesson.number, step=view.index + 1, count=view.count)
+    intro = f'<p class="lesson-title">{inline_html(lesson.title)}</p>'
+    if view.index == 0:
+        intro += f'<div class="intro">{lesson_html(lesson.goal, step.setup.folder)}</div>'
     remark = f'<p class="crumb">{tr("This lesson is in English.")}</p>' if is_foreign(view) else ""
     return (
-        f'<p class="crumb">{where}{source}</p>{remark}'
+        f'<p class="crumb">{where}{source}</p>{remark}{intro}'
         f"<h2>{inline_html(step.title)}</h2>"
         f'<div class="goal"><b>{tr("Goal")}</b> {lesson_html(step.goal, step.setup.folder)}</div>'
         f'<ol class="phases">{parts}</ol>'
@@ -143,6 +147,14 @@ def attempt_html(view: StepView) -> str:
     counted = " " + tr("Attempt {number}.", number=view.attempts) if view.attempts > 1 else ""
     kind = "right" if attempt.passed else "wrong"
     return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>'
+
+
+def learned_html(view: StepView) -> str:
+    """Return what was learned in the lesson, once its last step is finished."""
+    if not view.lesson_finished or not view.lesson.learned:
+        return ""
+    learned = lesson_html(view.lesson.learned, view.step.setup.folder)
+    return f'<div class="card learned duet-say"><b>{tr("What you learned")}</b>{learned}</div>'
 
 
 def _judgements(attempt: Attempt) -> str:

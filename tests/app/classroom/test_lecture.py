@@ -232,11 +232,11 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
         return ask(session, lambda s: (s.settings, s.paused, s.held))
 
     stage, his = state(), state(b)
-    ann.set_value("d_m [mm]", 70.0)
+    ann.set_value("critical distance d_m [mm]", 70.0)
     command(ann, "Pause or go on")
     ann.wait_for(lambda _: host.sessions[a].paused and host.sessions[a].settings.run.law.critical_distance == 0.07, WAIT)
     assert state(b) == his and state() == stage
-    bo.set_value("d_m [mm]", 200.0)
+    bo.set_value("critical distance d_m [mm]", 200.0)
     click(bo, "Lessons")
     bo.wait_for(lambda _: values(host.sessions[b].settings)["scene"] == "solo", WAIT)
     assert room.critical_distance("ann") == 0.07 and state() == stage

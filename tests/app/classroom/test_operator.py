@@ -70,7 +70,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     # The first one can.
     click(first, "Leave the lessons")
     first.wait_for(lambda v: HAND in v.mirror.nodes)
-    first.set_value("d_m [mm]", 50.0)
+    first.set_value("critical distance d_m [mm]", 50.0)
     first.wait_for(lambda _: session.settings.run.law.critical_distance == 0.05)
 
     # It leaves in mid-drag: the hand is let go, and neither who is there nor who comes now takes over.
@@ -88,7 +88,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     back = join(opened, LEADER)
     back.wait_for(lambda v: HAND in v.mirror.nodes and len(v.mirror.commands) >= len(HOTKEYS))
     assert host.operator == int(back.mirror.nodes[HAND]["owner"]) != operator
-    back.set_value("d_m [mm]", 100.0)
+    back.set_value("critical distance d_m [mm]", 100.0)
     back.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(back, "pause")})
     back.wait_for(lambda _: session.settings.run.law.critical_distance == 0.1 and session.paused)
     assert not has_controls(second) and not has_controls(third)
