@@ -10,7 +10,7 @@ from typing import Final
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Lesson, LessonBook, LessonProblem, Step
-from app.lessons.markdown import Fault, Sheet, Chapter, read_items, read_sheet
+from app.lessons.markdown import Chapter, Fault, Sheet, read_items, read_sheet
 from app.lessons.steps import check_head, head_texts, read_lesson, read_step, step_texts
 from app.settings import Language
 from app.text.picture import picture_problems
@@ -131,7 +131,9 @@ def _read(path: Path, number: int, id: str) -> Lesson:
         steps.append(step)
     head = sheet.head
     promise, learned = head_texts(head)
-    return Lesson(id, number, path.name, "en", head.title, head.text, common.equations, common.minutes, promise, learned, tuple(steps))
+    return Lesson(
+        id, number, path.name, "en", head.title, head.text, common.equations, common.minutes, promise, learned, tuple(steps)
+    )
 
 
 def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[LessonProblem]) -> Lesson:

@@ -7,7 +7,7 @@ from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
-from app.lessons.phases import Phase, phases_of, is_finished
+from app.lessons.phases import Phase, is_finished, phases_of
 from app.lessons.progress import StepProgress
 from app.lessons.runs import settings_text
 from app.lessons.texts import asks_for_numbers, filled

@@ -68,4 +68,6 @@ class Leave:
     """Close the lessons."""
 
 
-LessonAction = Choose | GoTo | ListLessons | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+LessonAction = (
+    Choose | GoTo | ListLessons | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+)

@@ -17,7 +17,8 @@ def lesson_list_html(entries: Iterable[LessonEntry], buttons: Mapping[str, str])
     cards = "".join(f"<li>{_card(entry, buttons.get(entry.lesson.id, ''))}</li>" for entry in entries)
     # The list's own buttons stand for these.
     hidden = "".join(f'div:has(> [id="{escape(button)}"]){{display:none}}' for button in buttons.values())
-    return f'<style>{hidden}</style><h2>{tr("Lessons")}</h2><ol class="lessons">{cards}</ol>'
+    head = f'<h2>{tr("Lessons")}</h2><p class="crumb">{tr("After each one you can …")}</p>'
+    return f'<style>{hidden}</style>{head}<ol class="lessons">{cards}</ol>'
 
 
 def _card(entry: LessonEntry, button: str) -> str:
@@ -29,10 +30,10 @@ def _card(entry: LessonEntry, button: str) -> str:
     text = (
         f'<span class="no">{"✓" if whole else lesson.number}</span><span class="what"><b>{inline_html(lesson.title)}</b>{here}'
         f"<span>{inline_html(lesson.promise or lesson.goal)}</span>"
-        f'<small>{tr("{minutes} min", minutes=lesson.minutes)}<span class="ticks" role="img" aria-label="{escape(state)}">{ticks}</span>'
-        "</small></span>"
+        f"<small>{tr('{minutes} min', minutes=lesson.minutes)}"
+        f'<span class="ticks" role="img" aria-label="{escape(state)}">{ticks}</span></small></span>'
     )
-    kind = f'lesson{" whole" if whole else ""}{" here" if entry.here else ""}'
+    kind = f"lesson{' whole' if whole else ''}{' here' if entry.here else ''}"
     if not button:
         return f'<div class="{kind}">{text}</div>'
     return f'<button type="button" class="{kind}" data-duet-presses="{escape(button)}">{text}</button>'

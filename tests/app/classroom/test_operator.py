@@ -8,7 +8,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.web.index_page import KEY_LATER
 from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask, lecture_of
-from tests.app.page.helpers import bodies, buttons, click, hotkey_uuid
+from tests.app.page.helpers import bodies, buttons, click, hotkey_uuid, open_lessons
 from tests.blocking_client import BlockingClient
 
 LEADER = f"resume={'1' * 32}"
@@ -38,7 +38,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     assert host.operator == int(first.mirror.nodes[HAND]["owner"])
 
     # The second one knows all the names, and it is of no use.
-    click(first, "Lessons")
+    open_lessons(first)
     first.wait_for(lambda v: any(label.startswith("1 ") for label in buttons(v)))
 
     def state(s: Session) -> tuple[object, ...]:

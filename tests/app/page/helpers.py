@@ -108,5 +108,11 @@ def click(visitor: BlockingClient, start: str) -> None:
     visitor.click(next(e["label"] for e in elements if str(e["label"]).removeprefix(MARK).startswith(start)))
 
 
+def open_lessons(visitor: BlockingClient) -> None:
+    """Open the first lesson from the list."""
+    click(visitor, "Lessons")
+    click(visitor, "1  ")
+
+
 def notes(visitor: BlockingClient) -> list[str]:
     return [str(note["body"]) for note in bodies(visitor, "NotificationShowMessage")]
