@@ -40,8 +40,7 @@ def test_no_label_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, heig
 
         ask(session, choose)
         for i in range(len(TABS)) if key in ("d0", "kx") else (0,):
-            # On a wide page the plots' tab comes first.
-            tabs.nth(i + (width > 576)).click()
+            tabs.nth(i).click()
             wait_frames(page, 3)
             assert page.evaluate(CUT_LABELS) == []
             seen |= set(page.locator("label[for]:visible").all_inner_texts())

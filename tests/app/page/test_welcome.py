@@ -16,7 +16,11 @@ CARD = "#duet-welcome"
 STILL = changed(Settings(), "autopilot", False)
 """An arm that stands still can be taken by the mouse."""
 
-WORDS = {"en": "Pull the orange arm into it.", "de": "Ziehen Sie den orangen Arm in ihn hinein.", "sl": "Potegnite oranžnega robota vanj."}
+WORDS = {
+    "en": "Pull the orange arm into it.",
+    "de": "Ziehen Sie den orangen Arm in ihn hinein.",
+    "sl": "Potegnite oranžnega robota vanj.",
+}
 
 
 def comes_not(page: Page) -> None:

@@ -14,7 +14,7 @@ from app.lessons import FOLDER
 from app.lessons.bookmark import Bookmark
 from app.lessons.check import check_lesson
 from app.lessons.labels import label_of
-from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS
+from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, LessonBook
 from app.lessons.loading import LANGUAGES, load_lessons, load_notes
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.notes import Notes, StepNotes, read_notes
@@ -37,11 +37,14 @@ def test_all_ten_lessons_load_in_every_language(language: str) -> None:
     for lesson in book.lessons:
         translated = (FOLDER / lesson.file.replace(".md", f".{language}.md")).exists()
         assert lesson.language == (language if translated else "en")
+        english = our_book().lessons[book.lessons.index(lesson)]
+        said = (lesson.promise == english.promise, lesson.learned == english.learned)
+        assert said == (lesson.language == "en",) * 2, lesson.file
 
 
 def test_every_lesson_is_complete() -> None:
     for lesson in our_book().lessons:
-        assert lesson.goal and lesson.equations and 5 <= lesson.minutes <= 25
+        assert lesson.goal and lesson.promise and lesson.learned and lesson.equations and 5 <= lesson.minutes <= 25
         assert any(step.question for step in lesson.steps)
         assert any(step.challenge for step in lesson.steps)
         for step in lesson.steps:
@@ -247,6 +250,15 @@ def test_bad_commands_are_named(tmp_path: Path) -> None:
         lessons(Lessons(only=("x",)))
     with pytest.raises(BadSetting, match="there is no folder"):
         lessons(Lessons(check=True, only=("lambda",), out=tmp_path / "none" / "x.json"))
+
+
+def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
+    lesson = our_book().lessons[0]
+    whole, silent = (dataclasses.replace(lesson, steps=lesson.steps[:1], promise=text) for text in (lesson.promise, ""))
+    book = LessonBook((whole,), ())
+    assert not [walk for walk in check_lesson(book, whole) if walk.name == "list"]
+    (walk,) = [walk for walk in check_lesson(book, silent) if walk.name == "list"]
+    assert not walk.ok and "### Promise" in walk.text
 
 
 def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) -> None:
