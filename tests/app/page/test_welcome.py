@@ -93,9 +93,9 @@ def test_its_buttons_open_the_first_lesson_or_just_the_page(house: OpenHouse, pa
 def test_links_to_something_and_lectures_do_not_greet(house: OpenHouse, arrive: Arrive, join: Join) -> None:
     private, lecture = house(), house(lecture=True)
     assert "duet-welcome" in shown(arrive(private).visitor)
-    for query in ("lesson=1", "rig=table", "whole=1"):
-        assert not is_for_newcomers(dict([query.split("=")]))
-        assert "duet-welcome" not in shown(arrive(private, query).visitor)
+    for key, value in {"lesson": "1", "rig": "table", "whole": "1"}.items():
+        assert not is_for_newcomers({key: value})
+        assert "duet-welcome" not in shown(arrive(private, f"{key}={value}").visitor)
     assert is_for_newcomers({"theme": "dark", "lang": "sl", "resume": "x", "window": "1x1"})
     teacher, student = join(lecture), join(lecture)
     assert "duet-welcome" not in shown(teacher) + shown(student)
