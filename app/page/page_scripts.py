@@ -7,6 +7,7 @@ from app.page import STATIC
 from app.page.panels.hotkeys import HOTKEYS
 from app.page.panels.replay_bar import KEY
 from app.settings import PageSettings
+from app.stage.contact_skin import contact_assets
 from app.web.index_page import MARK
 from app.web.page_assets import PageAssets, software_rendering
 
@@ -20,6 +21,7 @@ def page_assets(page: PageSettings) -> PageAssets:
     scripts = (
         *("teacher_key", "without_webgl", "fast_picture", "hotkeys", "resume", "announcements", "accessible_names", "replay_box"),
         *(
+            "drawing",
             "page_language",
             "folder_headings",
             "class_overlay",
@@ -27,8 +29,8 @@ def page_assets(page: PageSettings) -> PageAssets:
             "link_box",
             "pressed_buttons",
             "welcome",
-            "loading",
         ),
+        "loading",
     )
     styles = ("without_webgl", "announcements", "class", "welcome", "loading")
     constants = {
@@ -38,7 +40,7 @@ def page_assets(page: PageSettings) -> PageAssets:
         "iconNames": ICON_NAMES,
         "loading": {"theme": page.theme, "language": page.language, "text": LOADING},
     }
-    return software_rendering() + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)
+    return software_rendering() + contact_assets() + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)
 
 
 def _files(names: tuple[str, ...], kind: str) -> tuple[Path, ...]:

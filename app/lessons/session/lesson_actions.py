@@ -2,12 +2,23 @@
 
 from dataclasses import dataclass
 
+from app.plots.curve_chart import Curve
+
 
 @dataclass(frozen=True)
 class Choose:
     """Predict an answer, from 0."""
 
     answer: int
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Predict a curve in the step of a lesson, by their names; () takes it back."""
+
+    lesson: str
+    step: str
+    curve: Curve
 
 
 @dataclass(frozen=True)
@@ -69,5 +80,5 @@ class Leave:
 
 
 LessonAction = (
-    Choose | GoTo | ListLessons | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+    Choose | Draw | GoTo | ListLessons | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
 )

@@ -11,6 +11,7 @@ from app.lessons.phases import Phase
 from app.lessons.session import lesson_actions
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
+from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.forecast_boxes import Forecasts
 from app.page.lessons.lesson_html import NEXT, choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
@@ -95,6 +96,7 @@ class LessonControls:
             self._steps = ChoiceButtons(
                 gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
             )
+            self._board = DrawingBoard(gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)))
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)
@@ -176,6 +178,8 @@ class LessonControls:
                 view = run.view()
                 self._arrange(view, paused, over)
                 self._arrange_challenge(view)
+                drawing = view.step.drawing if view.phase is Phase.PREDICT else None
+                self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
 
     def _arrange_list(self, button: viser.GuiButtonHandle) -> None:
         run = self._run
@@ -187,7 +191,9 @@ class LessonControls:
         if run.listing:
             self._steps.show(visible=False)
             self._nav.show(visible=False)
-            self._forecasts.show(run.view(), None)
+            view = run.view()
+            self._forecasts.show(view, None)
+            self._board.show((view.lesson.id, view.step.id), None, ())
             for other in (*self._choices, self._start, self._why, self._check, self._hint, self._next):
                 other.visible = False
 
