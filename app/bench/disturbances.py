@@ -53,8 +53,7 @@ async def _set(
     """Set a control to the values in turn; without choices, to all of its own."""
     spec = specs(Settings)[key]
     given = choices or tuple(choice for choice in spec.choices if choice != "own")
-    label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
-    uuid = visitor.mirror.labelled(label)["uuid"]
+    uuid = visitor.mirror.labelled(spec.title())["uuid"]
 
     async def send(number: int) -> None:
         value = given[number % len(given)]

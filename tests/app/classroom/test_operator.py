@@ -9,7 +9,7 @@ from app.settings import Settings
 from app.web.index_page import KEY_LATER
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.by_hand import WRIST
-from tests.app.page.helpers import bodies, buttons, click, hotkey_uuid
+from tests.app.page.helpers import bodies, buttons, click, hotkey_uuid, open_lessons
 from tests.blocking_client import BlockingClient
 
 LEADER = f"resume={'1' * 32}"
@@ -40,8 +40,8 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     assert host.operator == int(first.mirror.nodes[LINK]["owner"])
 
     # The second one knows all the names, and it is of no use.
-    click(first, "Lessons")
-    first.wait_for(lambda v: any(label.startswith("1 ") for label in buttons(v)))
+    open_lessons(first)
+    first.wait_for(lambda v: "Run (predict first)" in buttons(v))
 
     def state(s: Session) -> tuple[object, ...]:
         room, lessons = host.room, host.lessons
@@ -71,7 +71,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     # The first one can.
     click(first, "Leave the lessons")
     first.wait_for(lambda v: LINK in v.mirror.grabbable)
-    first.set_value("d_m [mm]", 50.0)
+    first.set_value("critical distance d_m [mm]", 50.0)
     first.wait_for(lambda _: session.settings.run.law.critical_distance == 0.05)
 
     # It leaves in mid-drag: the hand is let go, and neither who is there nor who comes now takes over.
@@ -89,7 +89,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     back = join(opened, LEADER)
     back.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(HOTKEYS))
     assert host.operator == int(back.mirror.nodes[LINK]["owner"]) != operator
-    back.set_value("d_m [mm]", 100.0)
+    back.set_value("critical distance d_m [mm]", 100.0)
     back.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(back, "pause")})
     back.wait_for(lambda _: session.settings.run.law.critical_distance == 0.1 and session.paused)
     assert not has_controls(second) and not has_controls(third)

@@ -95,11 +95,11 @@ def test_wrong_types_cost_only_the_own_connection(house: OpenHouse, arrive: Arri
 def test_a_refused_value_is_named_and_written_back(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house())
     # A hair over the edge: near enough for the door, which leaves room for a browser's rounding, but not for the settings.
-    one.visitor.set_value("d_m [mm]", 300.0 * (1.0 + 5e-7))
+    one.visitor.set_value("critical distance d_m [mm]", 300.0 * (1.0 + 5e-7))
     one.visitor.wait_for(lambda _: any("dm = 0.3" in note for note in notes(one.visitor)))
-    one.visitor.wait_for(lambda v: v.mirror.labelled("d_m [mm]")["value"] == 150.0)
+    one.visitor.wait_for(lambda v: v.mirror.labelled("critical distance d_m [mm]")["value"] == 150.0)
     assert one.session.settings.run.law.critical_distance == 0.15
-    one.visitor.set_value("d_m [mm]", 300.0)
+    one.visitor.set_value("critical distance d_m [mm]", 300.0)
     one.wait(lambda s: s.settings.run.law.critical_distance == 0.3)
 
 

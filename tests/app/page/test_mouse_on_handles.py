@@ -20,7 +20,7 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
     session = visit(page, house(), "gizmo=1&speed=0.25&wmax=0.05")
     run_on(page, session, 0.1)
     assert session.settings.page.autopilot and session.held is None
-    page.get_by_text("The autopilot moves the orange right arm").wait_for()
+    page.get_by_text("The autopilot moves the orange arm").wait_for()
     arrow, sign = best_arrow(session, np.array([0.0, 1.0, 0.0]))
     before = session.simulation.time
     take_hold(page, lambda: hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO, lambda: session.held is not None)
@@ -30,7 +30,7 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
     page.mouse.up()
     until(page, lambda: session.held is None and not session.settings.page.autopilot, "letting go")
     assert session.simulation.time > before
-    page.get_by_text("Pull the orange right arm anywhere.").wait_for()
+    page.get_by_text("Pull the orange arm anywhere.").wait_for()
     # The control knows it, too.
     page.get_by_role("tab", name="Arms").click()
     assert not control(page, "autopilot").locator("input[type=checkbox]").is_checked()
