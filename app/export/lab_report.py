@@ -94,6 +94,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         title=f"{lesson.number}.{one.index + 1}  {plain(step.title)}",
         question=texts.get("predict", "") if view.choices else "",
         prediction=view.choices[view.chosen] if view.chosen is not None else "",
+        because=progress.because,
         right=verdict.right if verdict is not None else None,
         verdict=verdict.reply if verdict is not None else "",
         outcome=view.outcome,

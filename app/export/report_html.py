@@ -26,6 +26,7 @@ class ReportEntry:
 
     Attributes:
         prediction: the answer that was chosen, before anything was seen.
+        because: the student's reason for it.
         right: whether it was the right one; None if nothing is known yet, or nothing was asked.
         verdict: what was said to it.
         outcome: lines with what was measured.
@@ -41,6 +42,7 @@ class ReportEntry:
     title: str
     question: str = ""
     prediction: str = ""
+    because: str = ""
     right: bool | None = None
     verdict: str = ""
     outcome: Sequence[str] = ()
@@ -104,8 +106,13 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     if entry.prediction:
         mark = "" if entry.right is None else _mark(entry.right, tr("right"), tr("not so"))
         add(tr("Prediction"), mark + rich(entry.prediction))
-    if entry.outcome:
-        add(tr("Measured"), _list([rich(line) for line in entry.outcome]))
+    measured = _list([rich(line) for line in entry.outcome])
+    if entry.because.strip():
+        reason = f"<div><b>{html.escape(tr('Because'))}</b><p>{html.escape(entry.because)}</p></div>"
+        outcome = f"<div><b>{html.escape(tr('Measured'))}</b>{measured}</div>" if entry.outcome else ""
+        add(tr("Reason and outcome"), f'<div class="beside">{reason}{outcome}</div>')
+    elif entry.outcome:
+        add(tr("Measured"), measured)
     if entry.verdict:
         add(tr("Verdict"), rich(entry.verdict))
     if entry.passed is not None:

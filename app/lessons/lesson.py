@@ -155,6 +155,7 @@ class Challenge:
         criteria: all must hold.
         forecasts: all must be near enough.
         own_law: whether a controller of the student's own is to pass the six tests of `app.custom_law.trials`.
+        null_motions: whether the student has a slider for each of the arm's motions that leave the hand where it is.
         keep: name under which the student's motion is kept for a later step; "" if it is not.
     """
 
@@ -164,6 +165,7 @@ class Challenge:
     forecasts: tuple[Forecast, ...]
     custom_law: bool
     keep: str
+    null_motions: bool = False
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ VERSION: Final = 1
 MOST_WORDS: Final = 4000
 """Characters of a student's own words in a step."""
 
+LONGEST_REASON: Final = 200
+"""Characters of the reason that a student gives for a prediction."""
+
 
 @dataclass
 class StepProgress:
@@ -26,6 +29,8 @@ class StepProgress:
         hints: how many are open.
         attempts: how often the challenge was tried.
         last: the newest attempt.
+        words: of the student, about the whole step.
+        because: the student's reason for the prediction.
     """
 
     choice: int | None = None
@@ -36,6 +41,7 @@ class StepProgress:
     passed: bool = False
     last: Attempt | None = None
     words: str = ""
+    because: str = ""
 
     @property
     def untouched(self) -> bool:
@@ -99,6 +105,7 @@ def from_json(text: str) -> Progress:
                 entry.get("passed") is True,
                 _attempt(entry.get("last")),
                 str(entry.get("words") or "")[:MOST_WORDS],
+                str(entry.get("because") or "")[:LONGEST_REASON],
             )
     return progress
 

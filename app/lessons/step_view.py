@@ -5,6 +5,7 @@ from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
+from app.lessons.contrast import Contrast, contrast_of
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
 from app.lessons.phases import Phase, phases_of
@@ -27,11 +28,13 @@ class StepView:
         texts: (phase or "goal", text), those that may be seen by now, in order.
         choices: the answers; empty where nothing is asked.
         chosen: index of the answer given.
+        because: the student's reason for it, as it was typed.
         locked: whether Run is locked, because no answer is chosen yet.
         verdict: what is said to the answer, once the outcome is known.
         outcome: lines with what was measured.
         why_outcome: lines with what was measured in the run that shows why the answer is wrong.
         why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
+        contrast: in what that run differs, while it is on.
         challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
         forecasts: what the student has to say beforehand, one line each.
         hints: those that are open; `more_hints` if there are others.
@@ -48,12 +51,14 @@ class StepView:
     texts: tuple[tuple[str, str], ...]
     choices: tuple[str, ...]
     chosen: int | None
+    because: str
     locked: bool
     verdict: AnswerVerdict | None
     outcome: tuple[str, ...]
     why_outcome: tuple[str, ...]
     why: bool
     showing: bool
+    contrast: Contrast | None
     challenge: bool
     attempts: int
     passed: bool
@@ -107,12 +112,14 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         texts=tuple((name, fill(step, text, outcome if name in _AFTER else None, language)) for name, text in texts),
         choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
         chosen=done.choice,
+        because=done.because,
         locked=at.phase is Phase.PREDICT,
         verdict=verdict(at),
         outcome=outcome.lines(step, language) if outcome else (),
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
         why=has_why(at),
         showing=at.showing,
+        contrast=contrast(at),
         challenge=challenge is not None,
         attempts=done.attempts,
         passed=done.passed,
@@ -136,6 +143,14 @@ def has_why(at: StepPosition) -> bool:
     if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
         return False
     return question.choices[choice].why is not None
+
+
+def contrast(at: StepPosition) -> Contrast | None:
+    """Return in what the run that shows why the answer is wrong differs from the step's own; None while it is not on."""
+    question, choice = at.step.question, at.done.choice
+    if not at.showing or question is None or choice is None:
+        return None
+    return contrast_of(at.step.setup, question.choices[choice], at.lesson.language)
 
 
 def verdict(at: StepPosition) -> AnswerVerdict | None:

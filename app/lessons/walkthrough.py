@@ -15,7 +15,7 @@ from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement, StepOutcome, observed, reference
 from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
-from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
+from app.lessons.progress import LONGEST_REASON, MOST_WORDS, Progress, StepProgress, from_json, to_json
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
@@ -184,6 +184,10 @@ class Walkthrough:
     def write(self, words: str, lesson: str | None = None, step: str | None = None) -> None:
         """Keep what the student writes about a step: the present one, or that of a name."""
         self._progress.at(lesson or self.lesson.id, step or self.step.id).words = words[:MOST_WORDS]
+
+    def give_reason(self, reason: str, lesson: str, step: str) -> None:
+        """Keep the reason that the student gives for a prediction, in the step of a name."""
+        self._progress.at(lesson, step).because = reason.strip()[:LONGEST_REASON]
 
     # ---- the run -----------------------------------------------------------------------------------------------------------
 

@@ -102,10 +102,12 @@ def verdict_html(view: StepView, computing: bool) -> str:
         return f'<p class="mine">{tr("Your prediction:")} <b>{inline_html(view.choices[view.chosen])}</b></p>'
     if view.phase is not Phase.OBSERVE and not view.showing:
         return ""
-    if view.showing:
+    if view.contrast is not None:
+        here, asked = html.escape(view.contrast.here), html.escape(view.contrast.asked)
         return (
-            f'<div class="card why duet-say"><b>{tr("The run that shows why")}</b>'
-            f"{_lines(view.why_outcome or (tr('Run it, and compare it with your prediction.'),))}</div>"
+            f'<div class="card why duet-say"><b>{html.escape(view.contrast.headline)}</b>{_lines(view.why_outcome)}'
+            f'<ul class="runs"><li><i></i>{tr("this run: {what}", what=here)}</li>'
+            f'<li><i class="dash"></i>{tr("the question’s run, dashed and translucent: {what}", what=asked)}</li></ul></div>'
             + (_reply(view) if view.why_outcome else "")
         )
     if view.verdict is None:
@@ -115,10 +117,11 @@ def verdict_html(view: StepView, computing: bool) -> str:
     verdict = view.verdict
     mine = view.choices[view.chosen] if view.chosen is not None else ""
     mark = "✓" if verdict.right else "↺"
+    reason = f"<dt>{tr('Because')}</dt><dd>{html.escape(view.because)}</dd>" if view.because else ""
     return (
         f'<div class="card {"right" if verdict.right else "wrong"} duet-say"><p class="mark"><span>{mark}</span> '
         f"<b>{html.escape(verdict.headline)}</b></p>"
-        f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd><dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
+        f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd>{reason}<dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
         f"{_reply(view)}</div>"
     )
 

@@ -6,6 +6,7 @@ from typing import Final
 import viser
 
 from app.i18n.speaking import tr
+from app.lessons.contrast import Contrast
 from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_session import LessonSession
@@ -55,6 +56,8 @@ class LessonPanel:
         self.panel: viser.PanelHandle | None = None
         """The panel itself; None before a lesson was opened."""
         self.tab: viser.GuiTabHandle | None = None
+        self.contrast: Contrast | None = None
+        """In what the run on the page differs from the one of the question; None where it does not."""
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
 
@@ -70,6 +73,7 @@ class LessonPanel:
         """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
         run, panel = self._run, self.panel
         if not run.open:
+            self.contrast = None
             if panel is None or not panel.visible:
                 return False
             panel.visible = False
@@ -88,6 +92,7 @@ class LessonPanel:
             self._next = frame.now + PERIOD
             self._shown = state
             view = run.view(self._book)
+            self.contrast = view.contrast
             numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()
             self._style.content = self._sheet() + lesson_style(self._width, view)
             self._fold(view.phase is not Phase.CHALLENGE)
