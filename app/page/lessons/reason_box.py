@@ -31,7 +31,9 @@ class ReasonBox:
         self._written: dict[tuple[str, str], str] = {}
 
     def _make(self, lesson: str, step: str) -> viser.GuiTextHandle:
-        hint = tr("Optional: one line of at most {count} characters. Your lab report shows it beside the outcome.", count=LONGEST_REASON)
+        hint = tr(
+            "Optional: one line of at most {count} characters. Your lab report shows it beside the outcome.", count=LONGEST_REASON
+        )
         with self._tab:
             box = self._gui.add_text(tr("Because …"), "", visible=False, hint=hint, order=_PLACE)
 

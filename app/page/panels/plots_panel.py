@@ -268,7 +268,8 @@ class Plots:
         plot, _ = self._time_plots[name]
         others = [run for run, there in (("ghost", with_ghost), ("what_if", self._what_if is not None)) if there]
         parts = "".join(
-            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in plot.legend(others, self._names)
+            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>'
+            for symbol, kind, label in plot.legend(others, self._names)
         )
         unit = f" [{plot.unit}]" if plot.unit else ""
         return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(plot.title)}{unit}</span>{parts}</div>'
