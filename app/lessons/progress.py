@@ -3,7 +3,7 @@
 import json
 import math
 from dataclasses import asdict, dataclass, field
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import Attempt, Judgement, StepOutcome
@@ -19,6 +19,24 @@ LONGEST_REASON: Final = 200
 """Characters of the reason that a student gives for a prediction."""
 
 
+MOST_TRIES: Final = 30
+"""Newest tries of a search that are remembered."""
+
+
+class Try(NamedTuple):
+    """One try at a challenge that asks for the value of a setting.
+
+    Attributes:
+        setting: its value, SI.
+        measured: what the first inequality is about, SI.
+        met: whether it held.
+    """
+
+    setting: float
+    measured: float
+    met: bool
+
+
 @dataclass
 class StepProgress:
     """What a student has done in one step.
@@ -31,6 +49,7 @@ class StepProgress:
         last: the newest attempt.
         words: of the student, about the whole step.
         because: the student's reason for the prediction.
+        tries: at a challenge that asks for the value of a setting, oldest first.
     """
 
     choice: int | None = None
@@ -42,6 +61,7 @@ class StepProgress:
     last: Attempt | None = None
     words: str = ""
     because: str = ""
+    tries: tuple[Try, ...] = ()
 
     @property
     def untouched(self) -> bool:
@@ -106,6 +126,7 @@ def from_json(text: str) -> Progress:
                 _attempt(entry.get("last")),
                 str(entry.get("words") or "")[:MOST_WORDS],
                 str(entry.get("because") or "")[:LONGEST_REASON],
+                _tries(entry.get("tries")),
             )
     return progress
 
@@ -149,6 +170,12 @@ def _pairs(data: object) -> Pairs:
         and isinstance(pair[1], (str, int, float))
         and (not known[pair[0]].choices or pair[1] in known[pair[0]].choices)
     )
+
+
+def _tries(data: object) -> tuple[Try, ...]:
+    found = [row for row in data if isinstance(row, list) and len(row) == 3] if isinstance(data, list) else []
+    numbers = [(_value(setting), _value(measured), met is True) for setting, measured, met in found[-MOST_TRIES:]]
+    return tuple(Try(a, b, met) for a, b, met in numbers if a is not None and b is not None)
 
 
 def _attempt(data: object) -> Attempt | None:

@@ -9,13 +9,17 @@ from app.lessons.contrast import Contrast, contrast_of
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
 from app.lessons.phases import Phase, phases_of
-from app.lessons.progress import StepProgress
+from app.lessons.progress import StepProgress, Try
 from app.lessons.runs import settings_text
-from app.lessons.texts import asks_for_numbers, filled
+from app.lessons.texts import asks_for_numbers, filled, tabled
 from app.settings import Language
 
 _AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
 """Texts that are read after the run."""
+
+
+PLOTTED_TRIES: Final = 3
+"""So many tries at a search are plotted."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,7 @@ class StepView:
         why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
         contrast: in what that run differs, while it is on.
         challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
+        tries: at a challenge that asks for the value of a setting, once there are enough of them to be plotted.
         forecasts: what the student has to say beforehand, one line each.
         hints: those that are open; `more_hints` if there are others.
         yours: whether the student moves.
@@ -63,6 +68,7 @@ class StepView:
     attempts: int
     passed: bool
     attempt: Attempt | None
+    tries: tuple[Try, ...]
     forecasts: tuple[str, ...]
     hints: tuple[str, ...]
     more_hints: bool
@@ -124,6 +130,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         attempts=done.attempts,
         passed=done.passed,
         attempt=done.last,
+        tries=done.tries if len(done.tries) >= PLOTTED_TRIES else (),
         forecasts=tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else (),
         hints=step.hints[: done.hints],
         more_hints=done.hints < len(step.hints),
@@ -161,7 +168,7 @@ def verdict(at: StepPosition) -> AnswerVerdict | None:
     right = done.choice == question.right
     reply = fill(at.step, question.choices[done.choice].reply, done.outcome, language)
     headline = words_of(language)(N_("You predicted it.") if right else N_("Not quite."))
-    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language))
+    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language, tabled(at.step.observe)))
 
 
 def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:

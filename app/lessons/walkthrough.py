@@ -15,7 +15,7 @@ from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement, StepOutcome, observed, reference
 from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
-from app.lessons.progress import LONGEST_REASON, MOST_WORDS, Progress, StepProgress, from_json, to_json
+from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, Progress, StepProgress, Try, from_json, to_json
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
@@ -24,6 +24,7 @@ from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.roles import TargetSource
+from scenes.settings import values
 from scenes.simulation import Simulation
 
 LIVE_ROWS: Final = 2
@@ -274,6 +275,9 @@ class Walkthrough:
         )
         if attempt.passed and challenge.keep and person is not None:
             self._kept[challenge.keep] = person
+        if challenge.search and (value := attempt.judgements[0].value) is not None:
+            setting = float(values(simulation.settings)[challenge.search])
+            self.done.tries = (*self.done.tries, Try(setting, value, attempt.judgements[0].passed))[-MOST_TRIES:]
         self._note(attempt)
         return attempt
 

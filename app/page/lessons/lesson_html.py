@@ -8,6 +8,7 @@ from app.lessons.loading import FOLDER
 from app.lessons.outcomes import Attempt
 from app.lessons.phases import Phase
 from app.lessons.step_view import StepView
+from app.page.lessons.search_plot import search_plot
 from app.text.lesson_text import inline_html, lesson_html, plain
 
 PHASES: Final[dict[str, str]] = {
@@ -145,7 +146,12 @@ def attempt_html(view: StepView) -> str:
     headline = tr("Passed.") if attempt.passed else tr("Not yet.")
     counted = " " + tr("Attempt {number}.", number=view.attempts) if view.attempts > 1 else ""
     kind = "right" if attempt.passed else "wrong"
-    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>'
+    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>{_search(view)}'
+
+
+def _search(view: StepView) -> str:
+    challenge = view.step.challenge
+    return "" if challenge is None or not view.tries else search_plot(challenge, view.tries, view.lesson.language)
 
 
 def _judgements(attempt: Attempt) -> str:
