@@ -94,7 +94,6 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         title=f"{lesson.number}.{one.index + 1}  {plain(step.title)}",
         question=texts.get("predict", "") if view.choices else "",
         prediction=view.choices[view.chosen] if view.chosen is not None else "",
-        because=progress.because,
         right=verdict.right if verdict is not None else None,
         verdict=verdict.reply if verdict is not None else "",
         outcome=view.outcome,
@@ -105,6 +104,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         chapter=tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
         settings=_settings(run) if run is not None else "",
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
+        because=progress.because,
     )
     return entry, run
 

@@ -26,7 +26,6 @@ class ReportEntry:
 
     Attributes:
         prediction: the answer that was chosen, before anything was seen.
-        because: the student's reason for it.
         right: whether it was the right one; None if nothing is known yet, or nothing was asked.
         verdict: what was said to it.
         outcome: lines with what was measured.
@@ -37,12 +36,12 @@ class ReportEntry:
         chapter: under which it stands, such as the lesson's title; a heading where it is another one than before.
         settings: of the run, as a person reads them.
         plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
+        because: the student's reason for the prediction.
     """
 
     title: str
     question: str = ""
     prediction: str = ""
-    because: str = ""
     right: bool | None = None
     verdict: str = ""
     outcome: Sequence[str] = ()
@@ -53,6 +52,7 @@ class ReportEntry:
     chapter: str = ""
     settings: str = ""
     plot: str = ""
+    because: str = ""
 
 
 def report_html(

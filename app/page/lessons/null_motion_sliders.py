@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import viser
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_panel import ORDER
 from app.session.session import Session
@@ -15,7 +15,7 @@ from scenes.targets import JointTarget
 FARTHEST: Final = 60.0
 """Either end of a slider [°]."""
 
-LABELS: Final = ("swing the elbow", "turn the hand, x", "turn the hand, y", "turn the hand, z")
+LABELS: Final = (N_("swing the elbow"), N_("turn the hand, x"), N_("turn the hand, y"), N_("turn the hand, z"))
 
 
 class NullMotionSliders:

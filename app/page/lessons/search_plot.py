@@ -12,7 +12,10 @@ from app.text.html_element import element
 from scenes.settings import specs
 
 WIDTH: Final = 300.0
-LEFT: Final, RIGHT: Final, TOP: Final, BOTTOM: Final = 44.0, 290.0, 24.0, 132.0
+LEFT: Final = 44.0
+RIGHT: Final = 290.0
+TOP: Final = 24.0
+BOTTOM: Final = 132.0
 """Edges of the plot [px]."""
 
 MARGIN: Final = 0.12
@@ -31,7 +34,7 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
     x_bounds = [bound * k for c in challenge.criteria if _about(c, challenge.search) for bound in _bounds(c)]
     y_bounds = [bound * factor for bound in _bounds(criterion)]
     places = [(one.setting * k, one.measured * factor) for one in tries]
-    x, y = Axis([p[0] for p in places] + x_bounds, LEFT, RIGHT), Axis([p[1] for p in places] + y_bounds, BOTTOM, TOP)
+    x, y = PlotAxis([p[0] for p in places] + x_bounds, LEFT, RIGHT), PlotAxis([p[1] for p in places] + y_bounds, BOTTOM, TOP)
     parts = [f'<path class="grid" d="M{LEFT} {TOP}V{BOTTOM}H{RIGHT}"/>']
     parts += [f'<path class="bound" d="M{LEFT} {y.at(bound):.1f}H{RIGHT}"/>' for bound in y_bounds]
     parts += [f'<path class="bound" d="M{x.at(bound):.1f} {BOTTOM}V{TOP}"/>' for bound in x_bounds]
@@ -53,8 +56,13 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
     return f"<p><b>{name}</b></p>{picture}"
 
 
-class Axis:
-    """Maps numbers to pixels. Args: values: that have to be shown; low, high: edges [px]."""
+class PlotAxis:
+    """Maps numbers to pixels.
+
+    Args:
+        values: that have to be shown.
+        low, high: edges [px].
+    """
 
     def __init__(self, values: list[float], low: float, high: float) -> None:
         self._low, first, last = low, min(values), max(values)

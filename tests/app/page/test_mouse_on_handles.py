@@ -19,7 +19,7 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
     session = visit(page, house(), "speed=0.25&wmax=0.05")
     run_on(page, session, 0.1)
     assert session.settings.page.autopilot and session.held is None
-    page.get_by_text("The autopilot moves the orange right arm").wait_for()
+    page.get_by_text("The autopilot moves the orange arm").wait_for()
     arrow, sign = best_arrow(session, np.array([0.0, 1.0, 0.0]))
     before = session.simulation.time
     take_hold(page, lambda: hand(session) + arrow * GRIP * GIZMO, lambda: session.held is not None)
@@ -29,7 +29,7 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
     page.mouse.up()
     until(page, lambda: session.held is None and not session.settings.page.autopilot, "letting go")
     assert session.simulation.time > before
-    page.get_by_text("Drag the orange right arm").wait_for()
+    page.get_by_text("Pull the orange arm").wait_for()
     # The control knows it, too.
     page.get_by_role("tab", name="Arms").click()
     assert not control(page, "autopilot").locator("input[type=checkbox]").is_checked()
