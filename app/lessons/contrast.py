@@ -9,7 +9,7 @@ from app.i18n.speaking import N_
 from app.lessons.labels import compared_text
 from app.lessons.lesson import Choice, Compared
 from app.lessons.outcomes import unlike
-from app.lessons.runs import Input, Setup, settings_text
+from app.lessons.runs import Input, Pairs, Setup, page_value, settings_text
 from app.settings import Language
 from scenes.settings import values
 
@@ -30,12 +30,14 @@ class Contrast:
         keys: settings that differ.
         here: what differs, as it is in this run.
         asked: as it is in the step's own run.
+        names: short names of the two runs, for a legend.
     """
 
     headline: str
     keys: tuple[str, ...]
     here: str
     asked: str
+    names: tuple[str, str]
 
 
 def contrast_of(asked: Setup, choice: Choice, language: Language) -> Contrast | None:
@@ -49,12 +51,20 @@ def contrast_of(asked: Setup, choice: Choice, language: Language) -> Contrast | 
     if not here:
         here = _done(choice.why.input, language)
     before = values(run)
+    unchanged = tuple((key, before[key]) for key, _ in changes)
+    asked_text = settings_text(unchanged) if changes else words(N_("as in the question"))
     return Contrast(
         words(N_("Here you would be right: {what}") if choice.otherwise else N_("Here, too, you are wrong: {what}"), what=here),
         tuple(key for key, _ in changes),
         here,
-        settings_text(tuple((key, before[key]) for key, _ in changes)) if changes else words(N_("as in the question")),
+        asked_text,
+        (_chosen(changes) or here, _chosen(unchanged) or asked_text),
     )
+
+
+def _chosen(changes: Pairs) -> str:
+    """Return a choice without the name of its setting; "" where more than one choice differs."""
+    return page_value(*changes[0]) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
 
 
 def _done(given: Input, language: Language) -> str:

@@ -181,7 +181,7 @@ class View:
                 # The panel takes its room from the canvas, so that the view has to be fitted again.
                 self.welcome(client)
         contrast = self.lesson_panel.contrast
-        self._plots.name_runs(None if contrast is None else (escape(contrast.here), escape(contrast.asked)))
+        self._plots.name_runs(None if contrast is None else (escape(contrast.names[0]), escape(contrast.names[1])))
 
     def _change_look(self) -> None:
         page = self._page
