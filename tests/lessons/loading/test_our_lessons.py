@@ -26,6 +26,8 @@ from controllers.errors import BadSetting
 from scenes.lwr.facts import JOINTS
 from tests.lessons.helpers import SMALL, book_of, our_book
 
+DOCUMENTS = FOLDER.parent / "documents"
+
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_all_ten_lessons_load_in_every_language(language: str) -> None:
@@ -115,11 +117,11 @@ def test_what_translated_lessons_measure_is_named_in_their_language() -> None:
 
 
 def test_the_documents_for_teachers_name_what_exists() -> None:
-    plan = (FOLDER / "lecture-plan.md").read_text(encoding="utf-8")
+    plan = (DOCUMENTS / "lecture-plan.md").read_text(encoding="utf-8")
     assert set(re.findall(r"--([a-z][a-z-]+)", plan)) <= {"lecture", "key", "profile", "sessions", "host"}
     minutes = [int(row.split("|")[2]) for row in plan.splitlines() if re.match(r"\| \d:\d\d ", row)]
     assert sum(minutes) == 90
-    model = (FOLDER / "model.md").read_text(encoding="utf-8")
+    model = (DOCUMENTS / "model.md").read_text(encoding="utf-8")
     assert all(word in model for word in ("Simplified", "leaves open", "Euler", "out of authority"))
 
 
@@ -134,7 +136,7 @@ def test_what_pulls_at_the_elbow_is_called_as_on_the_panel_beside_it() -> None:
 
 
 def test_the_model_says_what_the_program_and_the_paper_do() -> None:
-    model = (FOLDER / "model.md").read_text(encoding="utf-8")
+    model = (DOCUMENTS / "model.md").read_text(encoding="utf-8")
     speeds = [round(math.degrees(joint.velocity_limit)) for joint in JOINTS]
     assert f"({min(speeds)}° to {max(speeds)}° a second)" in model
     for text in (model, (FOLDER.parents[1] / "README.md").read_text(encoding="utf-8")):
