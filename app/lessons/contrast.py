@@ -52,19 +52,19 @@ def contrast_of(asked: Setup, choice: Choice, language: Language) -> Contrast | 
         here = _done(choice.why.input, language)
     before = values(run)
     unchanged = tuple((key, before[key]) for key, _ in changes)
-    asked_text = settings_text(unchanged) if changes else words(N_("as in the question"))
+    asked_text = settings_text(unchanged, language) if changes else words(N_("as in the question"))
     return Contrast(
         words(N_("Here you would be right: {what}") if choice.otherwise else N_("Here, too, you are wrong: {what}"), what=here),
         tuple(key for key, _ in changes),
         here,
         asked_text,
-        (_chosen(changes) or here, _chosen(unchanged) or asked_text),
+        (_chosen(changes, language) or here, _chosen(unchanged, language) or asked_text),
     )
 
 
-def _chosen(changes: Pairs) -> str:
+def _chosen(changes: Pairs, language: Language) -> str:
     """Return a choice without the name of its setting; "" where more than one choice differs."""
-    return page_value(*changes[0]) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
+    return page_value(*changes[0], language) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
 
 
 def _done(given: Input, language: Language) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from app.i18n.catalogue import words_of
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import N_
 from app.lessons.labels import compared_text, label_of
 from app.lessons.lesson import Measurement
 from app.lessons.measures.quantity import Value, shown_parameter
@@ -33,15 +33,15 @@ def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]
 
 def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[tuple[float, str]]]:
     """Return what the runs differ in, and of each its place in the table and its name; the run itself is the first."""
+    words = words_of(language)
     keys = {key for compared in m.compare for key, _ in compared.changes}
     others = [compared.setup(setup) for compared in m.compare]
     (key,) = keys if len(keys) == 1 else ("",)
     if key and isinstance(values(setup.run)[key], float) and all(compared.start is None for compared in m.compare):
         numbers = [float(values(run.run)[key]) for run in (setup, *others)]
-        return tr(specs(Settings)[key].label), [(number, page_value(key, number)) for number in numbers]
+        return words(specs(Settings)[key].label), [(number, page_value(key, number, language)) for number in numbers]
     balls = [run.start.ball if run.start is not None else None for run in (setup, *others)]
     tilts = [ball.tilt for ball in balls if ball is not None]
-    words = words_of(language)
     if not keys and len(tilts) == len(balls) == len(set(tilts)):
         return words(N_("angle")), [(tilt, shown_parameter("angle", tilt)) for tilt in tilts]
     names = [words(N_("this run")), *(compared_text(compared, language) for compared in m.compare)]

@@ -82,7 +82,7 @@ def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured,
         kind, name = hole[1], hole[2]
         if kind == "setting":
             found = values(setup.settings(Settings()))
-            return page_value(name, found[name]) if name in found else "–"
+            return page_value(name, found[name], language) if name in found else "–"
         if kind == "table":
             shown = [by_id[id] for id in name.split(",") if id in by_id]
             return series_table(shown, [measured.get(m.id, ()) for m in shown], setup, language)
