@@ -274,7 +274,7 @@ class Walkthrough:
         )
         if attempt.passed and challenge.keep and person is not None:
             self._kept[challenge.keep] = person
-        if challenge.search and (value := attempt.judgements[0].value) is not None:
+        if challenge.search and not attempt.note and (value := attempt.judgements[0].value) is not None:
             setting = float(values(simulation.settings)[challenge.search])
             self.done.tries = (*self.done.tries, Try(setting, value, attempt.judgements[0].passed))[-MOST_TRIES:]
         self._note(attempt)

@@ -1,6 +1,7 @@
 """The plot of a search: every try of a challenge is kept, and from the third on drawn, with the bounds that it looks for."""
 
 import re
+from dataclasses import replace
 
 from app.lessons.phases import Phase
 from app.lessons.reference_runs import simulated
@@ -18,6 +19,8 @@ def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:
         walk.attempt(simulated(walk.setup.with_changes((("v", v),))))
         assert [one.setting for one in walk.done.tries] == [0.1, 0.3, 0.35][:count]
         assert ("<svg" in attempt_html(walk.view())) is (count >= 3)
+    walk.attempt(simulated(replace(walk.setup, seconds=1.0)))
+    assert walk.done.last is not None and walk.done.last.note and len(walk.done.tries) == 3, "a run that does not count is no try"
     assert [one.met for one in walk.done.tries] == [False, False, True]
     html = attempt_html(walk.view())
     assert html.count('class="missed"') == 2 and html.count('class="met"') == 1 and html.count('class="bound"') == 2
