@@ -86,7 +86,7 @@ class Session:
         self._ghost.frozen, self.halt = other._ghost.frozen, Halt(other.halt)
         self.simulation.resume(other.simulation.snapshot())
         self._ghost.begin(self.settings, self.simulation)
-        if self.ghost is not None and other.ghost is not None:
+        if self.ghost is not None and other.ghost is not None and other._ghost.source is None:
             self.ghost.resume(other.ghost.snapshot())
 
     def close(self) -> None:

@@ -43,7 +43,7 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
         cross = f'<path class="missed" d="M{cx - 4:.1f} {cy - 4:.1f}l8 8m0 -8l-8 8"/>'
         parts.append(f'<circle class="met" cx="{cx:.1f}" cy="{cy:.1f}" r="4.5"/>' if one.met else cross)
     parts.append(f'<circle class="newest" cx="{x.at(places[-1][0]):.1f}" cy="{y.at(places[-1][1]):.1f}" r="8"/>')
-    ends = sorted({places[i][0] for i in range(len(places))} | set(x_bounds))
+    ends = sorted({p[0] for p in places} | set(x_bounds))
     parts += [_text(f"{v:.3g}", x.at(v), BOTTOM + 14, "middle") for v in (ends[0], ends[-1])]
     levels = sorted({p[1] for p in places} | set(y_bounds))
     parts += [_text(f"{v:.2g}".replace("-", "−"), LEFT - 5, y.at(v) + 4, "end") for v in (levels[0], levels[-1])]
