@@ -6,6 +6,7 @@ from typing import Final
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.lessons.contrast import Contrast, contrast_of
+from app.lessons.curve_drawing import DrawnCurves, judge_drawing
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
 from app.lessons.phases import Phase, phases_of
@@ -33,7 +34,8 @@ class StepView:
         choices: the answers; empty where nothing is asked.
         chosen: index of the answer given.
         because: the student's reason for it, as it was typed.
-        locked: whether Run is locked, because no answer is chosen yet.
+        drawing: what is drawn, beside the truth once the outcome is known; None where no curve is asked for.
+        locked: whether Run is locked, because nothing is predicted yet.
         verdict: what is said to the answer, once the outcome is known.
         outcome: lines with what was measured.
         why_outcome: lines with what was measured in the run that shows why the answer is wrong.
@@ -57,6 +59,7 @@ class StepView:
     choices: tuple[str, ...]
     chosen: int | None
     because: str
+    drawing: DrawnCurves | None
     locked: bool
     verdict: AnswerVerdict | None
     outcome: tuple[str, ...]
@@ -119,7 +122,8 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
         chosen=done.choice,
         because=done.because,
-        locked=at.phase is Phase.PREDICT,
+        drawing=drawn_curves(at),
+        locked=at.phase is Phase.PREDICT and not done.predicted,
         verdict=verdict(at),
         outcome=outcome.lines(step, language) if outcome else (),
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
@@ -158,6 +162,15 @@ def contrast(at: StepPosition) -> Contrast | None:
     if not at.showing or question is None or choice is None:
         return None
     return contrast_of(at.step.setup, question.choices[choice], at.lesson.language)
+
+
+def drawn_curves(at: StepPosition) -> DrawnCurves | None:
+    """Return the student's curve, beside the truth once the outcome is known; None where no curve is asked for."""
+    drawing, done = at.step.drawing, at.done
+    if drawing is None:
+        return None
+    truth = done.outcome.curve if done.outcome is not None and knows_outcome(at.phase) else ()
+    return DrawnCurves(done.drawing, truth, judge_drawing(drawing, done.drawing, truth, at.lesson.language))
 
 
 def verdict(at: StepPosition) -> AnswerVerdict | None:

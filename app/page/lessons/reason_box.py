@@ -52,7 +52,7 @@ class ReasonBox:
     def show(self, view: StepView) -> None:
         """Offer the box of the present step as long as its answer can be changed."""
         place = view.lesson.id, view.step.id
-        asking = bool(view.choices) and view.phase in (Phase.PREDICT, Phase.DO)
+        asking = (bool(view.choices) or view.drawing is not None) and view.phase in (Phase.PREDICT, Phase.DO)
         if asking and place not in self._boxes:
             self._boxes[place] = self._make(*place)
         for other, box in self._boxes.items():
