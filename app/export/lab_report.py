@@ -109,6 +109,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
         drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",
         drawing_verdict=curves.verdict.text if curves is not None and curves.verdict is not None else "",
+        because=progress.because,
     )
     return entry, run
 

@@ -38,6 +38,7 @@ class ReportEntry:
         drawing: the student's curve beside the measured one, an <svg> element.
         drawing_verdict: how near it came.
         plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
+        because: the student's reason for the prediction.
     """
 
     title: str
@@ -55,6 +56,7 @@ class ReportEntry:
     plot: str = ""
     drawing: str = ""
     drawing_verdict: str = ""
+    because: str = ""
 
 
 def report_html(
@@ -111,8 +113,13 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     if entry.drawing:
         _check_svg(entry.drawing)
         add(tr("Drawn"), f'<figure class="drawing">{entry.drawing}</figure>{html.escape(entry.drawing_verdict)}')
-    if entry.outcome:
-        add(tr("Measured"), _list([rich(line) for line in entry.outcome]))
+    measured = _list([rich(line) for line in entry.outcome])
+    if entry.because.strip():
+        reason = f"<div><b>{html.escape(tr('Because'))}</b><p>{html.escape(entry.because)}</p></div>"
+        outcome = f"<div><b>{html.escape(tr('Measured'))}</b>{measured}</div>" if entry.outcome else ""
+        add(tr("Reason and outcome"), f'<div class="beside">{reason}{outcome}</div>')
+    elif entry.outcome:
+        add(tr("Measured"), measured)
     if entry.verdict:
         add(tr("Verdict"), rich(entry.verdict))
     if entry.passed is not None:

@@ -46,7 +46,7 @@ class Operation:
                 self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
         self._chooser = DetailsChooser(client.gui, view.lessons, view.plots_tab, self.post)
         self._gizmos = Gizmos(client.scene, view.stage, session, view.lessons, self.post)
-        self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._notify)
+        self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._controls, self._notify)
         for hotkey in HOTKEYS:
             hotkey.add_to(client.gui, self.post)
 

@@ -4,6 +4,7 @@ The controls (`app.page.operation`) are built separately: a lecture shows this t
 """
 
 from collections.abc import Callable
+from html import escape
 from time import perf_counter
 from typing import Final
 
@@ -198,6 +199,8 @@ class View:
             for client in self._clients():
                 # The panel takes its room from the canvas, so that the view has to be fitted again.
                 self.welcome(client)
+        contrast = self.lesson_panel.contrast
+        self._plots.name_runs(None if contrast is None else (escape(contrast.names[0]), escape(contrast.names[1])))
 
     def _change_look(self) -> None:
         page = self._page

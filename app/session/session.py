@@ -86,7 +86,7 @@ class Session:
         self._ghost.frozen, self.halt = other._ghost.frozen, Halt(other.halt)
         self.simulation.resume(other.simulation.snapshot())
         self._ghost.begin(self.settings, self.simulation)
-        if self.ghost is not None and other.ghost is not None:
+        if self.ghost is not None and other.ghost is not None and other._ghost.source is None:
             self.ghost.resume(other.ghost.snapshot())
 
     def close(self) -> None:
@@ -189,13 +189,19 @@ class Session:
     def reset(self) -> None:
         """Start the run from its beginning with the present settings."""
         self.simulation.reset()
-        if self.ghost is not None:
+        if self._ghost.source is not None:
+            self._ghost.begin(self.settings, self.simulation)
+        elif self.ghost is not None:
             self.ghost.reset()
         self.studies.forget()
         self.knob_search.forget()
         self._input.let_go()
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
+
+    def show_beside(self, simulation: Simulation, source: TargetSource) -> None:
+        """Have another run in the place of the ghost, with settings and inputs of its own, until the next reset; both begin now."""
+        self._ghost.begin_other(simulation, source)
 
     def hurry(self, until: float) -> None:
         """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
@@ -214,7 +220,7 @@ class Session:
     def measure_smoothness(self) -> None:
         """Make the last 10 s again in ever smaller steps, beside the run; `studies.smoothness` then tells what came out."""
         runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (self.inputs, self.settings.run)}
-        if self.ghost is not None:
+        if self.ghost is not None and self._ghost.source is None:
             runs["ghost"] = self._ghost.inputs, self.ghost.settings
         self.studies.measure_smoothness(runs)
 
@@ -258,7 +264,7 @@ class Session:
         """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
         target = self.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
-        if self.ghost is not None:
+        if self.ghost is not None and self._ghost.source is None:
             # The run that may have to wait for its law goes first.
             runs.insert(0 if self.law.of_ghost is not None else 1, (self.ghost, self._ghost.inputs))
         for simulation, inputs in runs:
@@ -270,6 +276,7 @@ class Session:
                 self._wish = (target,)
                 return False
         self._wish = None
+        self._ghost.catch_up(self.simulation.time)
         self.law.step_made(self.settings.run, self.settings.page.speed)
         return True
 

@@ -81,6 +81,11 @@ def uuid_of(handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle) -> str:
     return handle._impl.uuid
 
 
+def container_uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
+    """Return the name under which the page knows the tab or folder that an input stands in."""
+    return handle._impl.parent_container_id
+
+
 class GuiRegistry:
     """The elements of a server's pages."""
 

@@ -11,7 +11,7 @@ from controllers.tasks import TASK_DIMENSION, hold, pose_error, position_error
 from scenes.arm_tasks.arm_task import Memory
 from scenes.guide import FOLLOW_GAIN, pull, shortened
 from scenes.settings import RunSettings
-from scenes.targets import HandTarget, LinkTarget, Target
+from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
 from scenes.world import World
 
 Path = Callable[[float, Array], tuple[Array, Array]]
@@ -19,6 +19,9 @@ Path = Callable[[float, Array], tuple[Array, Array]]
 
 ELBOW_DAMPING: Final = 0.05
 """Damping of the elbow's pseudo-inverse [m/rad]."""
+
+SELF_MOTION_SPEED: Final = 0.6
+"""Largest |q̇₀| with which the joints are led to a posture [rad/s]: a tenth of a millimetre of the hand's error at usual gains."""
 
 
 class HoldTask:
@@ -28,7 +31,8 @@ class HoldTask:
         world: where.
         arm: which.
         path: how the place moves by itself; None if it does not.
-        movable: whether a person may move the place and pull at the elbow (q̇₀) with a `HandTarget`, or either with a `LinkTarget`.
+        movable: whether a person may move the place and pull at the elbow (q̇₀) with a `HandTarget`, either with a `LinkTarget`, or lead
+            all joints (q̇₀) with a `JointTarget`, as far as that does not move the hand.
         overdriven: whether K is multiplied by the settings' `overdrive`.
     """
 
@@ -46,6 +50,8 @@ class HoldTask:
         self._overdriven = overdriven
         self._kinematics, self._arm, self._path, self._movable = world.kinematics, arm, path, movable
         self._pose = world.kinematics.hand_pose(arm)
+        # A live view.
+        self._joints = world.positions[arm.joints]
         self._box = world.bounds.part(arm.joints)
 
     def begin(self) -> None:
@@ -74,6 +80,8 @@ class HoldTask:
                 J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
                 way = shortened((target.elbow - elbow) * FOLLOW_GAIN, settings.hand_speed)
                 swing = damped_solution(J_elbow, way, ELBOW_DAMPING)
+        elif self._movable and isinstance(target, JointTarget):
+            swing = shortened((target.positions - self._joints) * FOLLOW_GAIN, SELF_MOTION_SPEED)
         pose = self._pose
         error = position_error(pose, self.place) if task == "position" else pose_error(pose, self.place, self.place_rotation)
         x, y, z = error[:3].tolist()

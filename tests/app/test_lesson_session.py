@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
-from app.lessons.reference_runs import person_of
+from app.lessons.reference_runs import person_of, simulated
 from app.lessons.session import lesson_actions as do
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.elbow_marks import reaches
@@ -18,6 +19,7 @@ from app.page.lessons.lesson_html import learned_html
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
+from scenes.history import COLUMN
 from scenes.roles import NoSource
 from scenes.settings import changed, specs, values
 from scenes.targets import BallTarget, HandTarget
@@ -43,6 +45,9 @@ class Student:
 
     def finish(self) -> None:
         self.run.act(do.StartOrPause())
+        self.run_out()
+
+    def run_out(self) -> None:
         self.run._runs.wait(60.0)
         session, run = self.session, self.run
         self.frames_until(lambda: session.paused and not run.computing and (run._runs.ready or session.simulation.steps == 0))
@@ -91,10 +96,21 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     assert outcome is not None and not outcome.reference
     run.act(do.ShowWhy())
     assert run.view().showing and one.session.simulation.steps == 0
-    one.finish()
+    contrast = run.view().contrast
+    assert (
+        contrast is not None and contrast.headline == "Here you would be right: task = Hold pose" and contrast.keys == ("task",)
+    )
+    assert contrast.asked == "task = Hold position" and contrast.names == ("Hold pose", "Hold position")
+    assert not one.session.paused, "it runs without a second click"
+    one.run_out()
     assert run.view().why_outcome
+    other, asked = one.session.ghost, run.walk.step.setup
+    assert other is not None and other.settings == asked.run and other.time == pytest.approx(one.session.simulation.time)
+    assert_array_equal(other.history.table()[:, COLUMN["t"]], one.session.simulation.history.table()[:, COLUMN["t"]])
+    alone, count = simulated(asked).history, simulated(asked).steps
+    assert_array_equal(other.history.table()[:count], alone.table(), "the step's own run, with its own inputs")
     run.act(do.GoOn())
-    assert not run.view().showing
+    assert not run.view().showing and one.session.ghost is None
 
 
 @pytest.mark.parametrize("halted", [False, True])

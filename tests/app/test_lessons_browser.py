@@ -24,8 +24,8 @@ def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageA
     page = page_at(1440, 900)
     session, run = enter(page, opened, "lesson=4&step=3")
     walked = Walker(page, session, run, Clicks(page)).step()
-    assert at_the_end(run) and len(walked.said) == 2 and walked.whys == 1 and walked.challenge == "passed"
-    assert walked.said[0] != walked.said[1], "a wrong answer is answered otherwise than the right one"
+    assert at_the_end(run) and len(walked.said) == 3 and walked.whys == 2 and walked.challenge == "passed"
+    assert walked.said[0] != walked.said[2], "a wrong answer is answered otherwise than the right one"
     box = page.locator(".duet-l-head").bounding_box()
     canvas = page.evaluate("(() => { const b = __viserMutable.canvas.getBoundingClientRect(); return [b.left, b.right]; })()")
     assert box is not None and box["x"] + box["width"] <= canvas[0] + 1.0, "the panel stands beside the scene, not over it"

@@ -209,7 +209,9 @@ class LessonSession:
             case lesson_actions.StartOrPause():
                 self._run()
             case lesson_actions.ShowWhy():
-                walk.show_why()
+                if walk.show_why():
+                    self._begin()
+                    session.halt.go_on()
             case lesson_actions.ShowHint():
                 walk.hint()
             case lesson_actions.Check():

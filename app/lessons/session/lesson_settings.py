@@ -4,11 +4,14 @@ from dataclasses import replace
 
 from app.i18n.speaking import N_
 from app.lessons.phases import Phase
+from app.lessons.reference_runs import begin as begin_run
+from app.lessons.reference_runs import person_of
 from app.lessons.walkthrough import Walkthrough
 from app.session.session import Session
 from app.settings import Look, Settings
 from controllers.errors import BadSetting
 from scenes.settings import values
+from scenes.simulation import Simulation
 
 
 def with_look(settings: Settings, session: Session) -> Settings:
@@ -54,6 +57,11 @@ def begin(session: Session, walk: Walkthrough) -> None:
         session.change("autopilot", False)
     else:
         session.set_source(walk.target_source(session.simulation))
+    if walk.showing:
+        asked = walk.step.setup
+        beside = Simulation(asked.run)
+        begin_run(beside, asked)
+        session.show_beside(beside, person_of(beside, asked, walk.kept))
     # A hand that is the visitor's answers at once; anything else waits for Run.
     session.halt.go_on()
     session.halt.set("lesson", walk.locked or not walk.yours)

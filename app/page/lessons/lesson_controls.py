@@ -15,7 +15,10 @@ from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.forecast_boxes import Forecasts
 from app.page.lessons.lesson_html import NEXT, choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.lessons.null_motion_sliders import NullMotionSliders
+from app.page.lessons.reason_box import ReasonBox
 from app.page.panels.choice_buttons import ChoiceButtons
+from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import LESSON_KEYS
 from app.session.actions import Action, ChooseScene, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
@@ -34,6 +37,7 @@ class LessonControls:
 
     Args:
         panel: where the buttons stand.
+        controls: of the settings; those that a contrast changes flash.
     """
 
     def __init__(
@@ -42,9 +46,11 @@ class LessonControls:
         session: Session,
         run: LessonSession,
         panel: LessonPanel,
+        controls: Controls,
         notify: Callable[[str, str], None],
     ) -> None:
         self._gui, self._session, self._run, self._panel, self._notify = client.gui, session, run, panel, notify
+        self._controls = controls
         self._list: viser.GuiButtonHandle | None = None
         self._commands: list[viser.CommandHandle] = []
         self._shown: tuple[object, ...] = ()
@@ -100,8 +106,11 @@ class LessonControls:
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)
+            self._flash = gui.add_html("", order=0.0)
+            self._reason = ReasonBox(gui, self._session, run, self._panel.tab)
             self._forecasts = Forecasts(gui, self._session, run)
-            self._check = self._button(lesson_actions.Check(), ORDER["after"] + 6.0)
+            self._motions = NullMotionSliders(gui, self._session, run)
+            self._check = self._button(lesson_actions.Check(), ORDER["after"] + 8.0)
             self._hint = self._button(lesson_actions.ShowHint(), ORDER["hints"] + 1.0)
             self._next = self._button(lesson_actions.GoOn(), ORDER["hints"] + 5.0)
             self._nav = ChoiceButtons(
@@ -168,6 +177,7 @@ class LessonControls:
             return
         if self._list is None:
             self._list = self._make()
+        self._motions.show()
         walk, paused = run.walk, self._session.paused
         over = walk.finished(self._session.simulation) and not walk.yours
         state = run.version, paused, over
@@ -177,6 +187,9 @@ class LessonControls:
             if not run.listing:
                 view = run.view()
                 self._arrange(view, paused, over)
+                self._reason.show(view)
+                changed = view.contrast.keys if view.contrast is not None else ()
+                self._flash.content = flash_style(self._controls.places(changed))
                 self._arrange_challenge(view)
                 drawing = view.step.drawing if view.phase is Phase.PREDICT else None
                 self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
@@ -192,6 +205,8 @@ class LessonControls:
             self._steps.show(visible=False)
             self._nav.show(visible=False)
             view = run.view()
+            self._reason.show(None)
+            self._flash.content = ""
             self._forecasts.show(view, None)
             self._board.show((view.lesson.id, view.step.id), None, ())
             for other in (*self._choices, self._start, self._why, self._check, self._hint, self._next):
@@ -225,6 +240,14 @@ class LessonControls:
         _offer(self._check, there, label, disabled=running)
         label = tr("Hint {number} of {count}", number=len(view.hints) + 1, count=len(view.step.hints))
         _offer(self._hint, challenge is not None and view.more_hints, label, "gray")
+
+
+def flash_style(places: tuple[tuple[str, str], ...]) -> str:
+    """Return the style that has controls flash when it comes to the page. `places`: of each, see `Controls.places`."""
+    rows = ",".join(
+        f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
+    )
+    return f'<div class="duet-lesson-style"><style>{rows}{{animation:var(--duet-flash)}}</style></div>' if rows else ""
 
 
 def _offer(

@@ -9,6 +9,7 @@ from app.lessons.labels import sentence
 from app.lessons.outcomes import Attempt
 from app.lessons.phases import Phase
 from app.lessons.step_view import StepView
+from app.page.lessons.search_plot import search_plot
 from app.text.lesson_text import inline_html, lesson_html, plain
 
 PHASES: Final[dict[str, str]] = {
@@ -97,10 +98,12 @@ def verdict_html(view: StepView, computing: bool) -> str:
         return f'<p class="mine">{tr("Your prediction:")}{said}</p>{drawn}' if said or drawn else ""
     if view.phase is not Phase.OBSERVE and not view.showing:
         return ""
-    if view.showing:
+    if view.contrast is not None:
+        here, asked = html.escape(view.contrast.here), html.escape(view.contrast.asked)
         return (
-            f'<div class="card why duet-say"><b>{tr("The run that shows why")}</b>'
-            f"{_lines(view.why_outcome or (tr('Run it, and compare it with your prediction.'),))}</div>"
+            f'<div class="card why duet-say"><b>{html.escape(view.contrast.headline)}</b>{_lines(view.why_outcome)}'
+            f'<ul class="runs"><li><i></i>{tr("this run: {what}", what=here)}</li>'
+            f'<li><i class="dash"></i>{tr("the question’s run, dashed and translucent: {what}", what=asked)}</li></ul></div>'
             + (_reply(view) if view.why_outcome else "")
         )
     # A screen reader is read the card, not the numbers of the axes.
@@ -112,10 +115,11 @@ def verdict_html(view: StepView, computing: bool) -> str:
     verdict = view.verdict
     mine = view.choices[view.chosen] if view.chosen is not None else ""
     mark = "✓" if verdict.right else "↺"
+    reason = f"<dt>{tr('Because')}</dt><dd>{html.escape(view.because)}</dd>" if view.because else ""
     return (
         f'{figure}<div class="card {"right" if verdict.right else "wrong"} duet-say">{near}<p class="mark"><span>{mark}</span> '
         f"<b>{html.escape(verdict.headline)}</b></p>"
-        f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd><dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
+        f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd>{reason}<dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
         f"{_reply(view)}</div>"
     )
 
@@ -155,7 +159,12 @@ def attempt_html(view: StepView) -> str:
     headline = tr("Passed.") if attempt.passed else tr("Not yet.")
     counted = " " + tr("Attempt {number}.", number=view.attempts) if view.attempts > 1 else ""
     kind = "right" if attempt.passed else "wrong"
-    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>'
+    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>{_search(view)}'
+
+
+def _search(view: StepView) -> str:
+    challenge = view.step.challenge
+    return "" if challenge is None or not view.tries else search_plot(challenge, view.tries, view.lesson.language)
 
 
 def learned_html(view: StepView) -> str:

@@ -6,6 +6,7 @@ from typing import Final
 import viser
 
 from app.i18n.speaking import tr
+from app.lessons.contrast import Contrast
 from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_session import LessonSession
@@ -58,6 +59,8 @@ class LessonPanel:
         self.tab: viser.GuiTabHandle | None = None
         self.openers: dict[str, str] = {}
         """Lesson id → id of the button that opens it, on the page of an operator."""
+        self.contrast: Contrast | None = None
+        """In what the run on the page differs from the one of the question; None where it does not."""
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
 
@@ -72,6 +75,8 @@ class LessonPanel:
     def show(self, frame: Frame) -> bool:
         """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
         run, panel = self._run, self.panel
+        if not run.open or run.listing:
+            self.contrast = None
         if not (run.open or run.listing):
             if panel is None or not panel.visible:
                 return False
@@ -106,6 +111,7 @@ class LessonPanel:
     def _step(self) -> dict[str, str]:
         run = self._run
         view = run.view(self._book)
+        self.contrast = view.contrast
         numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()
         self._style.content = self._sheet() + lesson_style(self._width, view)
         self._fold(view.phase is not Phase.CHALLENGE)

@@ -1,6 +1,6 @@
 """The controls, made from the settings' own declarations: a slider, a drop-down or a box for every field a visitor may change."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Final
 
 import viser
@@ -17,6 +17,7 @@ from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
+from app.web.viser_internals import container_uuid_of, uuid_of
 from scenes.setting_spec import Spec
 from scenes.settings import specs, values
 
@@ -154,6 +155,11 @@ class Controls:
             self._post(SetSetting(key, raw))
 
         return handle
+
+    def places(self, keys: Iterable[str]) -> tuple[tuple[str, str], ...]:
+        """Return for every setting by which names the page knows its control, and the tab in which that stands."""
+        handles = [self._handles[key] for key in keys if key in self._handles]
+        return tuple((uuid_of(handle), container_uuid_of(handle)) for handle in handles)
 
     def forget(self, key: str) -> None:
         """Write a setting back into its control at the next frame: the value there was refused."""
