@@ -20,8 +20,9 @@ def page_assets(page: PageSettings) -> PageAssets:
     scripts = (
         *("teacher_key", "without_webgl", "fast_picture", "hotkeys", "resume", "announcements", "accessible_names", "replay_box"),
         *("page_language", "folder_headings", "class_overlay", "copy_button", "link_box", "loading"),
+        *("label_placement", "contact_chart", "contact_balance", "contact_card", "live_equations", "lit_symbols"),
     )
-    styles = ("without_webgl", "announcements", "class", "loading")
+    styles = ("without_webgl", "announcements", "class", "loading", "contact_card")
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in HOTKEYS if hotkey.relayed},

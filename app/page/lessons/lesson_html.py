@@ -55,8 +55,12 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         made["hints"] = f"<h3>{tr('Hints')}</h3><ol>{made['hints']}</ol>"
     # A screen reader takes the voice of the text's language.
     lang = {name: ' lang="en"' for name in ("text", "after", "hints") if is_foreign(view)}
+    # Formulas that explain have the numbers of this moment.
+    kind = {"text": " duet-l-explain"} if view.phase is Phase.EXPLAIN else {}
     return {
-        name: f'<div class="duet duet-lesson duet-l-{name}"{lang.get(name, "")}>{made[name]}</div>' if made[name] else ""
+        name: f'<div class="duet duet-lesson duet-l-{name}{kind.get(name, "")}"{lang.get(name, "")}>{made[name]}</div>'
+        if made[name]
+        else ""
         for name in BLOCKS
     }
 

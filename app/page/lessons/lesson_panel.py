@@ -112,7 +112,7 @@ class LessonPanel:
 def lesson_style(width: float, view: StepView) -> str:
     """Return the style that makes room for the panel, and keeps the law's equation for after the experience."""
     early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
-    hidden = ".duet-tiles,.duet-live,.duet-tip" + (",.duet-eq" if early else "")
+    hidden = ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "")
     return (
         f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hidden}{{display:none!important}}</style></div>'
     )

@@ -1,0 +1,53 @@
+// Lights a symbol wherever it is when the pointer or the focus is on it anywhere: in formulas, in the captions of the plots, in the
+// card of the line of contact, and its body in the scene.
+addEventListener("DOMContentLoaded", () => {
+  const PLACES = [".duet-eq", ".duet-lesson svg", ".duet-caption", "#duet-contact"];
+  const SYMBOLS = ["lam", "dm", "rest", "d", "v", "u", "w", "e"];
+  const ANY = SYMBOLS.map((symbol) => `.${symbol}`).join();
+  let lit = "";
+
+  const symbolAt = (target) => {
+    if (!target?.closest?.(PLACES.join())) return "";
+    const marked = target.closest("[data-symbol]");
+    if (marked) return marked.dataset.symbol;
+    const classes = target.closest(ANY)?.classList;
+    return SYMBOLS.find((symbol) => classes?.contains(symbol)) ?? "";
+  };
+
+  // The bodies of the scene are lit by their own material; a line gets wider.
+  const bodies = new Map();
+  const lightBodies = (names) => {
+    const scene = window.__viserMutable;
+    if (!scene?.nodeRefFromName) return;
+    for (const [material, undo] of bodies) undo(material);
+    bodies.clear();
+    for (const name of names)
+      scene.nodeRefFromName[name]?.traverse(({ material }) => {
+        if (!material || Array.isArray(material) || bodies.has(material)) return;
+        if (material.linewidth > 1) {
+          const width = material.linewidth;
+          material.linewidth = 2.5 * width;
+          bodies.set(material, (own) => {
+            own.linewidth = width;
+          });
+        } else if (material.emissive) {
+          const before = material.emissive.getHex();
+          material.emissive.lerp(material.color.clone().setHex(0xffd27a), 0.35);
+          bodies.set(material, (own) => own.emissive.setHex(before));
+        }
+      });
+    scene.requestRender?.();
+  };
+
+  const light = (symbol) => {
+    if (symbol === lit) return;
+    lit = symbol;
+    for (const one of document.querySelectorAll(".duet-lit")) one.classList.remove("duet-lit");
+    if (symbol)
+      for (const one of document.querySelectorAll(PLACES.map((place) => `${place} :is([data-symbol=${symbol}],.${symbol})`).join()))
+        one.classList.add("duet-lit");
+    lightBodies(duet.bodies?.[symbol] ?? []);
+  };
+  for (const kind of ["pointerover", "focusin"]) addEventListener(kind, ({ target }) => light(symbolAt(target)));
+  addEventListener("focusout", () => light(""));
+});
