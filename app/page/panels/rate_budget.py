@@ -91,10 +91,11 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
     knows_w = law.feed_forward and law.law == "smooth_priority"
     v, w = _in("v", "v"), _in("w", "w")
     symbol = _in("lam", share) + (f"({v}+{w})" if knows_w else v)
-    retreat = lam * (law.nominal_velocity + (now.approach if knows_w and second is None else 0.0))
+    retreat = lam * (law.nominal_velocity + (now.approach if knows_w else 0.0))
     if second is None:
         return [*terms, Term("v", symbol, tr("retreat"), retreat)]
-    return [*terms, Term("v", f"2{symbol}", tr("both retreat"), 2.0 * retreat)]
+    retreat += lam * (law.nominal_velocity + (second.law_approach if knows_w else 0.0))
+    return [*terms, Term("v", symbol if knows_w else f"2{symbol}", tr("both retreat"), retreat)]
 
 
 def _share(law: LawName, activation: float) -> tuple[float, str]:

@@ -81,7 +81,11 @@ addEventListener("DOMContentLoaded", () => {
       .join("");
   };
 
-  const fixed = (mm) => (mm / 1000).toFixed(2).replace(/^-(?=0\.00$)/, "").replace("-", "−");
+  const fixed = (mm) =>
+    (mm / 1000)
+      .toFixed(2)
+      .replace(/^-(?=0\.00$)/, "")
+      .replace("-", "−");
 
   // The sum as it stands in the formula: ḋ = λ v − (1 − λ) u − w.
   const inFormula = (kind, value) => (kind === "u" || kind === "w" ? -value : value);
@@ -150,8 +154,9 @@ addEventListener("DOMContentLoaded", () => {
       wanted.terms.every((term, i) => near(shown.terms[i], term));
     if (there) shown = structuredClone(wanted);
     draw();
-    if (there) last = 0;
-    else requestAnimationFrame(ease);
+    if (!there) return requestAnimationFrame(ease);
+    last = 0;
+    card.dataset.drawn = seen.now;
   };
 
   const look = () => {
@@ -173,6 +178,7 @@ addEventListener("DOMContentLoaded", () => {
     if (jumps || shown === null) {
       shown = structuredClone(wanted);
       draw();
+      card.dataset.drawn = now;
     } else if (last === 0) {
       last = performance.now();
       requestAnimationFrame(ease);

@@ -65,12 +65,13 @@
     const bead = svg("circle", { class: `body ${words.arm[0]}`, "data-symbol": "d", cy: g.axis, r: g.bead });
     const off = svg("path", { class: "off" });
     const true_ = svg("circle", { class: "true", cy: g.axis, r: 2.5 });
+    const long = words.share.length > 2;
     const labels = {
       dm: svg("text", { class: "dm", "data-symbol": "dm" }),
       rest: svg("text", { class: "rest", "data-symbol": "rest" }),
       ghost: svg("text", { class: "tick" }),
       body: svg("text", { class: "tick" }),
-      lam: svg("text", { class: `lam ${words.share.length > 2 ? "long" : "large"}`, "data-symbol": "lam" }),
+      lam: svg("text", { class: `lam ${long ? "long" : "large"}`, "data-symbol": "lam" }),
     };
     duet.svg(labels.dm, "tspan").textContent = "d";
     duet.svg(labels.dm, "tspan", { dy: 3, "font-size": 9 }).textContent = "m";
@@ -132,27 +133,29 @@
       put(labels.rest, boxes[1]);
       put(labels.body, boxes[2]);
       put(labels.ghost, boxes[3]);
-      ticks.forEach((tick, i) => put(tick.text, boxes[4 + i]));
+      for (const [i, tick] of ticks.entries()) put(tick.text, boxes[4 + i]);
 
-      // λ beside its point: off the curve, off the line of d_m, above the axis.
-      const text = `${words.share} ${s.lam.toFixed(2)}`;
-      labels.lam.textContent = text;
-      const width = duet.textWidth(text, words.share.length > 2 ? LONG : LARGE);
-      const beside = [];
-      for (const rise of [0, -10, 10, -20, 20, -30, 30, -40, 40])
-        for (const right of [true, false]) {
-          const middle = Math.min(height + rise, g.axis - g.bead - 9);
-          const left = right ? at + 9 : at - 9 - width;
-          beside.push({ left, right: left + width, top: middle - 8, bottom: middle + 8 });
-        }
+      // λ beside its point: off the curve, off the line of d_m, above the axis; the number alone where its name finds no room.
       const body = { left: 0, right: g.left, top: g.axis - 26, bottom: g.axis + 12 };
       const limit = { left: dm - 2, right: dm + 2, top: g.top - 6, bottom: g.axis };
-      const free = (list, taken) => duet.placeLabels([list], { ...bounds, top: -4 }, taken)[0];
-      const inside = { left: 4, right: at, top: -4, bottom: 0 };
-      put(
-        labels.lam,
-        free(beside.filter((box) => !crossed(box)), [body, limit]) ?? free(beside, [limit]) ?? free(beside, []) ?? inside,
-      );
+      const free = (list, taken) => duet.placeLabels([list], { ...bounds, top: narrow ? 1 : -4 }, taken)[0];
+      const beside = (text) => {
+        const width = duet.textWidth(text, long ? LONG : LARGE);
+        return [0, -10, 10, -20, 20, -30, 30, -40, 40].flatMap((rise) => {
+          const middle = Math.min(height + rise, g.axis - g.bead - 9);
+          return [at + 9, at - 9 - width].map((left) => ({ left, right: left + width, top: middle - 8, bottom: middle + 8 }));
+        });
+      };
+      const number = s.lam.toFixed(2);
+      const clear = (text) =>
+        free(
+          beside(text).filter((box) => !crossed(box)),
+          [body, limit],
+        );
+      const texts = [`${words.share} ${number}`, number];
+      const text = texts.find(clear) ?? number;
+      labels.lam.textContent = text;
+      put(labels.lam, clear(text) ?? free(beside(text), []));
     };
   };
 

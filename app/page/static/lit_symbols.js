@@ -44,7 +44,9 @@ addEventListener("DOMContentLoaded", () => {
     lit = symbol;
     for (const one of document.querySelectorAll(".duet-lit")) one.classList.remove("duet-lit");
     if (symbol)
-      for (const one of document.querySelectorAll(PLACES.map((place) => `${place} :is([data-symbol=${symbol}],.${symbol})`).join()))
+      for (const one of document.querySelectorAll(
+        PLACES.map((place) => `${place} :is([data-symbol=${symbol}],.${symbol})`).join(),
+      ))
         one.classList.add("duet-lit");
     lightBodies(duet.bodies?.[symbol] ?? []);
   };
