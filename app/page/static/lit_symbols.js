@@ -14,9 +14,9 @@ addEventListener("DOMContentLoaded", () => {
     return SYMBOLS.find((symbol) => classes?.contains(symbol)) ?? "";
   };
 
-  // The bodies of the scene are lit by their own material; a line gets wider.
+  // A body of the scene takes on the symbol's colour by its own material; a line gets wider.
   const bodies = new Map();
-  const lightBodies = (names) => {
+  const lightBodies = (names, colour) => {
     const scene = window.__viserMutable;
     if (!scene?.nodeRefFromName) return;
     for (const [material, undo] of bodies) undo(material);
@@ -32,7 +32,7 @@ addEventListener("DOMContentLoaded", () => {
           });
         } else if (material.emissive) {
           const before = material.emissive.getHex();
-          material.emissive.lerp(material.color.clone().setHex(0xffd27a), 0.35);
+          material.emissive.setStyle(colour).multiplyScalar(0.6);
           bodies.set(material, (own) => own.emissive.setHex(before));
         }
       });
@@ -48,7 +48,8 @@ addEventListener("DOMContentLoaded", () => {
         PLACES.map((place) => `${place} :is([data-symbol=${symbol}],.${symbol})`).join(),
       ))
         one.classList.add("duet-lit");
-    lightBodies(duet.bodies?.[symbol] ?? []);
+    const shown = document.querySelector(`#duet-contact .${symbol || "none"}`);
+    lightBodies(duet.bodies?.[symbol] ?? [], shown ? getComputedStyle(shown).color : "");
   };
   for (const kind of ["pointerover", "focusin"]) addEventListener(kind, ({ target }) => light(symbolAt(target)));
   addEventListener("focusout", () => light(""));

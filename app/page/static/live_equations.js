@@ -56,11 +56,16 @@ addEventListener("DOMContentLoaded", () => {
       const place = { x: (boxes[i].left + boxes[i].right) / 2, y: boxes[i].bottom - 3, "text-anchor": "middle" };
       return { kind, node: duet.svg(svg, "text", { class: `${kind} live`, ...place }) };
     });
+    // Behind the glyphs, and larger, to be met by a pointer.
+    const first = svg.firstChild;
     for (const { kind, box } of found)
-      duet.svg(svg, "rect", {
-        ...{ class: "hit", "data-symbol": kind, tabindex: 0, fill: "transparent", rx: 3 },
-        ...{ x: box.left - 2, y: box.top - 3, width: box.right - box.left + 4, height: box.bottom - box.top + 6 },
-      });
+      svg.insertBefore(
+        duet.svg(svg, "rect", {
+          ...{ class: "hit", "data-symbol": kind, tabindex: 0, fill: "transparent", rx: 3 },
+          ...{ x: box.left - 2, y: box.top - 3, width: box.right - box.left + 4, height: box.bottom - box.top + 6 },
+        }),
+        first,
+      );
     const used = boxes.filter((box) => box !== null);
     const high = used.some((box) => box.bottom < middle) ? ROW + 2 : 0;
     const low = used.some((box) => box.top > middle) ? ROW + 2 : 0;
@@ -71,6 +76,8 @@ addEventListener("DOMContentLoaded", () => {
       height: height + high + low,
       role: "group",
     });
+    const least = Number.parseFloat(svg.style.minWidth);
+    if (least) svg.style.minWidth = `${(least * (width + 2 * wide)) / width}px`;
     return texts.filter((text) => text !== null);
   };
 
