@@ -59,6 +59,7 @@ TRENDS: Final = (N_("the gap closes"), N_("the gap holds"), N_("the gap opens"))
 
 Numbers = list[int | None]
 Words = dict[str, object]
+Note = tuple[str, str]
 
 
 class ContactCard:
@@ -70,9 +71,9 @@ class ContactCard:
     """
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
-        self._words, self._numbers = ([gui.add_html("", order=-1.0)] for _ in range(2))
+        self._parts = {name: [gui.add_html("", order=-1.0)] for name in ("words", "note", "now")}
         with tab:
-            for handles in (self._words, self._numbers):
+            for handles in self._parts.values():
                 handles.append(gui.add_html("", order=-1.0))
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
@@ -84,33 +85,35 @@ class ContactCard:
             return
         self._shown, self._next = frame.state, frame.now + PERIOD
         if frame.sample.pair < 0:
-            words, numbers = solo_words(frame.settings.run), solo_numbers(frame.sample)
+            words, note, numbers = solo_words(frame.settings.run), solo_note(frame.settings.run), solo_numbers(frame.sample)
         else:
             now = frame.contact
             self._trend = trend(now.change, self._trend)
             terms = budget_terms(frame.simulation, frame.sample, now)
-            words = contact_words(frame, now, terms)
+            words, note = contact_words(frame, terms), contact_note(frame.simulation, frame.sample, now, terms)
             numbers = contact_numbers(frame, now, terms, self._trend)
         if frame.replayed:
             words["past"] = tr("replay")
-        text = json.dumps(words, ensure_ascii=False, separators=(",", ":"))
-        for handle in self._words:
-            handle.content = element("i", class_="duet-contact-words", data_words=text)
-        text = ",".join("" if number is None else str(number) for number in numbers)
-        for handle in self._numbers:
-            handle.content = element("i", class_="duet-contact-now", data_now=text)
+        for name, text in zip(self._parts, card_parts(words, note, numbers), strict=True):
+            for handle in self._parts[name]:
+                handle.content = element("i", class_=f"duet-contact-{name}", data_text=text)
 
 
-def contact_words(frame: Frame, now: Contact, terms: list[Term]) -> Words:
+def card_parts(words: Words, note: Note, numbers: Numbers) -> tuple[str, str, str]:
+    """Return words, note and numbers as the page reads them: each is sent when it changes, the numbers at every moment."""
+    pack = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
+    return pack(words), pack(note), ",".join("" if number is None else str(number) for number in numbers)
+
+
+def contact_words(frame: Frame, terms: list[Term]) -> Words:
     """Return what the card says, and the curve λ(d) [mm, ‰], in the visitor's language."""
-    simulation, sample, run = frame.simulation, frame.sample, frame.settings.run
+    simulation, run = frame.simulation, frame.settings.run
     law, two = run.law, both_avoid(run)
     yours, other = ("orange", tr("orange arm")), ("silver", tr("silver arm"))
     if run.scene == "ball":
         yours = "orange", tr("ball")
     elif run.avoid == "guided":
         yours, other = other, yours
-    kind, note = _note(simulation, sample, now, terms)
     custom = isinstance(simulation.law, CustomLaw)
     return {
         "span": round(1e3 * _span(run)),
@@ -129,8 +132,6 @@ def contact_words(frame: Frame, now: Contact, terms: list[Term]) -> Words:
         "bodies": _bodies(simulation, run),
         "rests": tr("rests"),
         "ghost": tr("ghost"),
-        "allowed": tr("allowed"),
-        "note": [kind, note],
         **_button_words(),
     }
 
@@ -160,15 +161,19 @@ def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -
 def solo_words(run: RunSettings) -> Words:
     """Return what the card says of an arm that stands alone: how its error goes on, step by step."""
     k = run.gain * run.overdrive * run.dt
-    kind = "alarm" if k >= 2.0 else "halt" if k == 0.0 else ""
     return {
         "step": round(1.0 - k, 4),
         "off": tr("mm off its place"),
         "title": "e ← (1 − K dt) e",
         "axis": tr("steps of {dt} ms", dt=f"{1e3 * run.dt:.3g}"),
-        "note": [kind, f"K dt = {k:.3g}: {error_step(run)}"],
         **_button_words(),
     }
+
+
+def solo_note(run: RunSettings) -> Note:
+    """Return class and words of the line below the drawing of an arm that stands alone."""
+    k = run.gain * run.overdrive * run.dt
+    return "alarm" if k >= 2.0 else "halt" if k == 0.0 else "", f"K dt = {k:.3g}: {error_step(run)}"
 
 
 def solo_numbers(sample: Sample) -> Numbers:
@@ -180,11 +185,11 @@ def _button_words() -> Words:
     return {"name": tr("The line of contact"), "fold": tr("Fold this drawing"), "unfold": tr("Show the drawing")}
 
 
-def _note(simulation: Simulation, sample: Sample, now: Contact, terms: list[Term]) -> tuple[str, str]:
+def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: list[Term]) -> Note:
     """Return class and words of the line below the drawing."""
     run, custom = simulation.settings, isinstance(simulation.law, CustomLaw)
     words = "" if custom else consequence(run, sample, now)
-    if any(term.kind == "lost" for term in terms):
+    if any(term.kind == "lost" and term.value for term in terms):
         words = missed(simulation, now)
     if custom or not makes_promise(run.law):
         return "", words

@@ -33,7 +33,7 @@ class Term(NamedTuple):
     """A part of ḋ.
 
     Attributes:
-        kind: symbol that gives its colour, a class of the style sheet; "lost" for what the robot does not achieve.
+        kind: symbol that gives its colour, a class of the style sheet; "lost" for what the robot does not achieve, 0 below `MISSED`.
         symbol: its formula, as HTML.
         word: what it is.
         value: what it adds to ḋ [m/s]; positive opens the gap.
@@ -82,9 +82,8 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
             return [*terms, Term("lam", "|J<sub>d</sub>|²f", tr("push"), added), *_lost(simulation, now, wanted)]
         return [*terms, *_lost(simulation, now, wanted), Term("v", "c", tr("held back"), added)]
     lam, share = _share(law.law, sample.activation)
-    rest = "" if lam == 0.0 and not share else f"(1−{_in('lam', share)})" if share else None
-    if rest is not None:
-        terms.append(Term("u", rest + u, tr("task"), -(1.0 - lam) * pull))
+    if law.law != "strict_priority":
+        terms.append(Term("u", (f"(1−{_in('lam', share)})" if share else "") + u, tr("task"), -(1.0 - lam) * pull))
     terms += _lost(simulation, now, wanted)
     if law.law == "unprotected":
         return terms
@@ -115,8 +114,8 @@ def _share(law: LawName, activation: float) -> tuple[float, str]:
 
 def _lost(simulation: Simulation, now: Contact, wanted: float) -> list[Term]:
     lost = now.change - wanted
-    begun = simulation.history.count > 0
-    return [Term("lost", "", tr("not achieved"), lost)] if begun and abs(lost) >= MISSED else []
+    seen = simulation.history.count > 0 and abs(lost) >= MISSED
+    return [Term("lost", "", tr("not achieved"), lost if seen else 0.0)]
 
 
 def allowed_rate(run: RunSettings, distance: float) -> float:

@@ -1,5 +1,5 @@
-// The card of the line of contact, over the stage's top left corner: what the server sends in `.duet-contact-words` and, ten times a
-// second, in `.duet-contact-now`, as a drawing.
+// The card of the line of contact, over the stage's top left corner: what the server sends in `.duet-contact-words`, `-note` and, ten
+// times a second, in `-now`, as a drawing.
 addEventListener("DOMContentLoaded", () => {
   const FOLDED = "duet-contact-folded";
   const EASE_MS = 70;
@@ -53,7 +53,7 @@ addEventListener("DOMContentLoaded", () => {
   let drawBalance = () => {};
   let wanted = null;
   let shown = null;
-  const seen = { words: "", now: "", phone: null };
+  const seen = { words: "", note: "", now: "", phone: null };
 
   const build = () => {
     const narrow = phone.matches;
@@ -63,8 +63,6 @@ addEventListener("DOMContentLoaded", () => {
     card.classList.toggle("replayed", words.past !== undefined);
     card.setAttribute("aria-label", words.name);
     fold();
-    note.className = `note ${words.note[0]}`;
-    note.innerHTML = words.note[1];
     if (alone) {
       drawChart = duet.errorChart(find(".chart"), words, narrow);
       drawBalance = () => {};
@@ -101,8 +99,16 @@ addEventListener("DOMContentLoaded", () => {
     if (node.textContent !== text) node.textContent = text;
   };
 
+  const showNote = (allowed) => {
+    const [kind, text] = JSON.parse(seen.note || '["",""]');
+    const html = typeof allowed === "number" ? `${text}: ${fixed(Math.max(allowed, 0))} m/s` : text;
+    note.className = `note ${kind}`;
+    if (note.dataset.text !== html) note.innerHTML = note.dataset.text = html;
+  };
+
   const showNumbers = () => {
     const s = wanted;
+    showNote(words.step === undefined ? s.allowed : null);
     if (words.step !== undefined) {
       const mm = Number(seen.now) / 1000;
       number.className = "e";
@@ -122,6 +128,7 @@ addEventListener("DOMContentLoaded", () => {
     say(words.past === undefined ? words.trends[s.way + 1] : `${words.past}: ${words.trends[s.way + 1]}`, trend);
     cells.querySelectorAll(".value").forEach((value, i) => {
       say(fixed(inFormula(words.terms[i][0], s.terms[i])), value);
+      if (words.terms[i][0] === "lost") value.parentElement.hidden = s.terms[i] === 0;
     });
     const lam = s.lam.toFixed(2);
     const both = { d: `${s.d} mm`, dm: `${words.dm} mm`, lam, v: fixed(words.v) };
@@ -159,18 +166,19 @@ addEventListener("DOMContentLoaded", () => {
     card.dataset.drawn = seen.now;
   };
 
+  const sent = (name) => document.querySelector(`.duet-contact-${name}`)?.dataset.text ?? "";
+
   const look = () => {
-    const newWords = document.querySelector(".duet-contact-words")?.dataset.words;
-    const now = document.querySelector(".duet-contact-now")?.dataset.now;
-    if (!newWords || now === undefined) return;
+    const [newWords, newNote, now] = ["words", "note", "now"].map(sent);
+    if (!newWords || !now) return;
     const rebuild = newWords !== seen.words || seen.phone !== phone.matches;
-    if (!rebuild && now === seen.now) return;
+    if (!rebuild && now === seen.now && newNote === seen.note) return;
     const next = rebuild ? JSON.parse(newWords) : words;
     const parts = next.step === undefined ? next.terms.length + 9 : 1;
     // Words and numbers come one after the other.
     if (now.split(",").length !== parts) return;
     words = next;
-    Object.assign(seen, { words: newWords, now, phone: phone.matches });
+    Object.assign(seen, { words: newWords, note: newNote, now, phone: phone.matches });
     if (rebuild) build();
     wanted = read(now);
     showNumbers();

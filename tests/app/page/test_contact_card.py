@@ -1,13 +1,20 @@
 """The card of the line of contact in a real browser: what it shows is what the run does, and no label lies over another."""
 
-import json
 import re
 
 import numpy as np
 from playwright.sync_api import Page
 
 from app.i18n.speaking import set_language
-from app.page.panels.contact_card import contact_numbers, contact_words, solo_numbers, solo_words
+from app.page.panels.contact_card import (
+    card_parts,
+    contact_note,
+    contact_numbers,
+    contact_words,
+    solo_note,
+    solo_numbers,
+    solo_words,
+)
 from app.page.panels.rate_budget import budget_terms, trend
 from app.session.clock import Pace
 from app.session.frame import Frame
@@ -21,10 +28,12 @@ from tests.browser import PageAt, screenshot, until
 PAUSED = Pace(True, 1.0, False)
 
 TEXTS = """() => {
-  const card = document.getElementById("duet-contact"), lines = 2.6 * parseFloat(getComputedStyle(card).fontSize) / 13, box = (e) => {
+  const card = document.getElementById("duet-contact"), lines = 2.6 * parseFloat(getComputedStyle(card).fontSize) / 13;
+  const box = (e) => {
     const range = document.createRange();
     range.selectNodeContents(e);
-    const { left, top, right, bottom } = e instanceof SVGElement || e.matches(".note") ? e.getBoundingClientRect() : range.getBoundingClientRect();
+    const whole = e instanceof SVGElement || e.matches(".note");
+    const { left, top, right, bottom } = (whole ? e : range).getBoundingClientRect();
     return { text: e.textContent, left, top, right, bottom };
   };
   const seen = (e) => e.textContent.trim() && e.getClientRects().length && getComputedStyle(e).visibility !== "hidden";
@@ -42,11 +51,11 @@ TEXTS = """() => {
 }"""
 """Which texts lie over each other (lines may touch), or leave the card."""
 
-Drawing = tuple[str, str]
-"""Words and numbers as the page gets them."""
+Drawing = tuple[str, str, str]
+"""Words, note and numbers as the page gets them."""
 
 
-def drawing(query: str, language: Language = "en", seconds: float = 1.0, **changed: float | None) -> Drawing:
+def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[str, float | None] | None = None) -> Drawing:
     """What the page gets of an experiment, its numbers changed by name."""
     set_language(language)
     try:
@@ -54,24 +63,24 @@ def drawing(query: str, language: Language = "en", seconds: float = 1.0, **chang
         sample = simulation.sample()
         frame = Frame(0.0, Session(whole), simulation, None, sample, whole, PAUSED)
         if sample.pair < 0:
-            words, numbers = solo_words(whole.run), solo_numbers(sample)
-        else:
-            terms = budget_terms(simulation, sample, frame.contact)
-            words, numbers = contact_words(frame, frame.contact, terms), contact_numbers(frame, frame.contact, terms, 0)
-            names = ("d", "law", "rest", "ghost", "lam", "u", "w", "allowed", "way")
-            for name, number in changed.items():
-                if name == "note":
-                    words["note"] = ["alarm", "d ≥ d<sub>m</sub> may fail: w &gt; v, no lever (s = 0.42), between two pairs"]
-                else:
-                    numbers[names.index(name)] = None if number is None else round(number)
+            return card_parts(solo_words(whole.run), solo_note(whole.run), solo_numbers(sample))
+        terms = budget_terms(simulation, sample, frame.contact)
+        note = contact_note(simulation, sample, frame.contact, terms)
+        numbers = contact_numbers(frame, frame.contact, terms, 0)
+        names = ("d", "law", "rest", "ghost", "lam", "u", "w", "allowed", "way")
+        for name, number in (changed or {}).items():
+            if name == "note":
+                note = "alarm", "d ≥ d<sub>m</sub> may fail: w &gt; v, no lever (s = 0.42), between two pairs"
+            else:
+                numbers[names.index(name)] = None if number is None else round(number)
+        return card_parts(contact_words(frame, terms), note, numbers)
     finally:
         set_language("en")
-    return json.dumps(words), ",".join("" if n is None else str(n) for n in numbers)
 
 
 def states(language: Language) -> list[Drawing]:
     def at(d: float, lam: float, rest: float | None = None, query: str = "scene=hold", **more: float | None) -> Drawing:
-        return drawing(query, language, d=d, law=d, lam=lam, rest=rest, **more)
+        return drawing(query, language, changed={"d": d, "law": d, "lam": lam, "rest": rest, **more})
 
     made = [at(d, lam, rest) for d, lam, rest in ((340, 8, 190), (200, 178, 153), (166, 530, 164), (152, 923, 151))]
     made += [at(163, 608, None, ghost=40), at(120, 1000, None, way=-1), at(-35, 1000, None), at(8, 1000, 250, ghost=-20)]
@@ -101,12 +110,11 @@ def states(language: Language) -> list[Drawing]:
 def draw(page: Page, one: Drawing) -> None:
     """Show a state in place of the waiting run's, and return when it is drawn."""
     page.evaluate(
-        """([words, now]) => {
-          for (const e of document.querySelectorAll(".duet-contact-words")) e.dataset.words = words;
-          for (const e of document.querySelectorAll(".duet-contact-now")) e.dataset.now = now; }""",
+        """texts => ["words", "note", "now"].forEach((name, i) => {
+          for (const e of document.querySelectorAll(`.duet-contact-${name}`)) e.dataset.text = texts[i]; })""",
         one,
     )
-    page.wait_for_function("now => document.getElementById('duet-contact').dataset.drawn === now", arg=one[1])
+    page.wait_for_function("now => document.getElementById('duet-contact').dataset.drawn === now", arg=one[2])
 
 
 def waiting(page: Page, house: OpenHouse, query: str = "") -> Session:
@@ -121,7 +129,11 @@ def test_no_label_lies_over_another(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 700)
     session = waiting(page, house)
     faults: list[str] = []
-    layouts = ((900, "desk", ("en", "de", "sl")), (900, "projector", ("en",)), (390, "desk", ("en", "de", "sl")))
+    layouts: tuple[tuple[int, str, tuple[Language, ...]], ...] = (
+        (900, "desk", ("en", "de", "sl")),
+        (900, "projector", ("en",)),
+        (390, "desk", ("de", "sl")),
+    )
     for width, profile, languages in layouts:
         page.set_viewport_size({"width": width, "height": 700})
         ask(session, lambda s, profile=profile: s.change("profile", profile))
