@@ -88,8 +88,8 @@ class ContactCard:
             words, note, numbers = solo_words(frame.settings.run), solo_note(frame.settings.run), solo_numbers(frame.sample)
         else:
             now = frame.contact
-            self._trend = trend(now.change, self._trend)
             terms = budget_terms(frame.simulation, frame.sample, now)
+            self._trend = trend(sum(term.value for term in terms), self._trend)
             words, note = contact_words(frame, terms), contact_note(frame.simulation, frame.sample, now, terms)
             numbers = contact_numbers(frame, now, terms, self._trend)
         if frame.replayed:
@@ -198,14 +198,14 @@ def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: li
 
 
 def _bodies(simulation: Simulation, run: RunSettings) -> dict[str, list[str]]:
-    """Return symbol → nodes of the scene that it is about."""
+    """Return symbol → nodes of the scene that it is about, by name, or by a part of it that begins without a slash."""
     line = [f"/closest/{part}" for part in ("line", "end0", "end1")]
     guided, avoiding = (f"/arms/{arm.name}" for arm in (simulation.guided, simulation.avoiding))
     own, other = (guided, avoiding) if run.avoid == "guided" else (avoiding, guided)
     if run.scene == "ball":
         own, other = guided, "/ball"
     giving = [own, other] if both_avoid(run) else [own]
-    return {"d": line, "dm": line, "lam": line, "v": giving, "u": giving, "w": [other]}
+    return {"d": line, "dm": ["skin_of_"], "lam": line, "v": giving, "u": giving, "w": [other]}
 
 
 def _span(run: RunSettings) -> float:

@@ -139,7 +139,8 @@ def consequence(run: RunSettings, sample: Sample, now: Contact) -> str:
         case "potential_field":
             return tr("no distance is promised")
         case "barrier_qp":
-            return tr("may come nearer at γ(d − d<sub>m</sub>) at most")
+            # The page fills the number in.
+            return tr("may come nearer at γ(d − d<sub>m</sub>) at most") + '<span data-allowed=""></span>'
         case "task_activation":
             return tr("as it activates, the hand takes its share")
         case "continuous_inverse":

@@ -101,9 +101,10 @@ addEventListener("DOMContentLoaded", () => {
 
   const showNote = (allowed) => {
     const [kind, text] = JSON.parse(seen.note || '["",""]');
-    const html = typeof allowed === "number" ? `${text}: ${fixed(Math.max(allowed, 0))} m/s` : text;
     note.className = `note ${kind}`;
-    if (note.dataset.text !== html) note.innerHTML = note.dataset.text = html;
+    if (note.dataset.text !== text) note.innerHTML = note.dataset.text = text;
+    const place = note.querySelector("[data-allowed]");
+    if (place) say(`: ${fixed(Math.max(allowed, 0))} m/s`, place);
   };
 
   const showNumbers = () => {

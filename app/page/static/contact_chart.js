@@ -64,12 +64,14 @@
     const tip = svg("circle", { class: "lam tip", "data-symbol": "lam", r: 5 });
     const bead = svg("circle", { class: `body ${words.arm[0]}`, "data-symbol": "d", cy: g.axis, r: g.bead });
     const off = svg("path", { class: "off" });
-    const true_ = svg("circle", { class: "true", cy: g.axis, r: 2.5 });
+    // The bead is at the distance that the law sees; a point at the true one, where they differ.
+    const point = svg("circle", { class: "d point", "data-symbol": "d", cy: g.axis, r: 3.5 });
     const long = words.share.length > 2;
     const labels = {
       dm: svg("text", { class: "dm", "data-symbol": "dm" }),
       rest: svg("text", { class: "rest", "data-symbol": "rest" }),
       ghost: svg("text", { class: "tick" }),
+      d: svg("text", { class: "d", "data-symbol": "d" }),
       body: svg("text", { class: "tick" }),
       lam: svg("text", { class: `lam ${long ? "long" : "large"}`, "data-symbol": "lam" }),
     };
@@ -77,6 +79,7 @@
     duet.svg(labels.dm, "tspan", { dy: 3, "font-size": 9 }).textContent = "m";
     duet.svg(labels.dm, "tspan", { dy: -3, dx: 3 }).textContent = words.dm;
     labels.ghost.textContent = words.ghost;
+    labels.d.textContent = "d";
     labels.body.textContent = words.obstacle[1];
 
     const put = (label, box) => {
@@ -100,7 +103,7 @@
       set(twinTip, { cy: height.toFixed(1) });
       set(off, { d: far ? `M${g.right - 2},${g.axis - 4}l4,4l-4,4` : "" });
       const apart = Math.abs(x(s.d) - at) > g.bead + 3;
-      set(true_, { cx: x(s.d).toFixed(1), visibility: apart ? "visible" : "hidden" });
+      set(point, { cx: x(s.d).toFixed(1), visibility: apart ? "visible" : "hidden" });
       set(ghost, { cx: x(s.ghost ?? 0).toFixed(1), visibility: s.ghost === null ? "hidden" : "visible" });
       set(rest, { d: s.rest === null ? "" : `M${x(s.rest).toFixed(1)},${g.axis + 1}l-5,8h10z` });
 
@@ -122,6 +125,7 @@
         restBoxes,
         [{ left: 8, right: 8 + bodyWidth, top: top + 1, bottom: top + 1 + ROW }],
         s.ghost === null ? [] : along(x(s.ghost), measure(words.ghost), top, [0, 1, -1]),
+        apart ? along(x(s.d), measure("d"), top, [0]) : [],
         ...ticks.map(({ mm }, i) => {
           const text = i === ticks.length - 1 ? `${mm} mm` : `${mm}`;
           ticks[i].text.textContent = text;
@@ -133,7 +137,8 @@
       put(labels.rest, boxes[1]);
       put(labels.body, boxes[2]);
       put(labels.ghost, boxes[3]);
-      for (const [i, tick] of ticks.entries()) put(tick.text, boxes[4 + i]);
+      put(labels.d, boxes[4]);
+      for (const [i, tick] of ticks.entries()) put(tick.text, boxes[5 + i]);
 
       // λ beside its point: off the curve, off the line of d_m, above the axis; the number alone where its name finds no room.
       const body = { left: 0, right: g.left, top: g.axis - 26, bottom: g.axis + 12 };
@@ -166,8 +171,10 @@
     set(root, { viewBox: `0 0 ${g.width} ${g.height}` });
     const middle = words.step < 0 ? (g.axis + g.top) / 2 : g.axis - 4;
     const room = words.step < 0 ? (g.axis - g.top) / 2 : g.axis - 4 - g.top;
-    const count = 12;
-    const largest = Math.max(1, Math.abs(words.step) ** (count - 1));
+    // Of an error that grows only as many steps as leave the first one to be seen.
+    const growth = Math.abs(words.step);
+    const count = growth > 1 ? Math.min(Math.max(Math.floor(1 + Math.log(30) / Math.log(growth)), 3), 12) : 12;
+    const largest = Math.max(1, growth ** (count - 1));
     const place = (i) => 16 + ((g.width - 32) * i) / (count - 1);
     duet.svg(root, "line", { class: "axis", x1: 8, x2: g.width - 8, y1: middle, y2: middle });
     for (let i = 0; i < count; i++) {

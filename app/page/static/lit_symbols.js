@@ -21,14 +21,24 @@ addEventListener("DOMContentLoaded", () => {
     if (!scene?.nodeRefFromName) return;
     for (const [material, undo] of bodies) undo(material);
     bodies.clear();
-    for (const name of names)
-      scene.nodeRefFromName[name]?.traverse(({ material }) => {
+    // A name without a slash at its beginning is a part of the node's name.
+    const nodes = Object.keys(scene.nodeRefFromName).filter((node) =>
+      names.some((name) => (name.startsWith("/") ? node === name : node.includes(name))),
+    );
+    for (const node of nodes)
+      scene.nodeRefFromName[node]?.traverse(({ material }) => {
         if (!material || Array.isArray(material) || bodies.has(material)) return;
         if (material.linewidth > 1) {
           const width = material.linewidth;
           material.linewidth = 2.5 * width;
           bodies.set(material, (own) => {
             own.linewidth = width;
+          });
+        } else if (material.transparent) {
+          const opacity = material.opacity;
+          material.opacity = Math.min(2.5 * opacity, 1);
+          bodies.set(material, (own) => {
+            own.opacity = opacity;
           });
         } else if (material.emissive) {
           const before = material.emissive.getHex();
