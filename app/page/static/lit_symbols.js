@@ -40,10 +40,14 @@ addEventListener("DOMContentLoaded", () => {
           bodies.set(material, (own) => {
             own.opacity = opacity;
           });
-        } else if (material.emissive) {
-          const before = material.emissive.getHex();
-          material.emissive.setStyle(colour).multiplyScalar(0.6);
-          bodies.set(material, (own) => own.emissive.setHex(before));
+        } else if (material.color) {
+          const before = material.color.clone();
+          material.color.lerp(before.clone().setStyle(colour), 0.7);
+          bodies.set(material, (own) => {
+            own.color.copy(before);
+            // A tint that λ has changed meanwhile is made again.
+            delete own.userData.duetShare;
+          });
         }
       });
     scene.requestRender?.();
