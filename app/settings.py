@@ -55,6 +55,7 @@ class PageSettings:
         True,
     )
     autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)
+    gizmo: bool = flag("gizmo", "arrows", "Arrows and arcs that move your arm or the ball along one axis.", False)
     speed: float = number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
     details: Details = choice(
         "none",

@@ -34,7 +34,7 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
         viser.Icon.ROBOT,
         (
             *("path", "point", "ball", "source", "clip", "following", "task", "guided", "avoid", "start"),
-            *("autopilot", "wmax", "seed", "dt", "bounds", "g"),
+            *("autopilot", "gizmo", "wmax", "seed", "dt", "bounds", "g"),
         ),
     ),
     ("Robot", viser.Icon.CPU, ("dead", "lag", "qnoise", "qstep", "fps", "dnoise")),

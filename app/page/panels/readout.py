@@ -173,8 +173,8 @@ def tip_html(session: Shown) -> str:
         case "hold":
             keeps = _hold_words(run, other)
             if itself:
-                return f"{tr('The autopilot moves the orange {side} arm; take its hand at the arrows.', side=yours)} {keeps}"
-            return f"{tr('Drag the orange {side} arm at the arrows, or its elbow at the arc.', side=yours)} {keeps}"
+                return f"{tr('The autopilot moves the orange {side} arm; pull it anywhere to take over.', side=yours)} {keeps}"
+            return f"{tr('Pull the orange {side} arm anywhere.', side=yours)} {keeps}"
         case "master_slave":
             follows = (
                 tr("The silver {side} arm follows it in a mirror, and {avoids}.", side=other, avoids=_who_avoids(run))
@@ -182,23 +182,24 @@ def tip_html(session: Shown) -> str:
                 else tr("The silver {side} arm follows it joint by joint, and {avoids}.", side=other, avoids=_who_avoids(run))
             )
             does = (
-                tr("The autopilot moves the orange {side} arm, the master; take its hand at the arrows.", side=yours)
+                tr("The autopilot moves the orange {side} arm, the master; pull it anywhere to take over.", side=yours)
                 if itself
-                else tr("Drag the orange {side} arm, the master, at the arrows or the arc.", side=yours)
+                else tr("Pull the orange {side} arm, the master, anywhere.", side=yours)
             )
             return f"{does} {follows}"
         case _:
-            return tr(
+            does = tr(
                 "Both arms follow the person by four angles each, and {avoids}. See-through: where they ought to be.",
                 avoids=_who_avoids(run),
             )
+            return f"{does} {tr('Pull the arms of the figure anywhere.')}"
 
 
 def _solo_tip(run: RunSettings, itself: bool) -> str:
     if run.path == "circle":
         return tr("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt &gt; 2.")
-    drag = tr("Drag the elbow at the arc, or the hand at the arrows.")
-    does = tr("The autopilot swings the elbow; take the arc or the arrows.") if itself else drag
+    drag = tr("Pull the arm at its elbow, or its hand to another place.")
+    does = tr("The autopilot swings the elbow; pull the arm anywhere to take over.") if itself else drag
     return f"{does} {tr('The elbow moves in the null space of the hand: |e| stays small.')}"
 
 

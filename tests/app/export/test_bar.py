@@ -78,7 +78,7 @@ def bring(page: Page, name: str, content: bytes) -> None:
 def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])
-    session, bar = enter(page, opened, "picture=fast&dm=0.12")
+    session, bar = enter(page, opened, "picture=fast&dm=0.12&gizmo=1")
     until(page, lambda: session.simulation.time > 1.0, "a second of the run")
     look_back(page, session, bar)
     run = export(page, session)
