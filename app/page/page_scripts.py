@@ -30,9 +30,9 @@ def page_assets(page: PageSettings) -> PageAssets:
             "pressed_buttons",
             "welcome",
         ),
-        "loading",
+        *("label_placement", "contact_chart", "contact_balance", "contact_card", "live_equations", "lit_symbols", "loading"),
     )
-    styles = ("without_webgl", "announcements", "class", "welcome", "loading")
+    styles = ("without_webgl", "announcements", "class", "welcome", "loading", "contact_card")
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in HOTKEYS if hotkey.relayed},

@@ -20,6 +20,7 @@ from app.page.free_picture import LOW_CANVAS, FreePicture, free_picture
 from app.page.lessons.elbow_marks import Marks
 from app.page.lessons.lesson_camera import lesson_view
 from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
+from app.page.panels.contact_card import ContactCard
 from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout
 from app.page.panels.replay_bar import replay_style
@@ -82,6 +83,7 @@ class View:
             # A folded panel takes its style sheet with it; either one keeps the other dressed.
             self._style_too = gui.add_html(style_sheet(page.profile), order=-1.0)
             gui.add_html(mark_html(spoken()), order=-1.0)
+        self._contact = ContactCard(gui, self.plots_tab)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
         plots_panel.float(x=14, y=-14, width=760)
         private = isinstance(host, viser.ClientHandle)
@@ -187,6 +189,7 @@ class View:
         self.stage.dress(page)
         self.stage.show(frame)
         self._readout.show(frame)
+        self._contact.show(frame)
         self._plots.show(frame)
 
     def _show_lesson(self, frame: Frame) -> None:

@@ -151,7 +151,7 @@ def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, bro
         place = hand(session)
         page.keyboard.press("ArrowUp")
         until(page, lambda: hand(session)[2] > place[2] + 0.01, "a hand that goes up")
-        assert float(page.locator(".duet-tiles b").first.inner_text()) >= 0.0
+        assert float(page.locator("#duet-contact .gap b").inner_text()) >= 0.0
         ask(session, lambda s: s.change("lang", "auto"))
         note.get_by_text("WebGL ist in diesem Browser ausgeschaltet").wait_for()
         box = note.bounding_box()

@@ -57,7 +57,12 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
     }
     if made["hints"]:
         made["hints"] = f"<h3>{tr('Hints')}</h3><ol>{made['hints']}</ol>"
-    return {name: f'<div class="duet duet-lesson duet-l-{name}">{made[name]}</div>' if made[name] else "" for name in made}
+    # Formulas that explain have the numbers of this moment.
+    kind = {"text": " duet-l-explain"} if view.phase is Phase.EXPLAIN else {}
+    return {
+        name: f'<div class="duet duet-lesson duet-l-{name}{kind.get(name, "")}">{made[name]}</div>' if made[name] else ""
+        for name in made
+    }
 
 
 def head_html(view: StepView) -> str:

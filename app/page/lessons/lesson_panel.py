@@ -138,4 +138,4 @@ def panel_style(width: float, hidden: str = "") -> str:
 def lesson_style(width: float, view: StepView) -> str:
     """Return the style that makes room for the panel, and keeps the law's equation for after the experience."""
     early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
-    return panel_style(width, ".duet-tiles,.duet-live,.duet-tip" + (",.duet-eq" if early else ""))
+    return panel_style(width, ".duet-tiles,.duet-tip" + (",.duet-eq" if early else ""))

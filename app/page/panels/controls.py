@@ -49,7 +49,7 @@ UNOFFERED: Final = ("pseudo",)
 
 COMPARE: Final = (
     "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm, "
-    "dashed lines in the plots, and a second number in every tile."
+    "dashed lines in the plots, and a ring on the line of contact."
 )
 
 ROBOT: Final = (

@@ -19,9 +19,9 @@ from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
 from app.lessons.measures.quantity import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
+from app.page.panels.contact_card import SHARES
 from app.page.panels.controls import TABS
 from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
-from app.page.panels.readout import SHARES
 from app.plots.laws_chart import LAW_NAMES
 from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS

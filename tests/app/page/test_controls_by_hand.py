@@ -54,7 +54,8 @@ def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> 
 
     # What is compared with it.
     operate_tab(page, session, "Compare")
-    page.locator(".duet-tiles small").nth(3).wait_for()
+    page.get_by_text("(ghost ").wait_for()
+    until(page, lambda: page.locator("#duet-contact circle.ghost").get_attribute("visibility") == "visible", "the ghost's ring")
     page.locator(".duet-caption").get_by_text("ghost", exact=True).first.wait_for()
     page.get_by_role("button", name="Measure", exact=True).click()
     page.get_by_text("Largest step of q̇").wait_for()
@@ -72,7 +73,7 @@ def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     control(page, "rig").wait_for()
     see_controls(page, session, PICKER)
     tops = [place.evaluate("e => e.getBoundingClientRect().top") for place in (control(page, key) for key in PICKER)]
-    assert tops == sorted(tops) and tops[-1] < page.locator(".duet-tiles").evaluate("e => e.getBoundingClientRect().top")
+    assert tops == sorted(tops) and tops[-1] < page.locator(".duet-eq").first.evaluate("e => e.getBoundingClientRect().top")
     # The experiment last, so that the others are tried in the usual one.
     for key in reversed(PICKER):
         set_by_hand(page, session, key)
