@@ -9,16 +9,26 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from app.custom_law.custom_law import CustomLaw
 from app.i18n.sides import side
 from app.i18n.speaking import N_, tr
+from app.plots.bins import HIGH, LOW
 from app.plots.time_series import COLUMNS, DRIVEN, JOINTS, RESTING
 from app.session.relevant_settings import both_avoid
 from app.theme import Palette
+from controllers.kinematics import Array
 from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
 """Top of the distance axis [m]: Fig. 5's."""
+
+LEAST: Final = 0.01
+"""An axis that follows the data is no shorter than this, in the unit of the axis: noise is no hill."""
+
+ROWS: Final = 300.0
+"""Half pixels that a plot is high, about."""
 
 DEGREES: Final = 180.0 / math.pi
 
@@ -102,6 +112,19 @@ class TimePlot:
     span: tuple[float, float] | None = None
     scale: float = 1.0
     positive: bool = True
+
+    def visible(self, stats: Array) -> float:
+        """Return the smallest change of a signal that can be seen: about half a pixel, in the unit of the signals.
+
+        Args:
+            stats: (bins, what is kept, signals) of all lines, see `app.plots.bins`.
+        """
+        if self.span is not None:
+            return (self.span[1] - self.span[0]) / self.scale / ROWS
+        values = stats[:, [LOW, HIGH]]
+        values = values[np.isfinite(values)]
+        low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+        return max(high - (min(low, 0.0) if self.positive else low), LEAST / self.scale) / ROWS
 
     def columns(self, run: str) -> tuple[int, ...]:
         return tuple(COLUMNS[line.column] for line in self.lines if line.run == run)

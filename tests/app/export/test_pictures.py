@@ -77,7 +77,7 @@ def test_curves_are_what_the_page_plots(scene: str) -> None:
         simulation.step(target)
         buffer.feed(simulation)
         # The newest bin holds the newest step; d and e² are the extremes in it.
-        newest_bin = buffer.series(tuple(range(len(NAMES))))
+        newest_bin = buffer.newest(list(range(len(NAMES))))
         row = rows[round(float(newest_bin[0][-1]), 9)]
         if simulation.steps % 100 == 0 and len(newest_bin[0]) > 1:
             seen += 1
