@@ -141,10 +141,15 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
         shown = steep | (outside > tolerance)
     wide = shown.any(axis=1)
     kept = ~_straight(numbers, ends, last, ~wide, tolerance / 4.0)
+    # Between two bins with corners of every signal that moves the end of the first one adds nothing.
+    done = shown | ~(np.maximum(high, before) - np.minimum(low, before) > tolerance / 2.0)
+    kept[:-1] &= ~((done[:-1] & done[1:]).all(axis=1) & wide[:-1] & wide[1:])
     rows = np.flatnonzero(wide)
     if not len(rows):
         return ends[kept], last[kept]
-    times, values = _corners(ends, stats, before, shown, np.where(steep, steps, 0.0) + np.where(shown, outside, 0.0), rows)
+    times, values = _corners(
+        ends, stats, before, shown, np.where(steep, steps, 0.0) + np.where(shown, outside, 0.0), rows, tolerance
+    )
     # The corners of a bin stand before its end.
     places = np.concatenate([5 * np.flatnonzero(kept) + 4, (5 * rows[:, None] + np.arange(4)).ravel()])
     order = places.argsort(kind="stable")
@@ -155,13 +160,20 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
     return times[other], values[other]
 
 
-def _corners(ends: Array, stats: Array, before: Array, shown: Array, sizes: Array, rows: np.ndarray) -> tuple[Array, Array]:
+def _corners(
+    ends: Array, stats: Array, before: Array, shown: Array, sizes: Array, rows: np.ndarray, tolerance: float
+) -> tuple[Array, Array]:
     """Return four times (bins, 4) in each of the bins `rows`, and all signals at them (bins, 4, signals)."""
     times, values = stats[rows][:, _TIMES], stats[rows][:, _VALUES]
-    # Without a step there are two corners only.
-    still = np.isnan(times[:, 2])
-    for i in (2, 3):
-        times[:, i][still], values[:, i][still] = times[:, i - 2][still], values[:, i - 2][still]
+    low, high, begin, end = np.moveaxis(values, 1, 0)
+    with np.errstate(invalid="ignore"):
+        whole = (np.minimum(begin, end) <= low + tolerance) & (np.maximum(begin, end) >= high - tolerance)
+    # Two corners are enough without a step, or if the step of every signal is all that it does.
+    whole = (whole | ~shown[rows]).all(axis=1)[:, None] & ~np.isnan(begin)
+    still = np.isnan(begin)
+    for extreme, edge in ((0, 2), (1, 3)):
+        times[:, extreme][whole], values[:, extreme][whole] = times[:, edge][whole], values[:, edge][whole]
+        times[:, edge][still], values[:, edge][still] = times[:, extreme][still], values[:, extreme][still]
     order = times.argsort(axis=1, kind="stable")
     times, values = np.take_along_axis(times, order, axis=1), np.take_along_axis(values, order, axis=1)
     times = times[np.arange(len(rows)), :, np.nan_to_num(sizes[rows], nan=-1.0, posinf=-1.0).argmax(axis=1)]
