@@ -139,10 +139,11 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
         steps = np.abs(stats[:, TO] - stats[:, FROM])
         steep = (steps > tolerance) & (steps * stats[:, COUNT] > STEEP * (high - low))
         shown = steep | (outside > tolerance)
+        moving = np.maximum(high, before) - np.minimum(low, before) > tolerance / 2.0
     wide = shown.any(axis=1)
     kept = ~_straight(numbers, ends, last, ~wide, tolerance / 4.0)
     # Between two bins with corners of every signal that moves the end of the first one adds nothing.
-    done = shown | ~(np.maximum(high, before) - np.minimum(low, before) > tolerance / 2.0)
+    done = shown | ~moving
     kept[:-1] &= ~((done[:-1] & done[1:]).all(axis=1) & wide[:-1] & wide[1:])
     rows = np.flatnonzero(wide)
     if not len(rows):

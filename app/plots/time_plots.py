@@ -15,7 +15,7 @@ from app.custom_law.custom_law import CustomLaw
 from app.i18n.sides import side
 from app.i18n.speaking import N_, tr
 from app.plots.bins import HIGH, LOW
-from app.plots.time_series import COLUMNS, DRIVEN, JOINTS, RESTING
+from app.plots.time_series import DRIVEN, JOINTS, RESTING
 from app.session.relevant_settings import both_avoid
 from app.theme import Palette
 from controllers.kinematics import Array
@@ -125,9 +125,6 @@ class TimePlot:
         values = values[np.isfinite(values)]
         low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
         return max(high - (min(low, 0.0) if self.positive else low), LEAST / self.scale) / ROWS
-
-    def columns(self, run: str) -> tuple[int, ...]:
-        return tuple(COLUMNS[line.column] for line in self.lines if line.run == run)
 
     def legend(self, others: Collection[str] = ()) -> tuple[LegendEntry, ...]:
         """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if")."""

@@ -33,11 +33,11 @@ WHAT_IF: Final = ("d", "e2")
 PERIOD: Final = 0.1
 """Wall time between two refreshes of a plot over time [s] …"""
 
-MANY_LINES: Final = 8
-"""… which is twice as long from this many lines on."""
+MOST_BYTES: Final = 50_000.0
+"""… which is longer where it would be more than this [B/s]: with many lines, and while they chatter."""
 
 SLOW_PERIOD: Final = 0.2
-"""Wall time between two refreshes of anything else [s]; sentences and charts of many lines need longer to be read."""
+"""Wall time between two refreshes of anything else [s]; sentences and charts need longer to be read."""
 
 CURTAIN: Final = 0.3
 """Wall time during which no plot over time is there after another theme [s]."""
@@ -115,8 +115,9 @@ class Plots:
                 self._charts[name].content = self._chart_html(name, frame)
             else:
                 time_plot, plot = self._time_plots[name]
-                self._next[name] = now + (PERIOD if len(time_plot.columns("own")) < MANY_LINES else SLOW_PERIOD)
-                plot.data = self._data(time_plot, ghost is not None)
+                data = self._data(time_plot, ghost is not None)
+                self._next[name] = now + max(PERIOD, sum(line.nbytes for line in data) / MOST_BYTES)
+                plot.data = data
 
     def _uncover(self, visible: bool) -> None:
         for name in self._away:
