@@ -70,7 +70,7 @@ class PageSettings:
         *("Set-based task", "Unprotected", "My own law (--law-file)"),
     )
     what_if: bool = flag(
-        "whatif", "what if", "Moving d_m, n, v or K computes the last 30 s again and draws the new curves over the old ones."
+        "whatif", "what if", "Moving d_m, n, v or K computes the last 20 s again and draws the new curves over the old ones."
     )
     source: Source = choice(
         "clips",

@@ -52,7 +52,7 @@ _CLASSES: Final = {
 }
 """Colour of a line → class of CSS."""
 
-_RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
+_RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if"), "draft": N_("what if, coarse")}
 """Run beside the visitor's own → its name in a legend."""
 
 
@@ -127,10 +127,11 @@ class TimePlot:
         return max(high - (min(low, 0.0) if self.positive else low), LEAST / self.scale) / ROWS
 
     def legend(self, others: Collection[str] = ()) -> tuple[LegendEntry, ...]:
-        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if")."""
+        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if", "draft")."""
         entries = [_entry(line, line.name, line.for_all) for line in self.lines if line.name]
         for run in others:
-            line = next((line for line in self.lines if line.run == run), None)
+            drawn = "what_if" if run == "draft" else run
+            line = next((line for line in self.lines if line.run == drawn), None)
             if line is not None:
                 entries.append(_entry(line, _RUNS[run], line.colour.startswith("joint ")))
         return tuple(entries)

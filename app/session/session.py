@@ -208,7 +208,7 @@ class Session:
 
     @property
     def what_if(self) -> WhatIf | None:
-        """How the last 30 s would have gone with the present settings; None unless the page asks for it and a law setting was moved."""
+        """How the last 20 s would have gone with the present settings; None unless the page asks for it and a law setting was moved."""
         return self.studies.what_if
 
     def measure_smoothness(self) -> None:

@@ -272,7 +272,9 @@ class Plots:
         if name in CHARTS:
             return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(CHARTS[name])}</span></div>'
         plot, _ = self._time_plots[name]
-        others = [run for run, there in (("ghost", with_ghost), ("what_if", self._what_if is not None)) if there]
+        others = ["ghost"] if with_ghost else []
+        if self._what_if is not None:
+            others.append("what_if" if self._what_if.stride == 1 else "draft")
         parts = "".join(
             f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in plot.legend(others)
         )

@@ -81,16 +81,17 @@ def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = ShownPanel("hold")
     shown.show(2.0)
     times = shown.session.simulation.history.table()[:200, COLUMN["t"]]
-    answer: Any = SimpleNamespace(times=times, distance=np.full(200, 0.2), squared_error=np.full(200, 0.01))
+    answer: Any = SimpleNamespace(times=times, distance=np.full(200, 0.2), squared_error=np.full(200, 0.01), stride=4)
     monkeypatch.setattr(Session, "what_if", property(lambda _: answer))
     for plot, value in zip(shown.show(), (0.2, 0.01), strict=True):
         line = plot.data[-1]
         inside = plot.data[0] < times[-1] - WINDOW / POINTS
         assert (line[inside] == value).all() and np.isnan(line[-1])
-    assert shown.says("what if") == 2
+    assert shown.says("what if, coarse") == 2
     # The exact answer after the draft: other times, so that nothing can be compared element by element.
-    answer = SimpleNamespace(times=times[::2], distance=np.full(100, 0.3), squared_error=np.full(100, 0.02))
+    answer = SimpleNamespace(times=times[::2], distance=np.full(100, 0.3), squared_error=np.full(100, 0.02), stride=1)
     assert np.nanmax(shown.show()[0].data[-1]) == 0.3
+    assert shown.says("what if") == 2 and not shown.says("coarse")
     answer = None
     assert len(shown.show()[0].data[-1]) == 0 and not shown.says("what if")
 
