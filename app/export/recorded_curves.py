@@ -34,8 +34,8 @@ MOMENTS: Final = 240
 NOT_OVER_TIME: Final = ("curve", "laws")
 """What can be chosen beside the first two plots and is not over time."""
 
-OF_OTHER_RUNS: Final = ("map", "safety")
-"""What can be chosen there and does not show this run: left out."""
+OF_OTHER_RUNS: Final = ("map", "safety", "microscope")
+"""What can be chosen there and is not of this run alone: left out."""
 
 
 @dataclass(frozen=True)

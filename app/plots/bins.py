@@ -140,7 +140,7 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
         steep = (steps > tolerance) & (steps * stats[:, COUNT] > STEEP * (high - low))
         shown = steep | (outside > tolerance)
         moving = np.maximum(high, before) - np.minimum(low, before) > tolerance / 2.0
-    wide = shown.any(axis=1)
+    wide = np.asarray(shown.any(axis=1))
     kept = ~_straight(numbers, ends, last, ~wide, tolerance / 4.0)
     # Between two bins with corners of every signal that moves the end of the first one adds nothing.
     done = shown | ~moving
@@ -162,7 +162,7 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
 
 
 def _corners(
-    ends: Array, stats: Array, before: Array, shown: Array, sizes: Array, rows: np.ndarray, tolerance: float
+    ends: Array, stats: Array, before: Array, shown: np.ndarray, sizes: Array, rows: np.ndarray, tolerance: float
 ) -> tuple[Array, Array]:
     """Return four times (bins, 4) in each of the bins `rows`, and all signals at them (bins, 4, signals)."""
     times, values = stats[rows][:, _TIMES], stats[rows][:, _VALUES]

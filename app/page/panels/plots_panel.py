@@ -11,6 +11,7 @@ from app.i18n.speaking import tr
 from app.plots.activation_curve import curve_html
 from app.plots.bins import Bins, polyline
 from app.plots.laws_chart import laws_html
+from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
 from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
 from app.plots.safety_chart import safety_html
@@ -78,6 +79,11 @@ class Plots:
             plot.series = self._series(time_plot)
             plot.axes = self._axes()
 
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Names of the plots that are there."""
+        return self._cells
+
     def only(self, names: tuple[str, ...]) -> None:
         """Replace the first two plots by these; none for the first two again."""
         self._only = names
@@ -107,7 +113,8 @@ class Plots:
         computed = tuple(0.0 if studied is None else studied.size for studied in apart)
         state = simulation.history, simulation.history.count, simulation.settings, ghost is not None, self._answers, computed
         for name in due:
-            if self._drawn.get(name) == state:
+            # The microscope also changes by its own buttons, and when finer steps are there.
+            if name != "microscope" and self._drawn.get(name) == state:
                 continue
             self._drawn[name] = state
             if name in CHARTS:
@@ -238,6 +245,11 @@ class Plots:
                 if curves is None:
                     return '<div class="duet duet-tip">' + tr("Laws are not compared while a custom law runs.") + "</div>"
                 return safety_html(curves.results(frame.settings.run), curves.size, frame.settings.run, self._height)
+            case "microscope":
+                seen = frame.shown.magnified
+                if seen is None:
+                    return '<div class="duet duet-tip">' + tr("Single steps are shown of the live run.") + "</div>"
+                return microscope_html(seen, frame.settings.run, self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
             case _:

@@ -22,7 +22,7 @@ runs = st.tuples(
 def signals(seed: int, dt: float, columns: int, steps: int) -> tuple[Array, Array]:
     """Smooth motion with jumps, spikes of one sample, and chatter in between."""
     rng = np.random.default_rng(seed)
-    times = np.arange(steps) * dt
+    times: Array = np.linspace(0.0, (steps - 1) * dt, steps)
     values = np.sin(times[:, None] * rng.uniform(0.1, 6.0, columns) + rng.uniform(0.0, 6.0, columns))
     for column in range(columns):
         for _ in range(rng.integers(4)):
@@ -80,7 +80,7 @@ def test_the_extremes_of_every_bin_are_drawn(run: tuple[int, float, int, int, in
 def test_a_single_step_is_drawn_as_an_edge(run: tuple[int, float, int, int, int], at: int, size: float, spike: bool) -> None:
     _, dt, _, steps, batch = run
     at = at % (steps - 1) + 1
-    times, values = np.arange(steps) * dt, np.zeros((steps, 1))
+    times, values = np.linspace(0.0, (steps - 1) * dt, steps), np.zeros((steps, 1))
     values[at : at + 1 if spike else None] = size
     bins = binned(times, values, batch)
     xs, lines = drawn(bins, [0])
@@ -93,7 +93,7 @@ def test_a_single_step_is_drawn_as_an_edge(run: tuple[int, float, int, int, int]
 
 
 def test_a_straight_line_costs_few_points_and_a_slope_is_no_step() -> None:
-    times = np.arange(4001) * 0.005
+    times: Array = np.linspace(0.0, 20.0, 4001)
     for values in (np.zeros(4001), 3.0 * times):
         xs, lines = drawn(binned(times, values[:, None], 20), [0])
         assert len(xs) < POINTS / 4
@@ -101,7 +101,7 @@ def test_a_straight_line_costs_few_points_and_a_slope_is_no_step() -> None:
 
 
 def test_corners_stay_while_the_window_moves() -> None:
-    times = np.arange(8000) * 0.005
+    times: Array = np.linspace(0.0, 39.995, 8000)
     values = np.sin(times)[:, None]
     bins = Bins(1)
     before: set[float] = set()
@@ -115,7 +115,7 @@ def test_corners_stay_while_the_window_moves() -> None:
 
 
 def test_what_is_missing_stays_missing_and_the_ring_forgets() -> None:
-    times = np.arange(400) * 0.01
+    times: Array = np.linspace(0.0, 3.99, 400)
     values = np.column_stack([times, np.full(400, np.nan), np.full(400, np.inf)])
     values[100:, 1] = 1.0
     bins = binned(times, values, 10)
