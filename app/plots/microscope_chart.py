@@ -33,19 +33,17 @@ def microscope_html(seen: Magnified, run: RunSettings, height: int) -> str:
         xs = 1000.0 * (steps.times - seen.time)
         chart.line(xs, steps.values * scale, f"{css_class} faded", width)
         chart.dots(xs, steps.values * scale, css_class, 5.5 if css_class == kind else 3.2)
-    words = [f'<b class="{kind}">{name}</b> [{unit}] ' + tr("at t = {t} s, ± {ms} ms", t=f"{seen.time:.3f}", ms=f"{reach:g}")]
-    words.append(_largest(seen.steps, scale, unit))
-    words.append(_largest(seen.finer, scale, unit) if seen.finer is not None else tr("Computing …"))
+    about = tr("over t − {t} s [ms]; largest step:", t=f"{seen.time:.3f}")
+    halves = tr("Computing …") if seen.finer is None else f"<b>•</b> {_largest(seen.finer, scale)}"
     return (
-        f'<div class="duet">{chart.html(height - 16)}</div>'
-        f'<div class="duet"><div class="duet-tip">{" · ".join(words)}</div></div>'
+        f'<div class="duet">{chart.html(height - 16)}</div><div class="duet"><div class="duet-tip"><b class="{kind}">{name}</b> [{unit}] '
+        f'{about} <b class="{kind}">●</b> {_largest(seen.steps, scale)} {halves}</div></div>'
     )
 
 
-def _largest(steps: Steps, scale: float, unit: str) -> str:
-    return tr(
-        "largest step at {ms} ms: {value} {unit}", ms=f"{1000.0 * steps.dt:g}", value=f"{scale * steps.largest:.3g}", unit=unit
-    )
+def _largest(steps: Steps, scale: float) -> str:
+    value = f"{scale * steps.largest:.3g}"
+    return tr("{value} at {ms} ms", value=value, ms=f"{1000.0 * steps.dt:g}")
 
 
 def _shown(quantity: Quantity, joint: int, run: RunSettings) -> tuple[str, str, float, str]:

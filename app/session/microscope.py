@@ -73,7 +73,7 @@ class Microscope:
         self.quantity: Quantity = "dq"
         self._time: float | None = None
         self._shown = 0.0
-        self._asked: tuple[History, float, float] | None = None
+        self._asked: tuple[History, float, float, bool] | None = None
         self._finer: Array | None = None
 
     def look_at(self, quantity: Quantity) -> None:
@@ -105,11 +105,14 @@ class Microscope:
         rows = rows_around(times, time, dt)
         rates = rates[rows]
         joint = int(np.abs(np.diff(rates, axis=0)).max(axis=0, initial=0.0).argmax())
-        whole = rows.stop - rows.start > AROUND and times[-1] >= time + AROUND * dt
-        if self._asked != (simulation.history, time, dt):
-            self._asked, self._finer = None, None
-        if self._asked is None and (whole or rows.stop == len(times)) and self._jobs is not None:
-            self._ask(simulation, time, dt, window)
+        whole = bool(times[-1] >= time + (AROUND + 1) * dt)
+        if self._asked is None or self._asked[:3] != (simulation.history, time, dt):
+            self._finer = None
+        # Asked once more when the run has gone on as far as there is to see.
+        if self._asked != (asked := (simulation.history, time, dt, whole)) and self._jobs is not None:
+            self._asked = asked
+            if (recorded := window(WINDOW + AROUND * dt)) is not None:
+                self._jobs.submit("microscope", self._take, finer_rows, recorded, time)
         of = self.quantity
         steps = Steps(dt, times[rows], _signal(simulation, table[rows], of, joint))
         finer = self._finer
@@ -118,16 +121,8 @@ class Microscope:
         half = float(finer[1, COLUMN["t"]] - finer[0, COLUMN["t"]])
         return Magnified(time, of, joint, steps, Steps(half, finer[:, COLUMN["t"]], _signal(simulation, finer, of, joint)))
 
-    def _ask(self, simulation: Simulation, time: float, dt: float, window: Callable[[float], Recorded | None]) -> None:
-        recorded = window(WINDOW + AROUND * dt)
-        if recorded is None or self._jobs is None:
-            return
-        self._asked = simulation.history, time, dt
-
-        def done(rows: Array) -> None:
-            self._finer = rows
-
-        self._jobs.submit("microscope", done, finer_rows, recorded, time)
+    def _take(self, rows: Array) -> None:
+        self._finer = rows
 
     def _failed(self, job: Job) -> None:
         """Show the run's own steps alone."""
