@@ -47,7 +47,7 @@ class PageSettings:
         Language,
         "lang",
         "language",
-        "Of everything on the page, and of lessons 1 to 3.",
+        "Of everything on the page, and of the lessons.",
         *("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
     )
     autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)

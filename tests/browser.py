@@ -79,6 +79,14 @@ def _run(command: Sequence[str]) -> str:
     return "" if done.returncode == 0 else f"{' '.join(command)}: {(done.stderr or done.stdout).strip()[-300:]}"
 
 
+def install_package(name: str) -> list[str]:
+    """Install one of the system's packages where that is possible, as root on Debian; return what went wrong."""
+    if not hasattr(os, "geteuid") or os.geteuid() != 0 or shutil.which("apt-get") is None:
+        return []
+    install = ["apt-get", "install", "-y", "--no-install-recommends", name]
+    return [problem for command in (["apt-get", "update"], install) if (problem := _run(command))]
+
+
 def launch(playwright: Playwright) -> Browser:
     """Start a browser; install one if there is none.
 
@@ -86,12 +94,13 @@ def launch(playwright: Playwright) -> Browser:
         RuntimeError: none can be had; the message lists all that was tried.
     """
     tried: list[str] = []
-    may_install = hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None
-    own = [[sys.executable, "-m", "playwright", "install", "chromium"]]
-    packaged = [["apt-get", "update"], ["apt-get", "install", "-y", "--no-install-recommends", "chromium"]] if may_install else []
-    for commands in ([], own, packaged):
-        tried += [_run(command) for command in commands]
-        path = None if commands is own else installed_browser()
+
+    def own() -> list[str]:
+        return [_run([sys.executable, "-m", "playwright", "install", "chromium"])]
+
+    for install in (list[str], own, lambda: install_package("chromium")):
+        tried += install()
+        path = None if install is own else installed_browser()
         try:
             return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS))
         except Error as error:

@@ -1,4 +1,4 @@
-"""What the README says is true: its code runs, its keys and options exist."""
+"""What the README and the documents say is true: their code runs, their keys, options and links exist."""
 
 import re
 import subprocess
@@ -12,23 +12,26 @@ from app.cli.main import COMMANDS
 from app.page.panels.hotkeys import HOTKEYS
 from app.settings import Settings, from_query
 
-README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+DOCUMENTS = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "app" / "documents").glob("*.md")}
+TEXTS = README + "".join(DOCUMENTS.values())
 
 
-def blocks(language: str) -> list[str]:
+def blocks(language: str, text: str) -> list[str]:
     """Return the code blocks of one language."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+    return re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
 def test_python_block_runs() -> None:
-    (code,) = blocks("python")
+    (code,) = blocks("python", TEXTS)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert float(done.stdout.split()[0]) > 0.1
 
 
 def test_the_two_commands_come_first_and_are_self_contained() -> None:
-    start, test = blocks("sh")[:2]
+    start, test = blocks("sh", README)
     for command in (start, test):
         assert command.count("\n") == 1
         assert command.startswith("python3 -m venv .venv && .venv/bin/pip install -q -c requirements.lock -e ")
@@ -36,7 +39,7 @@ def test_the_two_commands_come_first_and_are_self_contained() -> None:
     assert test.rstrip().endswith(".venv/bin/python -m pytest")
 
 
-@pytest.mark.parametrize("option", sorted(set(re.findall(r"(?<!\S)`?(--[a-z-]+)", README))))
+@pytest.mark.parametrize("option", sorted(set(re.findall(r"(?<!\S)`?(--[a-z-]+)", TEXTS))))
 def test_every_option_is_in_the_help_of_a_command(option: str) -> None:
     assert any(option in help_of(name) for name in COMMANDS)
 
@@ -47,14 +50,22 @@ def help_of(name: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
 
 
-def test_the_link_in_the_readme_is_understood() -> None:
-    query = re.findall(r"http://127\.0\.0\.1:8080/\?(\S+?)`", README)[0]
+@pytest.mark.parametrize("name", ["README.md", *DOCUMENTS])
+def test_every_link_and_picture_leads_to_a_file(name: str) -> None:
+    folder, text = (ROOT, README) if name == "README.md" else (ROOT / "app" / "documents", DOCUMENTS[name])
+    links = [link for link in re.findall(r"\]\(([^)\s]+)\)", text) if not link.startswith("https://")]
+    assert [link for link in links if not (folder / link).is_file()] == []
+
+
+def test_the_link_in_the_documents_is_understood() -> None:
+    query = re.findall(r"http://127\.0\.0\.1:8080/\?(\S+?)`", TEXTS)[0]
     settings, problems = from_query(dict(part.split("=") for part in query.split("&")), Settings())
     assert problems == ()
     assert settings.run.rig == "table" and settings.page.profile == "projector"
 
 
 def test_every_key_is_in_the_table() -> None:
-    table = README[README.index("| key | does |") : README.index("Try this")]
+    text = DOCUMENTS["page.md"]
+    table = text[text.index("| key | does |") : text.index("## The experiments")]
     for hotkey in HOTKEYS:
         assert hotkey.shown in table, hotkey

@@ -24,6 +24,10 @@ class Bench:
     """Steps measured of each scene."""
     robot: str = "lwr"
     """The arms of the measured steps: a name, as on the page, or a URDF file."""
+    robot_left: str = ""
+    """The left arm where the two differ."""
+    robot_right: str = ""
+    """The right arm where the two differ."""
     peers: bool = False
     """Instead, the hold experiment beside pink, mink and embodik: the same arms and inputs, interleaved (needs the extra `peers`)."""
     fair: bool = False
@@ -40,7 +44,8 @@ def bench(command: Bench) -> int:
         from app.bench.measurements import compare, measure, measure_fairness, read_figures, table_text
         from app.bench.peers import measure_peers, peers_table
 
-    robot = chosen(RunOptions(robot=command.robot), RunSettings()).robot
+    arms = {"robot": command.robot, "robot_left": command.robot_left, "robot_right": command.robot_right}
+    robot = chosen(RunOptions(**arms), RunSettings()).robot
     before = read_figures(command.compare) if command.compare else None
     if command.peers:
         result = measure_peers(command.steps)

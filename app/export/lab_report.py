@@ -7,6 +7,7 @@ from typing import Final
 
 from app.export.report_html import ReportEntry, lowered, report_html
 from app.i18n.speaking import set_language, tr
+from app.lessons.labels import sentence
 from app.lessons.lesson import Lesson, Step
 from app.lessons.phases import phases_of
 from app.lessons.progress import StepProgress
@@ -97,7 +98,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         right=verdict.right if verdict is not None else None,
         verdict=verdict.reply if verdict is not None else "",
         outcome=view.outcome,
-        judgements=tuple((j.text, j.passed) for j in attempt.judgements) if attempt is not None else (),
+        judgements=tuple((sentence(tr(j.text)), j.passed) for j in attempt.judgements) if attempt is not None else (),
         attempts=view.attempts,
         passed=view.passed if view.challenge else None,
         words=progress.words,

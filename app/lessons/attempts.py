@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 
-from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Challenge
 from app.lessons.outcomes import Attempt, judge
-from app.settings import Language
+from controllers.errors import LazyText
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -42,7 +41,6 @@ def attempted(
     challenge: Challenge,
     simulation: Simulation,
     said: Sequence[float | None],
-    language: Language,
     *,
     yours: bool,
     finished: bool,
@@ -52,15 +50,14 @@ def attempted(
 
     Args:
         said: the student's forecasts, where the challenge asks for any.
-        language: of what is said.
         yours: whether the student moves, so that any moment may be the end.
         finished: whether the run is as long as the challenge asks for.
         mixed: see `RunWatch`.
     """
-    attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said, language)
+    attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said)
     note, seconds = "", f"{challenge.setup.seconds:g} s"
     if challenge.criteria and mixed:
         note = N_("The settings changed during the run. Reset, then run again, so that all of it is under the same settings.")
     elif challenge.criteria and not yours and not finished:
         note = N_("The run is not over yet. Let it go on to {seconds}, then try again.")
-    return replace(attempt, passed=False, note=words_of(language)(note, seconds=seconds)) if note else attempt
+    return replace(attempt, passed=False, note=LazyText(note, seconds=seconds)) if note else attempt

@@ -11,6 +11,7 @@ from app.custom_law.law_limits import LawProblem
 from app.custom_law.trial_result import TrialResult
 from app.custom_law.trials import TRIALS, WHY, examine_law
 from app.lessons.outcomes import Attempt, Judgement
+from controllers.errors import LazyText, joined
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
 from scenes.law_factory import make_law
@@ -50,9 +51,9 @@ def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
     """Return how a controller did; a test that fails says why it is asked for."""
     judgements: list[Judgement] = []
     for verdict in verdicts:
-        why = "" if verdict.passed else f" {WHY[verdict.name]}"
-        text = f"{verdict.name[0].upper()}{verdict.name[1:]}: {verdict.reason}{why}"
-        judgements.append(Judgement(verdict.name, verdict.passed, text, None))
+        why = () if verdict.passed else (LazyText(WHY[verdict.name]),)
+        told = LazyText("{test}: {reason}", test=LazyText(verdict.name), reason=verdict.reason)
+        judgements.append(Judgement(verdict.name, verdict.passed, joined((told, *why), " "), None))
     return Attempt.of(judgements)
 
 

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
-from app.lessons.labels import compared_text, label_of
+from app.lessons.labels import compared_text, label_of, label_text
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
 from app.lessons.measures.quantity import Value, measure
 from app.lessons.reference_runs import comparisons, measured, wanted
-from app.lessons.runs import Pairs, Setup, page_value, settings_text
+from app.lessons.runs import Pairs, Setup, changes_text, settings_text, value_text
 from app.lessons.texts import Measured
 from app.settings import Language
+from controllers.errors import LazyText
 from scenes.settings import RunSettings, specs, values
 
 
@@ -54,7 +55,7 @@ class StepOutcome:
             lines.append(words(N_("Your run did not get that far, so this is the reference run.")))
         if self.unlike:
             text = N_("This run had {settings}, other than the question is about. Reset and run to see what was asked.")
-            lines.append(words(text, settings=settings_text(self.unlike)))
+            lines.append(words(text, settings=settings_text(self.unlike, language)))
         return tuple(lines)
 
 
@@ -110,7 +111,7 @@ class Judgement:
     """One inequality of a challenge.
 
     Attributes:
-        text: what was measured, what was asked, and by how much it is missed.
+        text: what was measured, what was asked, and by how much it is missed; a `LazyText`, for a reader may change the language.
         value: measured, SI.
     """
 
@@ -122,7 +123,7 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Attempt:
-    """A try at a challenge: every inequality judged; a note if the run cannot count."""
+    """A try at a challenge: every inequality judged; a note, a `LazyText`, if the run cannot count."""
 
     passed: bool
     judgements: tuple[Judgement, ...]
@@ -145,38 +146,38 @@ class Attempt:
         return " ".join((self.note, *(j.text for j in ordered))).strip()
 
 
-def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None], language: Language = "en") -> Attempt:
+def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]) -> Attempt:
     """Return how a run stands up to a challenge.
 
     Args:
         said: forecasts, in their order; what is missing counts as not given.
     """
     judgements = [
-        judged(c, measure(evidence, c.measurement.name, c.measurement.parameters), challenge.setup.seconds, language)
+        judged(c, measure(evidence, c.measurement.name, c.measurement.parameters), challenge.setup.seconds)
         for c in challenge.criteria
     ]
     for i, forecast in enumerate(challenge.forecasts):
         number = said[i] if i < len(said) else None
-        judgements.append(_foretold(forecast, number, challenge.setup, language))
+        judgements.append(_foretold(forecast, number, challenge.setup))
     return Attempt.of(judgements)
 
 
-def judged(criterion: Criterion, value: Value, seconds: float, language: Language = "en") -> Judgement:
+def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
     """Return whether an inequality holds, and by how much it is missed.
 
     Args:
         value: measured, SI.
         seconds: how long a run has to go on that does not tell yet [s].
     """
-    m, low, high, words = criterion.measurement, criterion.low, criterion.high, words_of(language)
-    label = label_of(m, language)
+    m, low, high = criterion.measurement, criterion.low, criterion.high
+    label = label_text(m)
 
     def judgement(passed: bool, text: str, digits: int | None = None, **parts: str) -> Judgement:
-        return Judgement(m.id, passed, words(text, label=label, value=_text(m, value, digits), **parts), value)
+        return Judgement(m.id, passed, LazyText(text, label=label, value=_text(m, value, digits), **parts), value)
 
     if value is None:
         text = N_("{label}: this run does not tell yet. Let it go on for {seconds}.")
-        return Judgement(m.id, False, words(text, label=label, seconds=f"{seconds:g} s"), None)
+        return Judgement(m.id, False, LazyText(text, label=label, seconds=f"{seconds:g} s"), None)
     if low is not None and high == low:
         if abs(value - low) <= 1e-9 * max(1.0, abs(low)):
             return judgement(True, N_("{label}: {value}, as asked."))
@@ -200,7 +201,7 @@ def judged(criterion: Criterion, value: Value, seconds: float, language: Languag
 
 def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
     if m.name == "setting" and value is not None:
-        return page_value(str(dict(m.parameters)["key"]), setting_value(str(dict(m.parameters)["key"]), value))
+        return value_text(str(dict(m.parameters)["key"]), setting_value(str(dict(m.parameters)["key"]), value))
     return Measurement(m.id, m.name, m.parameters, m.unit, m.digits if digits is None else digits).text(value)
 
 
@@ -218,22 +219,17 @@ def _distinct_digits(m: Measurement, value: float, bound: float) -> int:
     return next((n for n in range(m.digits, 9) if _text(m, value, n) != _text(m, bound, n)), 9)
 
 
-def _foretold(forecast: Forecast, said: float | None, setup: Setup, language: Language) -> Judgement:
-    m = forecast.measurement
-    words, settings = words_of(language), settings_text(forecast.changes)
+def _foretold(forecast: Forecast, said: float | None, setup: Setup) -> Judgement:
+    m, settings = forecast.measurement, changes_text(forecast.changes)
     (value,) = measured(setup.with_changes(forecast.changes), wanted((m,)))
     if said is None or value is None:
-        return Judgement(m.id, False, words(N_("With {settings}: no number was given."), settings=settings), value)
+        return Judgement(m.id, False, LazyText("With {settings}: no number was given.", settings=settings), value)
     error = abs(said - value) / abs(value) if value else float("inf")
     passed = error <= forecast.within
-    text = words(
+    text = (
         N_("With {settings} you said {said}, and it is {value}: {error} off, at most {within} is allowed.")
         if passed
-        else N_("With {settings} you said {said}, but it is {value}: {error} off, at most {within} is allowed."),
-        settings=settings,
-        said=m.text(said),
-        value=m.text(value),
-        error=f"{100.0 * error:.1f}%",
-        within=f"{100.0 * forecast.within:g}%",
+        else N_("With {settings} you said {said}, but it is {value}: {error} off, at most {within} is allowed.")
     )
-    return Judgement(m.id, passed, text, value)
+    parts = {"error": f"{100.0 * error:.1f}%", "within": f"{100.0 * forecast.within:g}%"}
+    return Judgement(m.id, passed, LazyText(text, settings=settings, said=m.text(said), value=m.text(value), **parts), value)

@@ -9,6 +9,7 @@ from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import Attempt, Judgement, StepOutcome
 from app.lessons.runs import Pairs
 from app.settings import Settings
+from controllers.errors import LazyText
 from scenes.settings import specs
 
 VERSION: Final = 1
@@ -70,7 +71,9 @@ def to_json(progress: Progress) -> str:
 
 
 def _plain(data: Any) -> Any:
-    """Return data with text in place of infinity, a distance where nothing can be met, which JSON does not know."""
+    """Return data with what JSON does not know in other words: infinity, a distance where nothing can be met, and a `LazyText`."""
+    if isinstance(data, LazyText):
+        return {"template": data.template, "parts": _plain(data.parts)}
     if isinstance(data, dict):
         return {key: _plain(value) for key, value in data.items()}
     if isinstance(data, (list, tuple)):
@@ -148,8 +151,19 @@ def _attempt(data: object) -> Attempt | None:
     if not isinstance(data, dict) or not isinstance(data.get("judgements"), list):
         return None
     judgements = tuple(
-        Judgement(_word(j.get("id")), j.get("passed") is True, str(j.get("text") or "")[:1000], _value(j.get("value")))
+        Judgement(_word(j.get("id")), j.get("passed") is True, _text(j.get("text")), _value(j.get("value")))
         for j in data["judgements"]
         if isinstance(j, dict)
     )
-    return Attempt(data.get("passed") is True, judgements, str(data.get("note") or "")[:1000])
+    return Attempt(data.get("passed") is True, judgements, _text(data.get("note")))
+
+
+def _text(data: object) -> str:
+    """Return a `LazyText`, or "" for what is none."""
+    if not isinstance(data, dict) or not isinstance(data.get("template"), str) or not isinstance(data.get("parts"), dict):
+        return ""
+    parts = {name: _text(part) if isinstance(part, dict) else part for name, part in data["parts"].items()}
+    try:
+        return LazyText(data["template"], **parts)
+    except (LookupError, ValueError, TypeError, AttributeError):
+        return ""

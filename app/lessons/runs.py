@@ -4,9 +4,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from app.i18n.speaking import tr
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import spoken
 from app.lessons.room_places import Start
-from app.settings import Settings
+from app.settings import Language, Settings
+from controllers.errors import LazyText, joined
 from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, changed, specs
 
@@ -78,19 +80,33 @@ def merged(first: Pairs, then: Pairs) -> Pairs:
     return tuple((dict(first) | dict(then)).items())
 
 
-def page_value(key: str, value: object) -> str:
-    """Return a setting's value as a person reads it on the page, with its unit."""
+def value_text(key: str, value: object) -> str:
+    """Return a setting's value as a person reads it on the page, with its unit; words are a `LazyText`."""
     spec: Spec = specs(Settings)[key]
     if spec.choices:
-        return tr(spec.choice_labels[spec.choices.index(str(value))]) if spec.choice_labels else str(value)
+        return LazyText(spec.choice_labels[spec.choices.index(str(value))]) if spec.choice_labels else str(value)
     if isinstance(value, bool):
-        return tr("on") if value else tr("off")
+        return LazyText("on") if value else LazyText("off")
     if isinstance(value, (int, float)):
         return f"{value * spec.page_scale:.6g} {spec.page_unit}".rstrip()
     return str(value)
 
 
-def settings_text(changes: Pairs) -> str:
-    """Return settings as a person reads them on the page, in its language: "n = 2, dt = 5 ms"."""
+def page_value(key: str, value: object, language: Language | None = None) -> str:
+    """Return a setting's value in a language; None for that of the page."""
+    text, words = value_text(key, value), spoken() if language is None else words_of(language)
+    return words(text) if isinstance(text, LazyText) else text
+
+
+def changes_text(changes: Pairs) -> LazyText:
+    """Return settings as a person reads them on the page: "n = 2, dt = 5 ms"."""
     known = specs(Settings)
-    return ", ".join(f"{tr(known[key].label)} = {page_value(key, value)}" for key, value in changes)
+    parts = [
+        LazyText("{label} = {value}", label=LazyText(known[key].label), value=value_text(key, value)) for key, value in changes
+    ]
+    return joined(parts, ", ")
+
+
+def settings_text(changes: Pairs, language: Language | None = None) -> str:
+    """Return settings as a person reads them, in a language; None for that of the page."""
+    return (spoken() if language is None else words_of(language))(changes_text(changes))

@@ -61,7 +61,7 @@ def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured,
         kind, name = hole[1], hole[2]
         if kind == "setting":
             found = values(setup.settings(Settings()))
-            return page_value(name, found[name]) if name in found else "–"
+            return page_value(name, found[name], language) if name in found else "–"
         id, number, side = _parts(name)
         known = measured.get(id, ())
         if number == "ratio":

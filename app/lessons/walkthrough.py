@@ -263,7 +263,6 @@ class Walkthrough:
             challenge,
             simulation,
             said,
-            self.lesson.language,
             yours=self.yours,
             finished=self.finished(simulation),
             mixed=self._watch.mixed,

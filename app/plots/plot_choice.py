@@ -55,7 +55,7 @@ def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[s
 
 def makes_room(shown: tuple[str, ...]) -> bool:
     """Return whether the squared error is left out on a narrow screen."""
-    return len(shown) > 3 or any(name in CHARTS for name in shown)
+    return "error" in shown and (len(shown) > 3 or any(name in CHARTS for name in shown))
 
 
 def layout_html(shown: tuple[str, ...]) -> str:

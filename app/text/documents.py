@@ -1,6 +1,7 @@
-"""The documents as printable HTML pages: the model, a lecture plan, and how to write a lesson."""
+"""The documents as printable HTML pages."""
 
 import html
+import os
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -10,18 +11,23 @@ from app.i18n.speaking import N_
 from app.settings import Language
 from app.text.lesson_text import markdown_reader
 
-FOLDER: Final = Path(__file__).parents[1] / "lessons"
+FOLDER: Final = Path(__file__).parents[1]
 
 DOCUMENTS: Final = {
-    "model": ("model.md", N_("The model")),
-    "lecture-plan": ("lecture-plan.md", N_("A lecture plan")),
-    "lessons": ("README.md", N_("How to write a lesson")),
+    "page": ("documents/page.md", N_("The page")),
+    "model": ("documents/model.md", N_("The model")),
+    "class": ("documents/class.md", N_("For a class")),
+    "lecture-plan": ("documents/lecture-plan.md", N_("A lecture plan")),
+    "commands": ("documents/commands.md", N_("Without a page")),
+    "lessons": ("lessons/README.md", N_("How to write a lesson")),
+    "code": ("documents/code.md", N_("The code")),
 }
 """Last part of the address → file in `FOLDER`, and what it is called."""
 
 PREFIX: Final = "/documents/"
 
-_READER: Final = markdown_reader({file: name for name, (file, _) in DOCUMENTS.items()})
+# As a document of `FOLDER / "documents"` names them.
+_READER: Final = markdown_reader({os.path.relpath(file, "documents"): name for name, (file, _) in DOCUMENTS.items()})
 
 _STYLE: Final = Path(__file__).with_name("document.css")
 

@@ -14,17 +14,20 @@ import types
 from collections.abc import Awaitable, Callable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, cast, get_type_hints
+from typing import Any, Final, cast, get_args, get_origin, get_type_hints
 from zipfile import ZipFile
 
+import numpy as np
+import numpy.typing as npt
 import viser
 import viser.infra._infra as viser_infra
 import websockets
-from viser import _gui_api, _gui_handles, _messages
-from viser._assignable_props_api import AssignablePropsBase
+from viser import _gui_api, _gui_handles, _messages, _scene_handles
+from viser._assignable_props_api import AssignablePropsBase, colors_to_uint8
 from viser._icons import ICONS_DIR
 from viser._messages import HotkeyKey as HotkeyKey
 from viser._messages import KeyModifier as KeyModifier
+from viser._scene_api import cast_vector
 from viser.infra._async_message_buffer import AsyncMessageBuffer as MessageBuffer
 from viser.infra._messages import Message as Message
 from websockets.asyncio.server import ServerConnection
@@ -162,15 +165,19 @@ _hints_of: Final = cache(get_type_hints)
 
 
 def adapt_viser() -> None:
-    """Replace three functions of viser for the whole process; calling it again changes nothing.
+    """Replace five functions of viser for the whole process; calling it again changes nothing.
 
     - A connection with a method `send_windows` sends messages by it instead of by viser's loop.
     - The types of an element's properties are looked up once per class instead of once per handle.
+    - A property's type is compared with types that are made once, and a pose with plain numbers: a frame sets some forty properties and
+      twenty poses, most of them to what they are.
     - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon, and keeps 32 icons.
     """
     viser_infra._message_producer = _send_windows
     # A type checker knows the attribute as a cached property of every handle.
     setattr(AssignablePropsBase, "_prop_hints", _hints)  # noqa: B010
+    setattr(AssignablePropsBase, "_cast_value_recursive", _cast_property)  # noqa: B010
+    cast(dict[str, Any], vars(_scene_handles))["_set_pose_vector"] = _set_pose
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _icon
 
@@ -188,6 +195,35 @@ async def _send_windows(
 @property
 def _hints(handle: AssignablePropsBase[Any]) -> dict[str, Any]:
     return _hints_of(type(handle._impl.props))
+
+
+_FLOATS: Final[dict[Any, type]] = {npt.NDArray[kind]: kind for kind in (np.float16, np.float32, np.float64)}
+_BYTES: Final = npt.NDArray[np.uint8]
+
+
+def _cast_property(handle: AssignablePropsBase[Any], hint: Any, value: Any, name: str) -> Any:
+    """Return a value as the type of a property asks for it."""
+    if hint in _FLOATS:
+        return np.asarray(value).astype(_FLOATS[hint])
+    if hint == _BYTES and "color" in name:
+        return colors_to_uint8(value)
+    if isinstance(value, tuple) and get_origin(hint) is tuple and len(kinds := get_args(hint)) == 2 and kinds[1] is ...:
+        return tuple(_cast_property(handle, kinds[0], item, name) for item in value)
+    return value
+
+
+def _set_pose(
+    current: npt.NDArray[np.float64],
+    value: Any,
+    length: int,
+    queue: Callable[[Any], None],
+    make_message: Callable[[Any], Any],
+) -> None:
+    """Write a position or a quaternion and queue its message, unless it differs by no more than `numpy.allclose` allows."""
+    numbers = cast_vector(value, length)
+    if not all(abs(new - old) <= 1e-8 + 1e-5 * abs(old) for new, old in zip(numbers, current.tolist(), strict=True)):
+        current[:] = numbers
+        queue(make_message(numbers))
 
 
 @cache

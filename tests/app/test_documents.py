@@ -51,6 +51,7 @@ def test_documents_and_lessons_have_one_reader(render: Callable[[str], str], tex
 
 def test_links_lead_to_documents_from_documents_only() -> None:
     assert '<a href="model">' in document_html("[m](model.md)")
+    assert '<a href="lessons">' in document_html("[l](../lessons/README.md)")
     assert "<a" not in lesson_html("[m](model.md)") + document_html("[m](other.md)")
 
 

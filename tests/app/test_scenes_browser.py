@@ -6,6 +6,8 @@ import numpy as np
 from playwright.sync_api import Page
 
 from app.session.session import Session
+from scenes.history import COLUMN
+from scenes.robots.drawing import joint_frames
 from scenes.room import BALL_RADIUS
 from scenes.settings import RunSettings, SceneName, specs
 from scenes.targets import BallTarget
@@ -97,3 +99,22 @@ def test_every_scene_is_entered_and_its_ball_or_figure_pulled(house: OpenHouse, 
 
     enter(page, session, "hold")
     assert are_there(HAND) and not are_there("/person/body", "/gizmo/left_wrist")
+
+
+def test_two_makes_are_drawn_where_they_are_and_one_gives_way(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(960, 720, expect=(LATE_UPDATE, PULLED))
+    session = visit(page, house(), "robot=ur5_panda&rig=table&speed=2")
+    until(page, lambda: session.simulation.sample().activation > 0.5, "a meeting")
+    ask(session, lambda s: s.change("speed", 0.25))
+    run = session.simulation
+    for arm, made, count in zip(run.room.arms, run.room.robots, (6, 7), strict=True):
+        path = "".join(f"/{joint.name}" for joint in joint_frames(made.key))
+        assert arm.joints.stop - arm.joints.start == path.count("/") == count
+
+        def off(path: str = path, joint: int = arm.joints.stop, name: str = arm.name) -> float:
+            drawn = world_position(page, f"/arms/{name}/base{path}")
+            return float(np.linalg.norm(drawn - ask(session, lambda s: s.simulation.kinematics.joint_point(joint).copy())))
+
+        until(page, lambda off=off: off() < 0.02, f"the {arm.name} arm drawn where it is")
+    screenshot(page, "scene-two-makes")
+    assert run.history.table()[:, COLUMN["law_d"]].min() > session.settings.run.law.critical_distance - 1e-3

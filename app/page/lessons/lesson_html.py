@@ -3,8 +3,8 @@
 import html
 from typing import Final
 
-from app.i18n.speaking import spoken, tr
-from app.lessons.loading import FOLDER
+from app.i18n.speaking import tr
+from app.lessons.labels import sentence
 from app.lessons.outcomes import Attempt
 from app.lessons.phases import Phase
 from app.lessons.step_view import StepView
@@ -53,17 +53,7 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
     }
     if made["hints"]:
         made["hints"] = f"<h3>{tr('Hints')}</h3><ol>{made['hints']}</ol>"
-    # A screen reader takes the voice of the text's language.
-    lang = {name: ' lang="en"' for name in ("text", "after", "hints") if is_foreign(view)}
-    return {
-        name: f'<div class="duet duet-lesson duet-l-{name}"{lang.get(name, "")}>{made[name]}</div>' if made[name] else ""
-        for name in BLOCKS
-    }
-
-
-def is_foreign(view: StepView) -> bool:
-    """Return whether a lesson of ours is shown in English on a page in another language; the language of other lessons is unknown."""
-    return view.step.setup.folder == FOLDER and view.lesson.language == "en" != spoken().language
+    return {name: f'<div class="duet duet-lesson duet-l-{name}">{made[name]}</div>' if made[name] else "" for name in BLOCKS}
 
 
 def head_html(view: StepView) -> str:
@@ -77,9 +67,8 @@ def head_html(view: StepView) -> str:
     )
     source = f" · {tr('eq.')} {html.escape(lesson.equations)}" if lesson.equations else ""
     where = tr("Lesson {lesson} · step {step} of {count}", lesson=lesson.number, step=view.index + 1, count=view.count)
-    remark = f'<p class="crumb">{tr("This lesson is in English.")}</p>' if is_foreign(view) else ""
     return (
-        f'<p class="crumb">{where}{source}</p>{remark}'
+        f'<p class="crumb">{where}{source}</p>'
         f"<h2>{inline_html(step.title)}</h2>"
         f'<div class="goal"><b>{tr("Goal")}</b> {lesson_html(step.goal, step.setup.folder)}</div>'
         f'<ol class="phases">{parts}</ol>'
@@ -146,9 +135,9 @@ def attempt_html(view: StepView) -> str:
 
 
 def _judgements(attempt: Attempt) -> str:
-    note = f"<p>{html.escape(attempt.note)}</p>" if attempt.note else ""
+    note = f"<p>{html.escape(tr(attempt.note))}</p>" if attempt.note else ""
     rows = "".join(
-        f"<li class={'ok' if j.passed else 'no'}><span>{'✓' if j.passed else '✗'}</span>{html.escape(j.text)}</li>"
+        f"<li class={'ok' if j.passed else 'no'}><span>{'✓' if j.passed else '✗'}</span>{html.escape(sentence(tr(j.text)))}</li>"
         for j in sorted(attempt.judgements, key=lambda j: j.passed)
         # The note says already why these have nothing to tell.
         if not attempt.note or j.passed or j.value is not None

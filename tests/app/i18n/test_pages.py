@@ -2,17 +2,9 @@
 
 from collections.abc import Iterator
 
-import pytest
-
-from app.i18n.catalogue import words_of
 from app.i18n.pseudo import pseudo
-from app.i18n.speaking import set_language
 from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_session import LessonSession
-from app.lessons.translated_book import in_language
-from app.page.lessons.lesson_html import blocks_html
-from app.session.session import Session
-from app.settings import Language, Settings
+from app.settings import Settings
 from app.text.lesson_text import plain
 from scenes.settings import changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
@@ -90,16 +82,6 @@ def test_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> N
     assert not {"language", "scene", "law", "clock", "Leave the lessons"} & set(labels(visitor))
     visitor.set_value("jezik", "English")
     comes(visitor, "Leave the lessons")
-
-
-@pytest.mark.parametrize(("language", "number", "remark"), [("de", 2, False), ("de", 4, True), ("sl", 5, True), ("en", 4, False)])
-def test_a_lesson_in_english_says_so(language: Language, number: int, remark: bool) -> None:
-    set_language(language)
-    run = LessonSession(Session(Settings()), in_language(load_lessons(), language))
-    run.enter(number - 1)
-    blocks = blocks_html(run.view(), (), False, True)
-    assert (words_of(language)("This lesson is in English.") in blocks["head"]) == remark
-    assert ('lang="en"' in blocks["text"]) == remark and 'lang="en"' not in blocks["head"]
 
 
 def test_a_bad_link_is_named_in_the_page_s_language(house: OpenHouse, arrive: Arrive) -> None:

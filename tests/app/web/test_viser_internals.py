@@ -6,13 +6,16 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 import viser.infra._infra as viser_infra
 import websockets
-from viser import _gui_api, _gui_handles
+from hypothesis import given
+from hypothesis import strategies as st
+from viser import _assignable_props_api, _gui_api, _gui_handles, _scene_handles
 from viser import _messages as viser_messages
 from viser._assignable_props_api import AssignablePropsBase
 
@@ -25,17 +28,21 @@ from tests.app.web.conftest import Join, Room
 from tests.blocking_client import BlockingClient
 
 
+def untouched(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """A module of viser as it is without us."""
+    assert module.__file__ is not None
+    spec = importlib.util.spec_from_file_location(f"{module.__name__}_untouched", module.__file__)
+    assert spec is not None and spec.loader is not None
+    copy = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, spec.name, copy)
+    spec.loader.exec_module(copy)
+    return copy
+
+
 @pytest.fixture
 def visers_own(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """viser's networking as it is without us, clock and all."""
-    origin = viser_infra.__file__
-    assert origin is not None
-    spec = importlib.util.spec_from_file_location("viser.infra._infra_untouched", origin)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, module)
-    spec.loader.exec_module(module)
-    return module
+    return untouched(viser_infra, monkeypatch)
 
 
 def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Message]], client_id: int = 1) -> list[bytes]:
@@ -156,6 +163,51 @@ def test_viser_is_the_version_that_fits_and_is_adapted_once(monkeypatch: pytest.
     monkeypatch.setattr(viser_infra, "_message_producer", None)
     adapt_viser()
     assert replaced() == once
+
+
+@pytest.mark.parametrize(
+    ("hint", "value", "name"),
+    [
+        (str, "text", "label"),
+        (float | None, 1, "width"),
+        (bool, True, "visible"),
+        (Literal["a", "b"], "b", "kind"),
+        (tuple[str, ...], ("one", "two"), "options"),
+        (tuple[npt.NDArray[np.float64], ...], ([1, 2], np.array([3.0])), "data"),
+        (tuple[int, int, int], (1, 2, 3), "color"),
+        (npt.NDArray[np.float16], [[0.5, 1.0]], "points"),
+        (npt.NDArray[np.float32], np.arange(3.0), "points"),
+        (npt.NDArray[np.float64], (1, 2), "points"),
+        (npt.NDArray[np.float32], 2, "points"),
+        (npt.NDArray[np.uint8], np.array([0.0, 0.5, 1.0]), "colors"),
+        (npt.NDArray[np.uint8], np.array([300, -1]), "color"),
+        (npt.NDArray[np.uint8], np.array([1, 2], np.uint8), "bytes"),
+    ],
+)
+def test_a_property_is_cast_as_viser_casts_it(hint: Any, value: Any, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    adapt_viser()
+    original = untouched(_assignable_props_api, monkeypatch).AssignablePropsBase._cast_value_recursive
+    handle: Any = SimpleNamespace()
+    handle._cast_value_recursive = lambda *args: original(handle, *args)
+    ours, theirs = AssignablePropsBase._cast_value_recursive(handle, hint, value, name), original(handle, hint, value, name)
+    assert type(ours) is type(theirs)
+    for one, other in zip(ours, theirs, strict=True) if isinstance(ours, tuple) else [(ours, theirs)]:
+        assert getattr(one, "dtype", None) == getattr(other, "dtype", None)
+        assert np.array_equal(one, other)
+
+
+@given(
+    st.lists(st.floats(-2.0, 2.0), min_size=4, max_size=4),
+    st.lists(st.sampled_from([0.0, 1e-9, 9e-6, 1.1e-5, 1.0]), min_size=4, max_size=4),
+)
+def test_a_pose_is_sent_when_viser_would_send_it(old: list[float], step: list[float]) -> None:
+    adapt_viser()
+    new = tuple(a + b for a, b in zip(old, step, strict=True))
+    current, queued = np.array(old), []
+    vars(_scene_handles)["_set_pose_vector"](current, new, 4, queued.append, lambda pose: pose)
+    moved = not np.allclose(new, old)
+    assert queued == [new] * moved
+    assert current.tolist() == list(new if moved else old)
 
 
 def test_the_function_that_serves_is_given_back() -> None:

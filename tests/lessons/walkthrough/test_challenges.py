@@ -103,7 +103,7 @@ def test_the_textbooks_law_fails_where_there_is_no_lever() -> None:
     attempt = examine(StandIn(textbook), ("gets out", "bounded where J_d is singular"))
     assert attempt.failed == ("bounded where J_d is singular",)
     (judgement,) = [j for j in attempt.judgements if not j.passed]
-    assert judgement.text.startswith("Bounded where J_d is singular: |q̇| ≤ 1.92 rad/s")
+    assert judgement.text.startswith("bounded where J_d is singular: |q̇| ≤ 1.92 rad/s")
     assert "fails by" in judgement.text and judgement.text.endswith(WHY[judgement.id])
 
 

@@ -1,0 +1,151 @@
+"""The system's Firefox, driven by WebDriver BiDi, which it speaks by itself: no driver and no browser is downloaded."""
+
+import base64
+import itertools
+import json
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, Final
+
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
+
+from tests.browser import free_port, install_package
+
+TIMEOUT: Final = 90.0
+"""Longest time for anything that is waited for [s]."""
+
+# Firefox prints what it thinks of a machine without a graphics card; viser's own build has one message of its own.
+HARMLESS: Final = ("WebGL warning", "WEBGL_debug_renderer_info", "WebGL context was lost", "downloadable font")
+
+
+def installed(name: str, *names: str) -> str:
+    """Return the path of a program: the first that is installed, or, as root on Debian, the first's package installed now.
+
+    Raises:
+        FileNotFoundError: there is none.
+    """
+    for attempt in (False, True):
+        if attempt:
+            install_package(name.lower())
+        found = next((path for path in map(shutil.which, (*names, name)) if path), None)
+        if found is not None:
+            return found
+    raise FileNotFoundError(f"{name} is not installed")
+
+
+class Firefox:
+    """One tab.
+
+    Attributes:
+        complaints: errors of the console and uncaught exceptions so far.
+    """
+
+    def __init__(self, socket: Connection) -> None:
+        self._socket, self._numbers = socket, itertools.count(1)
+        self.complaints: list[str] = []
+        self._send("session.new", capabilities={})
+        self._send("session.subscribe", events=["log.entryAdded"])
+        self._tab = self._send("browsingContext.getTree")["contexts"][0]["context"]
+
+    def _send(self, method: str, **params: Any) -> dict[str, Any]:
+        number = next(self._numbers)
+        self._socket.send(json.dumps({"id": number, "method": method, "params": params}))
+        end = time.monotonic() + TIMEOUT
+        while True:
+            message = self._next(max(end - time.monotonic(), 0.0))
+            if message.get("id") == number:
+                if message["type"] == "error":
+                    raise RuntimeError(f"{method}: {message['error']}: {message['message']}")
+                return message["result"]
+
+    def _next(self, timeout: float) -> dict[str, Any]:
+        """Return the next message, after noting it if it is a complaint."""
+        message = json.loads(self._socket.recv(timeout=timeout))
+        if message.get("method") == "log.entryAdded":
+            entry = message["params"]
+            if entry["level"] == "error" and not any(text in (entry["text"] or "") for text in HARMLESS):
+                self.complaints.append(f"{entry['type']}: {entry['text']}")
+        return message
+
+    def open(self, url: str, width: int, height: int) -> None:
+        self._send("browsingContext.setViewport", context=self._tab, viewport={"width": width, "height": height})
+        self._send("browsingContext.navigate", context=self._tab, url=url, wait="complete")
+
+    def value(self, script: str) -> Any:
+        """Return what an expression gives, a number, a text or true or false."""
+        answer = self._send("script.evaluate", expression=script, target={"context": self._tab}, awaitPromise=True)
+        if answer["type"] == "exception":
+            raise RuntimeError(answer["exceptionDetails"]["text"])
+        return answer["result"].get("value")
+
+    def until(self, script: str, what: str) -> None:
+        """Wait until an expression is true."""
+        end = time.monotonic() + TIMEOUT
+        while not self.value(f"Boolean({script})"):
+            assert time.monotonic() < end, f"{what} did not happen"
+            with suppress(TimeoutError):
+                self._next(0.1)
+
+    def drag(self, start: tuple[float, float], by: tuple[float, float], held: Callable[[], None] = lambda: None) -> None:
+        """Press at a point of the window, go by a way in steps, let go. `held`: called before that."""
+        steps = [
+            {"type": "pointerMove", "x": round(start[0] + by[0] * k / 8), "y": round(start[1] + by[1] * k / 8), "duration": 60}
+            for k in range(9)
+        ]
+        self._point([*steps[:1], {"type": "pause", "duration": 100}, {"type": "pointerDown", "button": 0}, *steps[1:]])
+        held()
+        self._point([{"type": "pointerUp", "button": 0}])
+
+    def _point(self, actions: list[dict[str, Any]]) -> None:
+        mouse = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": actions}
+        self._send("input.performActions", context=self._tab, actions=[mouse])
+
+    def picture(self, path: Path) -> None:
+        path.write_bytes(base64.b64decode(self._send("browsingContext.captureScreenshot", context=self._tab)["data"]))
+
+
+@contextmanager
+def screen() -> Iterator[str]:
+    """A screen without a monitor while open: without one Firefox has no WebGL. Gives its name."""
+    command = [installed("Xvfb"), "-displayfd", "1", "-screen", "0", "1600x1200x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
+        try:
+            assert server.stdout is not None
+            yield f":{server.stdout.readline().strip()}"
+        finally:
+            server.terminate()
+
+
+@contextmanager
+def firefox(profile: Path) -> Iterator[Firefox]:
+    """A Firefox with a profile of its own, an empty folder, while open.
+
+    Raises:
+        FileNotFoundError: it, or a screen for it, is not installed; `DUET_FIREFOX` may name another one.
+    """
+    path = installed("firefox-esr", os.environ.get("DUET_FIREFOX", "firefox"))
+    port = free_port()
+    # A machine without a graphics card draws by software, which Firefox does not choose by itself.
+    (profile / "user.js").write_text('user_pref("webgl.force-enabled", true);\n', encoding="utf-8")
+    command = [path, "--no-remote", "--profile", str(profile), "--remote-debugging-port", str(port), "about:blank"]
+    said = profile / "said.txt"
+    # A pipe that is not read would stop Firefox, which has much to say about software rendering.
+    with screen() as display, said.open("w") as out:
+        environment = os.environ | {"DISPLAY": display}
+        with subprocess.Popen(command, stdout=out, stderr=out, env=environment) as process:
+            try:
+                end = time.monotonic() + TIMEOUT
+                while "WebDriver BiDi listening" not in said.read_text(encoding="utf-8", errors="replace"):
+                    assert process.poll() is None and time.monotonic() < end, "Firefox does not listen"
+                    with suppress(subprocess.TimeoutExpired):
+                        process.wait(0.1)
+                with connect(f"ws://127.0.0.1:{port}/session", max_size=None) as socket:
+                    yield Firefox(socket)
+            finally:
+                process.terminate()
