@@ -35,7 +35,7 @@ def largest_jump(times: Array, velocities: Array, dt: float) -> float:
 
 def rows_around(times: Array, time: float, dt: float) -> slice:
     """Return which rows lie within `AROUND` steps of an instant [s]."""
-    reach = (AROUND + 0.5) * dt
+    reach = (AROUND + 0.25) * dt
     return slice(int(np.searchsorted(times, time - reach)), int(np.searchsorted(times, time + reach)))
 
 
