@@ -9,8 +9,8 @@ from app.i18n.speaking import tr
 from app.plots.chart import Chart, ChartAxes
 from app.session.microscope import Magnified, Quantity, Steps
 from scenes.experiments import EXPERIMENTS
-from scenes.microscope import AROUND
 from scenes.settings import RunSettings
+from scenes.single_steps import AROUND
 
 _LEAST: Final = 1e-3
 """Shortest axis, in the unit that is shown."""

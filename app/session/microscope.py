@@ -11,8 +11,8 @@ from app.runtime.job_watch import JobWatch
 from controllers.kinematics import Array
 from scenes.history import COLUMN, History
 from scenes.inputs import Recorded
-from scenes.microscope import AROUND, avoiding_rates, finer_rows, largest_jump, rows_around
 from scenes.simulation import Simulation
+from scenes.single_steps import AROUND, avoiding_rates, finer_rows, largest_jump, rows_around
 
 Quantity = Literal["d", "lambda", "dq", "e"]
 

@@ -12,9 +12,9 @@ from app.session.microscope import STRIDE, Magnified
 from app.session.session import Session
 from app.settings import PageSettings, Settings
 from scenes.history import COLUMN
-from scenes.microscope import AROUND, largest_jump
 from scenes.rerun import rerun
 from scenes.settings import LawSettings, RunSettings
+from scenes.single_steps import AROUND, largest_jump
 from scenes.smoothness import ECHO
 from tests.app.inline import Inline
 

@@ -23,10 +23,14 @@ class MicroscopeButtons:
 
     def __init__(self, gui: viser.GuiApi, session: Session, view: View) -> None:
         self._session, self._view = session, view
-        hint = "Which steps are shown: about the largest step of q̇ in the last 20 s, or ten steps earlier or later."
         with view.plots_tab:
             self._buttons = ChoiceButtons(
-                gui, "single steps", ("d", "λ", "q̇", "e", "Largest jump", "◀", "▶"), hint, self._press, order=0.6
+                gui,
+                "single steps",
+                ("d", "λ", "q̇", "e", "Largest jump", "◀", "▶"),
+                "Which steps are shown: about the largest step of q̇ in the last 20 s, or ten steps earlier or later.",
+                self._press,
+                order=0.6,
             )
 
     def _press(self, place: int) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scenes.microscope import AROUND, avoiding_rates
+from scenes.single_steps import AROUND, avoiding_rates
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import visit
 from tests.browser import PageAt, screenshot, until
