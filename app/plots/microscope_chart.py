@@ -61,10 +61,10 @@ def _shown(quantity: Quantity, joint: int, run: RunSettings) -> tuple[str, str, 
 
 
 def _ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
-    """Return two to five round numbers of an axis."""
+    """Return two to six round numbers of an axis."""
     size = max(high - low, _LEAST)
     step = 10.0 ** math.floor(math.log10(size / 2.0))
-    step *= next(k for k in (1.0, 2.0, 5.0, 10.0) if size / (k * step) <= 4.0)
+    step *= next(k for k in (1.0, 2.0, 5.0, 10.0) if size / (k * step) <= 5.0)
     first = math.ceil(low / step)
     numbers = range(first, math.floor(high / step) + 1)
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
