@@ -50,6 +50,12 @@ class PageSettings:
         "Of everything on the page, and of the lessons.",
         *("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
     )
+    contact: bool = flag(
+        "contact",
+        "show λ",
+        "The line of contact, a skin as thick as d_m around the obstacle, and a purple tint of the arm that gives way.",
+        True,
+    )
     autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)
     speed: float = number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
     details: Details = choice(

@@ -35,6 +35,8 @@ class ReportEntry:
         words: what the student wrote.
         chapter: under which it stands, such as the lesson's title; a heading where it is another one than before.
         settings: of the run, as a person reads them.
+        drawing: the student's curve beside the measured one, an <svg> element.
+        drawing_verdict: how near it came.
         plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
     """
 
@@ -51,6 +53,8 @@ class ReportEntry:
     chapter: str = ""
     settings: str = ""
     plot: str = ""
+    drawing: str = ""
+    drawing_verdict: str = ""
 
 
 def report_html(
@@ -104,6 +108,9 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     if entry.prediction:
         mark = "" if entry.right is None else _mark(entry.right, tr("right"), tr("not so"))
         add(tr("Prediction"), mark + rich(entry.prediction))
+    if entry.drawing:
+        _check_svg(entry.drawing)
+        add(tr("Drawn"), f'<figure class="drawing">{entry.drawing}</figure>{html.escape(entry.drawing_verdict)}')
     if entry.outcome:
         add(tr("Measured"), _list([rich(line) for line in entry.outcome]))
     if entry.verdict:
@@ -125,7 +132,15 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
 def _colours() -> str:
     """Return the rules for the symbols in formulas: on paper as on the page."""
     light = PALETTES["light"]
-    symbols = {"lam": light.activation, "dm": light.critical, "v": light.velocity, "u": light.pull, "w": light.approach}
+    symbols = {
+        "lam": light.activation,
+        "dm": light.critical,
+        "v": light.velocity,
+        "u": light.pull,
+        "w": light.approach,
+        "d": light.distance,
+        "e": light.error,
+    }
     return "".join(f"svg .{name} {{ color: {colour}; }}\n" for name, colour in symbols.items())
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
+from app.lessons.curve_drawing import Drawing
 from app.lessons.measures.quantity import Value, shown_value
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
@@ -198,6 +199,7 @@ class Step:
         camera: from where one looks.
         plots: at most two.
         numbers: at most three live measurements.
+        drawing: a curve to be drawn before the question is answered; None if there is none.
         marks: angles by which the elbow's place at the start is turned about the line from shoulder to wrist [rad]: marks to touch.
     """
 
@@ -217,10 +219,16 @@ class Step:
     plots: tuple[str, ...]
     numbers: tuple[Measurement, ...]
     marks: tuple[float, ...]
+    drawing: Drawing | None = None
 
     @property
     def yours(self) -> bool:
         return self.setup.input.kind == "yours"
+
+    @property
+    def early_plots(self) -> tuple[str, ...]:
+        """Return the plots before the prediction: the law's curve would give a drawing away."""
+        return tuple(plot for plot in self.plots if self.drawing is None or plot != "curve")
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
+from app.lessons.curve_drawing import true_curve
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of, label_text
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
 from app.lessons.measures.quantity import Value, measure
-from app.lessons.reference_runs import comparisons, measured, wanted
+from app.lessons.reference_runs import comparisons, drawn, measured, wanted
 from app.lessons.runs import Pairs, Setup, changes_text, settings_text, value_text
 from app.lessons.texts import Measured
+from app.plots.curve_chart import Curve
 from app.settings import Language
 from controllers.errors import LazyText
 from scenes.settings import RunSettings, specs, values
@@ -26,12 +28,14 @@ class StepOutcome:
         complete: whether the run was long enough.
         reference: whether it is the reference run's, because the student's run did not get that far.
         unlike: settings of the run, by key, that are not as the question says.
+        curve: what a drawing is compared with; () where none is asked for.
     """
 
     values: tuple[tuple[Value, ...], ...]
     complete: bool
     reference: bool = False
     unlike: Pairs = ()
+    curve: Curve = ()
 
     def answer(self, question: Question) -> Value:
         """Return what decides on the question; None if the run does not tell."""
@@ -74,14 +78,16 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
         needed = m.compare if own else m.compare[:1] if i == 0 and step.question is not None and step.question.ratio else ()
         found.append((value, *comparisons(setup, m, needed), *(None for _ in m.compare[len(needed) :])))
     complete = time >= setup.seconds - 0.5 * evidence.settings.dt and evidence.rows > 0
-    return StepOutcome(tuple(found), complete, False, unlike(setup.run, evidence.settings))
+    curve = true_curve(step.drawing, evidence) if own and step.drawing is not None else ()
+    return StepOutcome(tuple(found), complete, False, unlike(setup.run, evidence.settings), curve)
 
 
 def reference(step: Step, setup: Setup) -> StepOutcome:
     """Return the outcome of the step's run without the student."""
     own = measured(setup, wanted(step.measurements))
     found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
-    return StepOutcome(found, True, True)
+    curve = drawn(setup, step.drawing) if setup == step.setup and step.drawing is not None else ()
+    return StepOutcome(found, True, True, curve=curve)
 
 
 def unlike(asked: RunSettings, had: RunSettings) -> Pairs:

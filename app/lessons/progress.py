@@ -8,6 +8,7 @@ from typing import Any, Final
 from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import Attempt, Judgement, StepOutcome
 from app.lessons.runs import Pairs
+from app.plots.curve_chart import COLUMNS, Curve
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.settings import specs
@@ -23,6 +24,7 @@ class StepProgress:
 
     Attributes:
         choice: index of the answer; None before the first.
+        drawing: the curve that was drawn; () for none.
         why: of the run that shows why the answer is wrong.
         hints: how many are open.
         attempts: how often the challenge was tried.
@@ -37,6 +39,12 @@ class StepProgress:
     passed: bool = False
     last: Attempt | None = None
     words: str = ""
+    drawing: Curve = ()
+
+    @property
+    def predicted(self) -> bool:
+        """Return whether the run may be seen: an answer was chosen, or a curve was drawn."""
+        return self.choice is not None or bool(self.drawing)
 
     @property
     def untouched(self) -> bool:
@@ -102,6 +110,7 @@ def from_json(text: str) -> Progress:
                 entry.get("passed") is True,
                 _attempt(entry.get("last")),
                 str(entry.get("words") or "")[:MOST_WORDS],
+                _curve(entry.get("drawing")),
             )
     return progress
 
@@ -119,7 +128,9 @@ def _outcome(data: object) -> StepOutcome | None:
         return None
     rows = [row for row in data["values"] if isinstance(row, list)]
     values = tuple(tuple(_value(v) for v in row) for row in rows)
-    return StepOutcome(values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")))
+    return StepOutcome(
+        values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")), _curve(data.get("curve"))
+    )
 
 
 def _value(value: object) -> Value:
@@ -132,6 +143,10 @@ def _value(value: object) -> Value:
     except OverflowError:
         return None
     return number if math.isfinite(number) else None
+
+
+def _curve(data: object) -> Curve:
+    return tuple(_value(v) for v in data) if isinstance(data, list) and len(data) == COLUMNS else ()
 
 
 def _pairs(data: object) -> Pairs:

@@ -5,6 +5,7 @@ from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
+from app.lessons.curve_drawing import DrawnCurves, judge_drawing
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
 from app.lessons.phases import Phase, phases_of
@@ -27,7 +28,8 @@ class StepView:
         texts: (phase or "goal", text), those that may be seen by now, in order.
         choices: the answers; empty where nothing is asked.
         chosen: index of the answer given.
-        locked: whether Run is locked, because no answer is chosen yet.
+        drawing: what is drawn, beside the truth once the outcome is known; None where no curve is asked for.
+        locked: whether Run is locked, because nothing is predicted yet.
         verdict: what is said to the answer, once the outcome is known.
         outcome: lines with what was measured.
         why_outcome: lines with what was measured in the run that shows why the answer is wrong.
@@ -48,6 +50,7 @@ class StepView:
     texts: tuple[tuple[str, str], ...]
     choices: tuple[str, ...]
     chosen: int | None
+    drawing: DrawnCurves | None
     locked: bool
     verdict: AnswerVerdict | None
     outcome: tuple[str, ...]
@@ -107,7 +110,8 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         texts=tuple((name, fill(step, text, outcome if name in _AFTER else None, language)) for name, text in texts),
         choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
         chosen=done.choice,
-        locked=at.phase is Phase.PREDICT,
+        drawing=drawn_curves(at),
+        locked=at.phase is Phase.PREDICT and not done.predicted,
         verdict=verdict(at),
         outcome=outcome.lines(step, language) if outcome else (),
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
@@ -136,6 +140,15 @@ def has_why(at: StepPosition) -> bool:
     if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
         return False
     return question.choices[choice].why is not None
+
+
+def drawn_curves(at: StepPosition) -> DrawnCurves | None:
+    """Return the student's curve, beside the truth once the outcome is known; None where no curve is asked for."""
+    drawing, done = at.step.drawing, at.done
+    if drawing is None:
+        return None
+    truth = done.outcome.curve if done.outcome is not None and knows_outcome(at.phase) else ()
+    return DrawnCurves(done.drawing, truth, judge_drawing(drawing, done.drawing, truth, at.lesson.language))
 
 
 def verdict(at: StepPosition) -> AnswerVerdict | None:

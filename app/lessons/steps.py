@@ -7,6 +7,7 @@ from typing import Any, Final, cast, get_args
 
 from app.lessons.blocks import NEEDED, Table, is_number, read_block, shown
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
+from app.lessons.curve_drawing import read_drawing
 from app.lessons.lesson import (
     HINTS,
     MOST_NUMBERS,
@@ -103,6 +104,9 @@ def read_step(part: StepPart, common: Common) -> Step:
     marks = table.numbers("marks")
     if marks and setup.run.scene != "solo":
         raise table.fault("marks", "marks for the elbow need the scene solo.")
+    drawing = read_drawing(table, setup)
+    if drawing is not None and question is None:
+        raise table.fault("drawing", "a drawing comes before the answers to a question; add a section “### Predict”.")
     step = Step(
         id,
         part.title,
@@ -120,6 +124,7 @@ def read_step(part: StepPart, common: Common) -> Step:
         table.words("plots", PLOTS[setup.run.scene], MOST_PLOTS),
         numbers,
         marks,
+        drawing,
     )
     table.close()
     _check_lines(part, step)

@@ -10,6 +10,7 @@ from typing import Final
 
 from app.lessons.attempts import RunWatch, attempted
 from app.lessons.bookmark import Bookmark
+from app.lessons.curve_drawing import checked_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
@@ -20,6 +21,7 @@ from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
 from app.lessons.step_view import StepPosition, StepView, has_why, make_view, verdict
+from app.plots.curve_chart import Curve
 from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
@@ -89,7 +91,7 @@ class Walkthrough:
 
     @property
     def locked(self) -> bool:
-        """Return whether Run is locked: a question waits for its answer."""
+        """Return whether Run is locked: a question waits for its answer or its curve."""
         return self.phase is Phase.PREDICT
 
     def go(self, lesson: str | int, step: int = 0) -> None:
@@ -115,13 +117,24 @@ class Walkthrough:
             self._enter(Phase.DO)
         return True
 
+    def draw(self, curve: Curve) -> bool:
+        """Take the student's curve instead of an earlier one, () for none; only before the run. Returns whether it was taken."""
+        drawing = self.step.drawing
+        if drawing is None or self.phase is not Phase.PREDICT or self.done.outcome is not None:
+            return False
+        checked = checked_curve(drawing, curve)
+        if checked is None:
+            return False
+        self.done.drawing = checked
+        return True
+
     def next(self) -> bool:
-        """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered first."""
+        """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered, or drawn, first."""
         if self.showing:
             self._end_why()
             return True
         phases, place = self.phases, self.phases.index(self.phase)
-        if self.locked and self.done.choice is None:
+        if self.locked and not self.done.predicted:
             return False
         if self.phase is Phase.DO and self.done.outcome is None and self.step.measurements:
             # A student who skips the run sees the outcome of the reference run.
@@ -301,7 +314,7 @@ class Walkthrough:
     def view(self, book: LessonBook | None = None) -> StepView:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
         last = self._at.after() is None
-        waits = self.locked and self.done.choice is None
+        waits = self.locked and not self.done.predicted
         can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
         can_back = self.showing or self._before() is not None or self._at.before() is not None
         return make_view(self._place(book), self.yours, can_next, can_back)

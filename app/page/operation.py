@@ -100,7 +100,7 @@ class Operation:
             self._notify("This value is not possible", str(error))
             self._controls.forget(key)
 
-    def _toggle(self, what: Literal["autopilot", "avoidance", "ghost"]) -> None:
+    def _toggle(self, what: Literal["autopilot", "avoidance", "ghost", "contact"]) -> None:
         session, run, page = self._session, self._session.settings.run, self._session.settings.page
         match what:
             case "autopilot":
@@ -109,6 +109,8 @@ class Operation:
                 session.change("law", "unprotected" if run.law.law == "smooth_priority" else "smooth_priority")
             case "ghost":
                 session.change("ghost", "frozen" if page.ghost == "off" else "off")
+            case "contact":
+                session.change("contact", not page.contact)
 
     def _in_view(self, nudge: actions.Nudge) -> np.ndarray:
         """Return a nudge (3,) in the world [m]: across the visitor's view, up, and away from them, along the floor."""

@@ -74,9 +74,9 @@ class Drag:
 
 @dataclass(frozen=True)
 class Toggle:
-    """Switch the autopilot, the avoidance or the ghost on or off."""
+    """Switch the autopilot, the avoidance, the ghost or what the scene shows of λ on or off."""
 
-    what: Literal["autopilot", "avoidance", "ghost"]
+    what: Literal["autopilot", "avoidance", "ghost", "contact"]
 
 
 @dataclass(frozen=True)

@@ -260,6 +260,10 @@ class Session:
         """Return the active source's target, or None."""
         return self._input.target(self.simulation, self.settings.page.autopilot)
 
+    def way(self, seconds: float) -> Array:
+        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if unknown."""
+        return self._input.way(self.simulation, self.settings.page.autopilot, seconds)
+
     def _step_both(self) -> bool:
         """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
         target = self.target() if self._wish is None else self._wish[0]

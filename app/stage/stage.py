@@ -9,6 +9,7 @@ from app.settings import PageSettings
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.closest_line import ClosestLine
+from app.stage.contact_skin import ContactSkin
 from app.stage.ghost import GhostView, WishView
 from app.stage.hand_path import PathLine
 from app.stage.hand_trace import STAY, TRAVEL, Trace
@@ -63,7 +64,7 @@ class Stage:
         self._parts: tuple[StagePart, ...] = ()
         self._built: tuple[object, ...] | None = None
         self._lit: tuple[str, ...] | None = None
-        self._dressed: tuple[str, ...] | None = None
+        self._dressed: tuple[object, ...] | None = None
 
     def dress(self, page: PageSettings) -> None:
         """Take on a theme, a profile and a kind of picture at the next frame."""
@@ -81,7 +82,7 @@ class Stage:
             self._clear()
             self._build(simulation, page.picture == "fine")
             self._dressed = None
-        look = page.theme, page.profile
+        look = page.theme, page.profile, page.contact
         if self._dressed != look:
             self._dressed = look
             for part in self._parts:
@@ -112,7 +113,7 @@ class Stage:
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
             for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True)
         )
-        parts: list[StagePart] = [ClosestLine(self.scene)]
+        parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene)]
         if simulation.place is not None:
             parts.append(TargetPlace(self.scene))
         moving = settings.scene == "ball" or (settings.scene == "solo" and settings.path == "circle")

@@ -2,12 +2,23 @@
 
 from dataclasses import dataclass
 
+from app.plots.curve_chart import Curve
+
 
 @dataclass(frozen=True)
 class Choose:
     """Predict an answer, from 0."""
 
     answer: int
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Predict a curve in the step of a lesson, by their names; () takes it back."""
+
+    lesson: str
+    step: str
+    curve: Curve
 
 
 @dataclass(frozen=True)
@@ -63,4 +74,4 @@ class Leave:
     """Close the lessons."""
 
 
-LessonAction = Choose | GoTo | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+LessonAction = Choose | Draw | GoTo | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave

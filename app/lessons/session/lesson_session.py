@@ -174,6 +174,10 @@ class LessonSession:
         match action:
             case lesson_actions.Choose(answer):
                 walk.choose(answer)
+            case lesson_actions.Draw(lesson, step, curve):
+                # What is drawn last may arrive when the student is already in the next step.
+                if (lesson, step) == (walk.lesson.id, walk.step.id):
+                    walk.draw(curve)
             case lesson_actions.GoTo(lesson, step):
                 walk.go(lesson, step)
             case lesson_actions.GoOn():
@@ -217,9 +221,13 @@ class LessonSession:
 
     def _run(self) -> None:
         walk, session = self.walk, self._session
-        if walk.locked:
+        if walk.locked and not walk.done.predicted:
             self.notes.append(("Predict first", "Choose an answer; then the run is free."))
-        elif session.paused and not walk.yours and walk.finished(session.simulation):
+            return
+        if walk.locked:
+            walk.next()
+            self._follow()
+        if session.paused and not walk.yours and walk.finished(session.simulation):
             self._run_again()
             session.halt.go_on()
         else:

@@ -10,6 +10,7 @@ from app.lessons.phases import Phase
 from app.lessons.session import lesson_actions
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
+from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.forecast_boxes import Forecasts
 from app.page.lessons.lesson_html import NEXT, choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
@@ -93,6 +94,7 @@ class LessonControls:
             self._steps = ChoiceButtons(
                 gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
             )
+            self._board = DrawingBoard(gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)))
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)
@@ -165,6 +167,8 @@ class LessonControls:
             self._picker.value = self._picker.options[run.book.lessons.index(view.lesson)]
             self._arrange(view, paused, over)
             self._arrange_challenge(view)
+            drawing = view.step.drawing if view.phase is Phase.PREDICT else None
+            self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
 
     def _arrange(self, view: StepView, paused: bool, over: bool) -> None:
         self._steps.show(view.index, tuple(range(min(view.count, MOST_STEPS))))

@@ -4,6 +4,7 @@ import html
 from typing import Final
 
 from app.i18n.speaking import tr
+from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
 from app.lessons.labels import sentence
 from app.lessons.outcomes import Attempt
 from app.lessons.phases import Phase
@@ -22,7 +23,7 @@ PHASES: Final[dict[str, str]] = {
 NEXT: Final = {name: f"Next: {shown.lower()}" for name, shown in PHASES.items()}
 """What stands on the button that goes on to a part."""
 
-BLOCKS: Final = ("head", "text", "choices", "live", "verdict", "after", "attempt", "hints")
+BLOCKS: Final = ("head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "hints")
 """All blocks."""
 
 
@@ -44,6 +45,7 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
     made = {
         "head": head_html(view),
         "text": lesson_html(main, folder),
+        "drawing": "" if operated or view.phase is not Phase.PREDICT else figure_html(view),
         "choices": "" if operated else _choices_html(view),
         "live": "".join(f"<div><b>{html.escape(value)}</b><span>{html.escape(label)}</span></div>" for label, value in live),
         "verdict": verdict_html(view, computing),
@@ -86,9 +88,9 @@ def verdict_html(view: StepView, computing: bool) -> str:
     if computing:
         return f'<p class="wait duet-say">{tr("Measuring the runs that this one is compared with …")}</p>'
     if view.phase in (Phase.PREDICT, Phase.DO):
-        if view.chosen is None:
-            return ""
-        return f'<p class="mine">{tr("Your prediction:")} <b>{inline_html(view.choices[view.chosen])}</b></p>'
+        said = f" <b>{inline_html(view.choices[view.chosen])}</b>" if view.chosen is not None else ""
+        drawn = figure_html(view) if view.phase is Phase.DO and view.drawing is not None and view.drawing.drawn else ""
+        return f'<p class="mine">{tr("Your prediction:")}{said}</p>{drawn}' if said or drawn else ""
     if view.phase is not Phase.OBSERVE and not view.showing:
         return ""
     if view.showing:
@@ -97,19 +99,37 @@ def verdict_html(view: StepView, computing: bool) -> str:
             f"{_lines(view.why_outcome or (tr('Run it, and compare it with your prediction.'),))}</div>"
             + (_reply(view) if view.why_outcome else "")
         )
+    # A screen reader is read the card, not the numbers of the axes.
+    figure = figure_html(view) if view.drawing is not None and view.drawing.truth else ""
+    near = drawing_verdict_html(view.drawing.verdict) if view.drawing is not None else ""
     if view.verdict is None:
-        return (
-            f'<div class="card duet-say"><b>{tr("Measured in this run")}</b>{_lines(view.outcome)}</div>' if view.outcome else ""
-        )
+        measured = f"<b>{tr('Measured in this run')}</b>{_lines(view.outcome)}"
+        return f'{figure}<div class="card duet-say">{near}{measured}</div>' if view.outcome else ""
     verdict = view.verdict
     mine = view.choices[view.chosen] if view.chosen is not None else ""
     mark = "✓" if verdict.right else "↺"
     return (
-        f'<div class="card {"right" if verdict.right else "wrong"} duet-say"><p class="mark"><span>{mark}</span> '
+        f'{figure}<div class="card {"right" if verdict.right else "wrong"} duet-say">{near}<p class="mark"><span>{mark}</span> '
         f"<b>{html.escape(verdict.headline)}</b></p>"
         f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd><dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
         f"{_reply(view)}</div>"
     )
+
+
+def figure_html(view: StepView) -> str:
+    """Return the student's curve, beside the truth once the outcome is known; "" where no curve is asked for."""
+    drawing, curves = view.step.drawing, view.drawing
+    if drawing is None or curves is None:
+        return ""
+    return f'<figure class="duet duet-curves">{drawing_svg(drawing, curves.drawn, curves.truth)}</figure>'
+
+
+def drawing_verdict_html(verdict: DrawingVerdict | None) -> str:
+    """Return how near the student's curve came; "" for no curve."""
+    if verdict is None:
+        return ""
+    mark = "✓ " if verdict.right else "↺ " if verdict.right is not None else ""
+    return f'<p class="mark"><span>{mark}</span><b>{html.escape(verdict.text)}</b></p>'
 
 
 def _reply(view: StepView) -> str:

@@ -39,7 +39,7 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     ),
     ("Robot", viser.Icon.CPU, ("dead", "lag", "qnoise", "qstep", "fps", "dnoise")),
     ("Compare", viser.Icon.GHOST, ("ghost", "whatif")),
-    ("View", viser.Icon.EYE, ("lang", "theme", "profile", "picture")),
+    ("View", viser.Icon.EYE, ("lang", "theme", "profile", "picture", "contact")),
 )
 """Where each of the others is found; `plot` and `speed` have places of their own."""
 

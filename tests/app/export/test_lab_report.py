@@ -19,8 +19,9 @@ from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
 from app.lessons.progress import MOST_WORDS
 from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import Choose, ResetStep, StartOrPause
+from app.lessons.session.lesson_actions import Choose, Draw, ResetStep, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
+from app.plots.curve_chart import COLUMNS
 from app.session.session import Session
 from app.settings import Settings
 from scenes.rerun import rerun
@@ -35,7 +36,9 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0h1
 
 
 def full(text: str) -> str:
-    entry = ReportEntry(text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text, text, text, SVG)
+    entry = ReportEntry(
+        text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text, text, text, SVG, SVG, text
+    )
     return report_html(text, [entry, ReportEntry(text)], Settings(), about=text)
 
 
@@ -47,7 +50,7 @@ def test_no_text_becomes_a_tag(text: str) -> None:
 
 
 def test_a_nasty_text_is_shown_as_it_was_written() -> None:
-    assert HtmlReader(full(NASTY)).text.count(NASTY) == 14
+    assert HtmlReader(full(NASTY)).text.count(NASTY) == 15
     assert LOCKED in full(NASTY)
 
 
@@ -160,6 +163,20 @@ def test_the_run_in_it_is_the_students_own_and_else_the_same_one_again(run: Less
     yours = next(i for i, step in enumerate(done.lesson.steps) if step.yours)
     progress = replace(done.progress, choice=None, outcome=None)
     assert made((Done(done.lesson, yours, progress),)).count("<figure>") == 0
+
+
+def test_a_curve_that_was_drawn_stands_beside_the_true_one() -> None:
+    run = LessonSession(Session(Settings()), BOOK)
+    run.enter("lambda")
+    run.act(Draw("lambda", "tail", (1.0,) * COLUMNS))
+    assert run.walk.done.untouched, "drawn for another step"
+    run.act(Draw("lambda", "curve", (1.0,) * COLUMNS))
+    page = made(steps_of(run))
+    assert "<dt>Drawn</dt>" in page and "your curve" not in page and "by the formula" not in page
+    run.walk.next()
+    run.walk.next()
+    page = made(steps_of(run))
+    assert "your curve" in page and "by the formula" in page and "Your curve is within 0.76 on average." in page
 
 
 def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
