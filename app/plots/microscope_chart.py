@@ -36,7 +36,7 @@ def microscope_html(seen: Magnified, run: RunSettings, height: int) -> str:
     about = tr("over t − {t} s [ms]; largest step:", t=f"{seen.time:.3f}")
     halves = tr("Computing …") if seen.finer is None else f"<b>•</b> {_largest(seen.finer, scale)}"
     return (
-        f'<div class="duet">{chart.html(height - 44)}</div><div class="duet"><div class="duet-tip"><b class="{kind}">{name}</b> [{unit}] '
+        f'<div class="duet">{chart.html(height - 44)}</div><div class="duet"><div class="duet-steps"><b class="{kind}">{name}</b> [{unit}] '
         f'{about} <b class="{kind}">●</b> {_largest(seen.steps, scale)} {halves}</div></div>'
     )
 
