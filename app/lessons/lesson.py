@@ -242,6 +242,7 @@ class Lesson:
         language: of its texts.
         equations: of the paper, as a person reads them, such as "1–6".
         minutes: how long it takes.
+        promise, learned: what a student will be able to say, and what they have learned at the end; "" if the file does not say it.
         steps: at least one.
     """
 
@@ -253,6 +254,8 @@ class Lesson:
     goal: str
     equations: str
     minutes: int
+    promise: str
+    learned: str
     steps: tuple[Step, ...]
 
 

@@ -8,7 +8,7 @@ from app.i18n.speaking import N_
 from app.lessons.curve_drawing import DrawnCurves, judge_drawing
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
-from app.lessons.phases import Phase, phases_of
+from app.lessons.phases import Phase, is_finished, phases_of
 from app.lessons.progress import StepProgress
 from app.lessons.runs import settings_text
 from app.lessons.texts import asks_for_numbers, filled
@@ -38,6 +38,7 @@ class StepView:
         forecasts: what the student has to say beforehand, one line each.
         hints: those that are open; `more_hints` if there are others.
         yours: whether the student moves.
+        lesson_finished: whether this is the end of the lesson's last step, and the step is finished.
         can_next, can_back: whether there is something in that direction.
     """
 
@@ -65,6 +66,7 @@ class StepView:
     hints: tuple[str, ...]
     more_hints: bool
     yours: bool
+    lesson_finished: bool
     can_next: bool
     can_back: bool
 
@@ -125,6 +127,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         hints=step.hints[: done.hints],
         more_hints=done.hints < len(step.hints),
         yours=yours,
+        lesson_finished=step is at.lesson.steps[-1] and at.phase is phases[-1] and not at.showing and is_finished(step, done),
         can_next=can_next,
         can_back=can_back,
     )

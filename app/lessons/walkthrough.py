@@ -75,6 +75,10 @@ class Walkthrough:
         return self._at.step
 
     @property
+    def step_index(self) -> int:
+        return self._at.step_index
+
+    @property
     def phases(self) -> tuple[Phase, ...]:
         return phases_of(self.step)
 

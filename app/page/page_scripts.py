@@ -20,9 +20,19 @@ def page_assets(page: PageSettings) -> PageAssets:
     """
     scripts = (
         *("teacher_key", "without_webgl", "fast_picture", "hotkeys", "resume", "announcements", "accessible_names", "replay_box"),
-        *("drawing", "page_language", "folder_headings", "class_overlay", "copy_button", "link_box", "loading"),
+        *(
+            "drawing",
+            "page_language",
+            "folder_headings",
+            "class_overlay",
+            "copy_button",
+            "link_box",
+            "pressed_buttons",
+            "welcome",
+        ),
+        "loading",
     )
-    styles = ("without_webgl", "announcements", "class", "loading")
+    styles = ("without_webgl", "announcements", "class", "welcome", "loading")
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in HOTKEYS if hotkey.relayed},

@@ -91,7 +91,7 @@ class View:
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._cameras: dict[int, CameraFollow] = {}
         self._configure_theme()
-        self._stage = Stage(host.scene, page)
+        self.stage = Stage(host.scene, page)
         narrow = private and canvas_size(host)[0] < NARROW
         width = (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile)
         self.lesson_panel = LessonPanel(
@@ -188,8 +188,8 @@ class View:
         self._show_lesson(frame)
         self._settle(frame.now)
         self._follow(frame)
-        self._stage.dress(page)
-        self._stage.show(frame)
+        self.stage.dress(page)
+        self.stage.show(frame)
         self._readout.show(frame)
         self._plots.show(frame)
 

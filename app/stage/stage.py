@@ -11,6 +11,7 @@ from app.stage.ball_view import BallView
 from app.stage.closest_line import ClosestLine
 from app.stage.contact_skin import ContactSkin
 from app.stage.ghost import GhostView, WishView
+from app.stage.grip_mark import GripMark
 from app.stage.hand_path import PathLine
 from app.stage.hand_trace import STAY, TRAVEL, Trace
 from app.stage.person_figure import FigureView
@@ -59,6 +60,8 @@ class Stage:
 
     def __init__(self, scene: viser.SceneApi, page: PageSettings) -> None:
         self.scene, self._page = scene, page
+        self.yours: ArmView | BallView | FigureView | None = None
+        """What the visitor can take hold of; another one with every experiment."""
         self._room: viser.GlbHandle | None = None
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
@@ -113,7 +116,10 @@ class Stage:
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
             for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True)
         )
+        self.yours = next((view for arm, view in zip(room.arms, self._arms, strict=True) if arm is yours), None)
         parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene)]
+        if self.yours is not None and settings.scene != "imitation":
+            parts.append(GripMark(self.scene))
         if simulation.place is not None:
             parts.append(TargetPlace(self.scene))
         moving = settings.scene == "ball" or (settings.scene == "solo" and settings.path == "circle")
@@ -122,10 +128,12 @@ class Stage:
         if moving:
             parts.append(PathLine(self.scene, circle=settings.scene == "solo"))
         if room.ball is not None:
-            parts.append(BallView(self.scene, room, self._arms[0]))
+            self.yours = BallView(self.scene, room, self._arms[0])
+            parts.append(self.yours)
         if any(mover.desired is not None for mover in simulation.roles.tasks):
             parts.append(WishView(self.scene, fine))
         parts.append(GhostView(self.scene, fine))
         if settings.scene == "imitation":
-            parts.append(FigureView(self.scene))
+            self.yours = FigureView(self.scene)
+            parts.append(self.yours)
         self._parts = tuple(parts)

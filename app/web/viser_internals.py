@@ -76,8 +76,8 @@ def request_of(client: viser.ClientHandle) -> Request | None:
 # --- elements ------------------------------------------------------------------------------------------------------------------
 
 
-def uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
-    """Return the name under which the page knows an input."""
+def uuid_of(handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle) -> str:
+    """Return the name under which the page knows an input or a button."""
     return handle._impl.uuid
 
 

@@ -14,6 +14,7 @@ from app.lessons.reference_runs import person_of
 from app.lessons.session import lesson_actions as do
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.elbow_marks import reaches
+from app.page.lessons.lesson_html import learned_html
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
@@ -274,3 +275,44 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
     run._runs.wait(60.0)
     student.frames_until(lambda: run.walk.phase is not Phase.DO or run.walk.yours, 0.1)
     assert not [record for record in caplog.records if record.exc_info], caplog.text
+
+
+def test_the_list_opens_lessons_and_knows_what_is_finished() -> None:
+    session = Session(Settings())
+    run = LessonSession(session, BOOK)
+    run.act(do.ListLessons())
+    assert run.listing and not run.open
+    assert not any(entry.here or any(entry.finished) or entry.step for entry in run.entries())
+    run.act(do.ListLessons())
+    assert not run.listing
+    run.act(do.GoTo(1, 0))
+    assert not run.open, "no lesson without the list"
+    run.act(do.ListLessons())
+    run.act(do.GoTo(1, 0))
+    assert run.open and not run.listing and run.walk.lesson is BOOK.lessons[1]
+
+    student = Student(1)
+    run = student.run
+    run.act(do.Choose(0))
+    student.finish()
+    run.act(do.GoOn())
+    run.act(do.GoTo(1, 1))
+    entry = run.entries()[1]
+    assert entry.here and entry.finished == (True, False, False) and entry.step == 1
+    assert [one.here for one in run.entries()].count(True) == 1
+    run.act(do.GoTo(0, 0))
+    # Where the student is not any more, the first step that is open comes next.
+    assert run.entries()[1].step == 1 and not run.entries()[1].here
+
+
+def test_what_was_learned_is_said_at_the_end_of_a_lesson() -> None:
+    student = Student(2, 2)
+    run = student.run
+    assert not run.view().lesson_finished
+    student.to_challenge()
+    assert not run.view().lesson_finished, "the challenge is not passed yet"
+    run.walk.done.passed = True
+    view = run.view()
+    assert view.lesson_finished and BOOK.lessons[2].learned and "q" in learned_html(view)
+    run.act(do.GoTo(2, 0))
+    assert not run.view().lesson_finished and learned_html(run.view()) == ""

@@ -77,6 +77,32 @@ def test_a_picture_is_seen_in_the_colours_of_the_page(
     assert len({*colours[0], *colours[1]}) == 4, "ink and symbol differ, and both follow the theme"
 
 
+def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1024, 768)
+    session, run = enter(page, house(), "lesson=1&step=2&theme=dark")
+    question = run.walk.step.question
+    assert question is not None
+    page.get_by_text(run.walk.lesson.goal).wait_for(state="detached")
+    ask(session, lambda _: run.act(Choose(question.right)))
+    until(page, lambda: ask(session, lambda _: run.act(GoOn())) or run.walk.phase is Phase.OBSERVE, "the outcome")
+    press(page, "All lessons")
+    cards = page.locator("button.lesson")
+    cards.nth(10).wait_for()
+    assert cards.count() == len(run.book.lessons) and page.locator(".duet-l-head").count() == 0
+    assert [cards.nth(i).locator(".ticks .ok").count() for i in range(3)] == [1, 0, 0]
+    assert "continue" in cards.first.inner_text() and "continue" not in cards.nth(1).inner_text()
+    assert "Say why a computed hand drifts" in cards.nth(1).inner_text() and "15 min" in cards.nth(1).inner_text()
+    named(page)
+    screenshot(page, "lesson-list")
+    cards.nth(1).focus()
+    page.keyboard.press("Enter")
+    page.locator(".duet-l-head").get_by_text("A computer moves in steps.").wait_for()
+    assert (run.walk.lesson.number, run.walk.step_index) == (2, 0) and cards.count() == 0
+    press(page, "All lessons")
+    cards.first.click()
+    until(page, lambda: (run.walk.lesson.number, run.walk.step_index) == (1, 0), "the first step that is not finished")
+
+
 def test_an_elbow_swung_and_numbers_said_by_keys_alone(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1024, 768)

@@ -14,7 +14,8 @@ from scenes.settings import values
 def with_look(settings: Settings, session: Session) -> Settings:
     """Return settings with the look that the page has now: a lesson does not change how the visitor likes to see it."""
     page = session.settings.page
-    return replace(settings, page=Look(page.theme, page.profile, page.picture, page.language).of(settings.page))
+    look = Look(page.theme, page.profile, page.picture, page.language)
+    return replace(settings, page=replace(look.of(settings.page), gizmo=page.gizmo))
 
 
 def apply_settings(session: Session, settings: Settings) -> str:
@@ -64,5 +65,5 @@ def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
         return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
     if not walk.yours and not session.settings.page.autopilot:
-        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn when the handles are there.")
+        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn where the step asks you to pull.")
     return None

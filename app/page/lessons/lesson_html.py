@@ -23,7 +23,7 @@ PHASES: Final[dict[str, str]] = {
 NEXT: Final = {name: f"Next: {shown.lower()}" for name, shown in PHASES.items()}
 """What stands on the button that goes on to a part."""
 
-BLOCKS: Final = ("head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "hints")
+BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "learned", "hints")
 """All blocks."""
 
 
@@ -51,11 +51,12 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         "verdict": verdict_html(view, computing),
         "after": lesson_html(after, folder) if after else "",
         "attempt": attempt_html(view),
+        "learned": learned_html(view),
         "hints": "".join(f"<li>{inline_html(hint)}</li>" for hint in view.hints),
     }
     if made["hints"]:
         made["hints"] = f"<h3>{tr('Hints')}</h3><ol>{made['hints']}</ol>"
-    return {name: f'<div class="duet duet-lesson duet-l-{name}">{made[name]}</div>' if made[name] else "" for name in BLOCKS}
+    return {name: f'<div class="duet duet-lesson duet-l-{name}">{made[name]}</div>' if made[name] else "" for name in made}
 
 
 def head_html(view: StepView) -> str:
@@ -69,8 +70,11 @@ def head_html(view: StepView) -> str:
     )
     source = f" · {tr('eq.')} {html.escape(lesson.equations)}" if lesson.equations else ""
     where = tr("Lesson {lesson} · step {step} of {count}", lesson=lesson.number, step=view.index + 1, count=view.count)
+    intro = f'<p class="lesson-title">{inline_html(lesson.title)}</p>'
+    if view.index == 0:
+        intro += f'<div class="intro">{lesson_html(lesson.goal, step.setup.folder)}</div>'
     return (
-        f'<p class="crumb">{where}{source}</p>'
+        f'<p class="crumb">{where}{source}</p>{intro}'
         f"<h2>{inline_html(step.title)}</h2>"
         f'<div class="goal"><b>{tr("Goal")}</b> {lesson_html(step.goal, step.setup.folder)}</div>'
         f'<ol class="phases">{parts}</ol>'
@@ -152,6 +156,14 @@ def attempt_html(view: StepView) -> str:
     counted = " " + tr("Attempt {number}.", number=view.attempts) if view.attempts > 1 else ""
     kind = "right" if attempt.passed else "wrong"
     return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>'
+
+
+def learned_html(view: StepView) -> str:
+    """Return what was learned in the lesson, once its last step is finished."""
+    if not view.lesson_finished or not view.lesson.learned:
+        return ""
+    learned = lesson_html(view.lesson.learned, view.step.setup.folder)
+    return f'<div class="card learned duet-say"><b>{tr("What you learned")}</b>{learned}</div>'
 
 
 def _judgements(attempt: Attempt) -> str:

@@ -34,7 +34,7 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
         viser.Icon.ROBOT,
         (
             *("path", "point", "ball", "source", "clip", "following", "task", "guided", "avoid", "start"),
-            *("autopilot", "wmax", "seed", "dt", "bounds", "g"),
+            *("autopilot", "gizmo", "wmax", "seed", "dt", "bounds", "g"),
         ),
     ),
     ("Robot", viser.Icon.CPU, ("dead", "lag", "qnoise", "qstep", "fps", "dnoise")),
@@ -120,23 +120,22 @@ class Controls:
         )
 
     def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Handle:
-        gui = self._gui
+        gui, label = self._gui, spec.title(tr)
         if spec.choices:
             said = tr_all(spec.choice_labels)
             handle: Handle = gui.add_dropdown(
-                tr(spec.label),
+                label,
                 tuple(s for c, s in zip(spec.choices, said, strict=True) if c not in UNOFFERED or c == value),
                 initial_value=said[spec.choices.index(value)],
                 hint=tr(spec.help),
                 order=order,
             )
         elif isinstance(value, bool):
-            handle = gui.add_checkbox(tr(spec.label), value, hint=tr(spec.help))
+            handle = gui.add_checkbox(label, value, hint=tr(spec.help))
         elif isinstance(value, int):
-            handle = gui.add_number(tr(spec.label), value, min=int(spec.low), max=int(spec.high), step=1, hint=tr(spec.help))
+            handle = gui.add_number(label, value, min=int(spec.low), max=int(spec.high), step=1, hint=tr(spec.help))
         else:
             k = spec.page_scale
-            label = f"{tr(spec.label)} [{spec.page_unit}]" if spec.page_unit else tr(spec.label)
             handle = gui.add_slider(label, spec.low * k, spec.high * k, spec.step, _rounded(value * k), hint=tr(spec.help))
         self._shown[key] = value
         words = spoken()

@@ -6,7 +6,6 @@ from typing import Final, NamedTuple
 
 import viser
 
-from app.i18n.sides import side
 from app.i18n.speaking import tr
 from app.page.panels.rate_budget import live_html
 from app.session.clock import Pace
@@ -202,9 +201,8 @@ def tip_html(session: Shown) -> str:
     """Return one or two sentences on what to do and what to watch."""
     if session.replay_time is not None:
         return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
-    run, simulation = session.settings.run, session.simulation
+    run = session.settings.run
     itself = session.settings.page.autopilot and session.held is None
-    yours, other = side(simulation.guided.name), side(simulation.avoiding.name)
     match run.scene:
         case "solo":
             return _solo_tip(run, itself)
@@ -214,43 +212,44 @@ def tip_html(session: Shown) -> str:
             crosses = itself and run.ball == "cross"
             return f"{does} {tr('The ball crosses the path by itself; drag it.') if crosses else tr('Drag the ball.')}"
         case "hold":
-            keeps = _hold_words(run, other)
+            keeps = _hold_words(run)
             if itself:
-                return f"{tr('The autopilot moves the orange {side} arm; take its hand at the arrows.', side=yours)} {keeps}"
-            return f"{tr('Drag the orange {side} arm at the arrows, or its elbow at the arc.', side=yours)} {keeps}"
+                return f"{tr('The autopilot moves the orange arm; pull it anywhere to take over.')} {keeps}"
+            return f"{tr('Pull the orange arm anywhere.')} {keeps}"
         case "master_slave":
             follows = (
-                tr("The silver {side} arm follows it in a mirror, and {avoids}.", side=other, avoids=_who_avoids(run))
+                tr("The silver arm follows it in a mirror, and {avoids}.", avoids=_who_avoids(run))
                 if run.following == "mirrored"
-                else tr("The silver {side} arm follows it joint by joint, and {avoids}.", side=other, avoids=_who_avoids(run))
+                else tr("The silver arm follows it joint by joint, and {avoids}.", avoids=_who_avoids(run))
             )
             does = (
-                tr("The autopilot moves the orange {side} arm, the master; take its hand at the arrows.", side=yours)
+                tr("The autopilot moves the orange arm, the master; pull it anywhere to take over.")
                 if itself
-                else tr("Drag the orange {side} arm, the master, at the arrows or the arc.", side=yours)
+                else tr("Pull the orange arm, the master, anywhere.")
             )
             return f"{does} {follows}"
         case _:
-            return tr(
+            does = tr(
                 "Both arms follow the person by four angles each, and {avoids}. See-through: where they ought to be.",
                 avoids=_who_avoids(run),
             )
+            return f"{does} {tr('Pull the arms of the figure anywhere.')}"
 
 
 def _solo_tip(run: RunSettings, itself: bool) -> str:
     if run.path == "circle":
         return tr("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt &gt; 2.")
-    drag = tr("Drag the elbow at the arc, or the hand at the arrows.")
-    does = tr("The autopilot swings the elbow; take the arc or the arrows.") if itself else drag
+    drag = tr("Pull the arm at its elbow, or its hand to another place.")
+    does = tr("The autopilot swings the elbow; pull the arm anywhere to take over.") if itself else drag
     return f"{does} {tr('The elbow moves in the null space of the hand: |e| stays small.')}"
 
 
-def _hold_words(run: RunSettings, other: str) -> str:
+def _hold_words(run: RunSettings) -> str:
     if run.avoid == "guided":
-        return tr("It keeps clear of the silver {side} arm, whose hand stays in the ring.", side=other)
+        return tr("It keeps clear of the silver arm, whose hand stays in the ring.")
     if run.avoid == "both":
-        return tr("The silver {side} arm keeps its hand in the ring, and both keep clear.", side=other)
-    return tr("The silver {side} arm keeps its hand in the ring, and keeps clear.", side=other)
+        return tr("The silver arm keeps its hand in the ring, and both keep clear.")
+    return tr("The silver arm keeps its hand in the ring, and keeps clear.")
 
 
 def _who_avoids(run: RunSettings) -> str:

@@ -125,7 +125,7 @@ def _has_words(found: str) -> bool:
 
 def _of_tables() -> Iterator[str]:
     for spec in specs(Settings).values():
-        yield from (spec.label, spec.help, *spec.choice_labels)
+        yield from (spec.label, spec.words, spec.help, *spec.choice_labels)
     yield from (name for name, _, _ in TABS)
     yield from (hotkey.text for hotkey in (*HOTKEYS, *LESSON_KEYS))
     for course in TIME_PLOTS.values():

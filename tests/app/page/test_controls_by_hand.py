@@ -67,7 +67,7 @@ def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> 
 
 def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
-    session = visit(page, house())
+    session = visit(page, house(), "gizmo=1")
     ask(session, lambda s: s.toggle_pause())
     control(page, "rig").wait_for()
     see_controls(page, session, PICKER)
@@ -82,7 +82,9 @@ def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
             until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle at the table")
             assert session.simulation.room.rig.name == "table"
     operate_tab(page, session, "Arms")
-    # The left arm is yours now, and has the handle.
+    # The left arm is yours now, and has the handle, which was switched off among the others.
+    ask(session, lambda s: s.change("gizmo", True))
+    wait_ready(page, HAND)
     assert session.simulation.settings.scene == "hold" and session.simulation.guided.name == "left"
     until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the left hand")
     ask(session, lambda s: s.toggle_pause())

@@ -15,6 +15,8 @@ from tests.app.page.by_hand import control, hand, visit
 from tests.app.page.helpers import SPECS
 from tests.browser import CAMERA, PageAt, settled_view, until, wait_frames
 
+ARROWS = "!!__viserMutable.nodeRefFromName['/gizmo/hand']"
+
 
 def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
@@ -81,6 +83,8 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     view = settled_view(page)
     for shown in (False, True):
         press("contact", "o", lambda shown=shown: session.settings.page.contact is shown)
+    for shown in (True, False):
+        press("gizmo", "m", lambda shown=shown: bool(page.evaluate(ARROWS)) is shown)
     press("ghost", "g", lambda: session.ghost is not None)
     press("ghost", "g", lambda: session.ghost is None)
     # Another scene is seen from elsewhere; the one from before is seen as before.

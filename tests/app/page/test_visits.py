@@ -20,7 +20,7 @@ def test_fifty_visits_leave_nothing_behind_and_are_no_news(
     opened = house()
 
     def visit(number: int) -> None:
-        with BlockingClient(opened.url, query=f"seed={number}") as visitor:
+        with BlockingClient(opened.url, query=f"seed={number}&gizmo=1") as visitor:
             visitor.wait_for(lambda v: HAND in v.mirror.nodes)
             if number % 3 == 0:
                 visitor.move_gizmo(HAND, phase="start")
