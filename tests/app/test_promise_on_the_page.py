@@ -89,4 +89,4 @@ def test_a_distance_that_was_lost_is_not_said_to_be_kept() -> None:
     while simulation.sample().law_distance > 0.1 or missing_now(simulation.settings, simulation.history):
         assert simulation.time < 20.0
         simulation.step(person.target(simulation.time))
-    assert shown(simulation).endswith("below dm, but d falls no further: every condition is met")
+    assert shown(simulation).endswith("below dm, but falling no further")

@@ -40,7 +40,7 @@ def promise_words(simulation: Simulation, sample: Sample, bound: str) -> tuple[s
         why = ", ".join(_condition_text(condition, simulation, sample) for condition in lost)
         return "alarm", tr("{bound} may fail: {why}", bound=bound, why=why)
     if sample.law_distance < simulation.settings.law.critical_distance - BELOW:
-        return "halt", tr("below d<sub>m</sub>, but d falls no further: every condition is met")
+        return "halt", tr("below d<sub>m</sub>, but falling no further")
     return "go", tr("{bound} stands", bound=bound)
 
 

@@ -171,7 +171,7 @@ def report(page: Page, opened: App) -> None:
     page.get_by_role("button", name="Lessons", exact=True).click()
     page.locator("button.lesson").first.click()
     page.locator(".duet-l-head").wait_for()
-    for key, phase in (("", "Predict"), ("3", "Do"), ("n", "Observe"), ("n", "Explain")):
+    for key, phase in (("", "Predict"), ("3", "Do"), ("n", "Observe"), ("n", "Explain"), ("n", "Challenge")):
         press_key(page, key)
         page.locator(f".duet-l-head .now:text-is('{phase}')").wait_for()
     page.locator("textarea:visible").fill(written)

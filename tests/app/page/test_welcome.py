@@ -1,6 +1,5 @@
 """The welcome: once in a browser, beside the arms, gone at the first drag of an arm."""
 
-import numpy as np
 import pytest
 from playwright.sync_api import Page
 
@@ -8,9 +7,9 @@ from app.page.panels.welcome import is_for_newcomers
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import Arrive, Join, OpenHouse, ask
-from tests.app.page.by_hand import FREE, GIZMO, GRIP, WRIST, best_arrow, drag_through, hand, visit
+from tests.app.page.by_hand import FREE, PULLED, WRIST, visit
 from tests.app.page.helpers import open_lessons, shown
-from tests.browser import PageAt, screenshot, until, wait_frames
+from tests.browser import PageAt, screenshot, settled_view, until, wait_frames, world_position, world_to_px
 
 CARD = "#duet-welcome"
 STILL = changed(Settings(), "autopilot", False)
@@ -59,13 +58,16 @@ def test_it_says_three_lines_and_hides_no_arm(
 
 def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(STILL)
-    page = page_at(1024, 768, newcomer=True)
+    page = page_at(1024, 768, newcomer=True, expect=(PULLED,))
     session = visit(page, opened)
     page.locator(CARD).wait_for()
-    place = hand(session)
-    along, sign = best_arrow(session, np.array([0.0, 0.0, 1.0]))
-    grip = place + GRIP * GIZMO * along
-    drag_through(page, session, [grip, grip + 0.05 * sign * along])
+    settled_view(page)
+    x, y = world_to_px(page, world_position(page, f"/arms/right{WRIST.removesuffix('/j7')}"))
+    page.mouse.move(x, y)
+    until(page, lambda: page.evaluate("getComputedStyle(__viserMutable.canvas).cursor") == "grab", "a hand over the arm")
+    page.mouse.down()
+    page.mouse.move(x + 8, y)
+    until(page, lambda: session.held is not None, "taking hold")
     page.mouse.up()
     page.locator(CARD).wait_for(state="detached")
     again = page.context.new_page()
