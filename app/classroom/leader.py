@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import Final
 
-from app.hosting.session_store import tab_id
 from app.hosting.teacher_key import is_teacher
+from app.hosting.visitor_record import tab_id
 
 HOLD: Final = 60.0
 """How long the lead is held, without a key, for a tab that has disconnected [s]."""

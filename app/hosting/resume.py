@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from app.hosting.session_store import VisitorRecord, lesson_link
+from app.hosting.visitor_record import VisitorRecord, lesson_link
 from app.lessons.session.lesson_session import LessonSession
 from app.settings import WHOLE
 from controllers.errors import LazyText

@@ -1,16 +1,19 @@
 """One visitor with a private session: the session, the page that shows it, and the controls."""
 
+import logging
 from collections.abc import Generator
 from time import perf_counter
+from typing import Final
 
 import viser
 
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.resume import open_link
-from app.hosting.session_store import VisitorRecord
+from app.hosting.visitor_record import VisitorRecord, same_tab, tab_id
 from app.i18n.reader_language import language_of
-from app.i18n.speaking import set_language
+from app.i18n.speaking import N_, set_language
+from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.operation import Operation
@@ -20,6 +23,16 @@ from app.session.frame import freeze, make_frame
 from app.session.session import Session
 from app.settings import Language, Settings
 from app.web.request import browser_language, request_query
+
+log = logging.getLogger("duet.hosts")
+
+SAVING: Final = 1.0
+"""Time from one record to the next [s]; the file follows at once."""
+
+HISTORY: Final = LONGEST
+"""How much of a lesson's run is made again for what the lesson measures [s]."""
+
+NOT_SAVED: Final = N_("The server's disk cannot be written. Go on; saving is tried again.")
 
 
 class Visitor:
@@ -46,6 +59,7 @@ class Visitor:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, request_query(client)
         self.is_back, self.superseded = parked is not None, False
+        self._save_at, self._warned = 0.0, False
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         self._browser: Language = browser_language(client)
         self.language: Language = language_of(self.session.settings, self._browser)
@@ -73,6 +87,23 @@ class Visitor:
             if not self.is_back:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
+        yield from self._go_on()
+
+    def _go_on(self) -> Pieces:
+        """Go on where the record's session was, if the link is the same."""
+        record = self._record
+        if self.is_back or record is None or record.state is None or not same_tab(record.query, self.query):
+            return
+        saved = record.lessons if self.lessons.open else None
+        if saved is not None and saved.now is None:
+            # The run that shows why an answer is wrong begins again.
+            return
+        try:
+            yield from self.session.go_on_from(record.state, HISTORY if saved is not None else 0.0)
+            self.lessons.run_goes_on(saved is not None and saved.measured)
+        except Exception:
+            log.exception("a session could not go on from its record, and begins again")
+            self.session.reset()
 
     def _translate(self) -> None:
         """Build the page again in another language; the session and the lessons go on where they are."""
@@ -98,21 +129,39 @@ class Visitor:
         with self.client.atomic():
             self.view.show(frame)
             self.operation.show(frame)
+            self._keep_record(now)
         self.client.flush()
+
+    def _keep_record(self, now: float) -> None:
+        """Hand over the record every `SAVING`, and say once if it cannot be written. `now`: wall time [s]."""
+        store = self._context.store
+        if not store.lasting or self.superseded or tab_id(self.query) is None or now < self._save_at:
+            return
+        self._save_at = now + SAVING
+        self.save()
+        if store.problem and not self._warned:
+            self.operation.notify("This cannot be saved now", NOT_SAVED)
+        self._warned = bool(store.problem)
 
     def save(self) -> None:
         """Keep settings and progress in the store."""
-        self._context.store.save(VisitorRecord(self.query, self.session.settings, self.lessons.saved()))
+        record = VisitorRecord(self.query, self.session.settings, self.lessons.saved(), self.session.state())
+        self._context.store.save(record)
+
+    def supersede(self) -> None:
+        """Leave everything to a later connection of the same tab."""
+        self.save()
+        self.superseded = True
 
     def leave(self) -> None:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
         self.session.posts.drop()
         self.session.halt.set("teacher", False)
-        self.save()
         self.operation.close()
         if self.superseded:
             self.session.close()
         else:
+            self.save()
             self._context.store.park(self.query, self.session, self.lessons)
 
 
