@@ -182,7 +182,8 @@ class StoreFile:
                 break
             gone |= {tab for (tab,) in oldest}
         if gone:
-            execute("PRAGMA incremental_vacuum").fetchall()
+            # Statements without a column are stepped to their end only in a script.
+            self.connection.executescript("PRAGMA incremental_vacuum; PRAGMA wal_checkpoint(TRUNCATE);")
         return gone
 
     @property
