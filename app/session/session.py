@@ -8,7 +8,7 @@ from app.runtime.job_pool import JobPool
 from app.session.action_queue import ActionQueue
 from app.session.clock import BUDGET, Clock, Pace
 from app.session.ghost_run import GhostRun
-from app.session.halt import Halt
+from app.session.halt import Halt, Reason
 from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.knob_search import WINDOW, KnobSearch
@@ -85,7 +85,7 @@ class Session:
     def state(self) -> SessionState:
         """Return where the session is."""
         ghost = None if self.ghost is None else RunState.of(self.ghost, self._ghost.inputs)
-        halted = tuple(reason for reason in LASTING if reason in self.halt)
+        halted: tuple[Reason, ...] = tuple(reason for reason in LASTING if reason in self.halt)
         return SessionState(RunState.of(self.simulation, self.inputs), ghost, self._ghost.frozen, halted, self._input.began)
 
     def go_on_from(self, state: SessionState, history: float = 0.0) -> Iterator[None]:

@@ -85,7 +85,7 @@ def test_a_record_comes_back_as_it_was(short: Session, query, progress, said, na
         progress,
         own,
         flags[0],
-        {name: piece for name in names},
+        dict.fromkeys(names, piece),
         own if flags[1] else None,
         {name: RecordedPerson(piece) for name, _ in names},
         said,
@@ -287,7 +287,9 @@ def test_a_file_that_cannot_be_used_is_renamed_and_named(
     assert find(store, {"resume": tab(2)}) is not None
 
 
-def test_a_full_disk_is_said_and_saving_goes_on_when_there_is_room(path: Path, clock: Clock, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_full_disk_is_said_and_saving_goes_on_when_there_is_room(
+    path: Path, clock: Clock, caplog: pytest.LogCaptureFixture
+) -> None:
     writer = RecordWriter(path, DAY, 50_000_000, clock=clock)
     store, session = SessionStore(DAY, file=writer), session_of(1.0)
 
