@@ -48,7 +48,14 @@ class PageSettings:
         "Of everything on the page, and of the lessons.",
         *("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
     )
+    contact: bool = flag(
+        "contact",
+        "show λ",
+        "The line of contact, a skin as thick as d_m around the obstacle, and a purple tint of the arm that gives way.",
+        True,
+    )
     autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)
+    gizmo: bool = flag("gizmo", "arrows", "Arrows and arcs that move your arm or the ball along one axis.", False)
     speed: float = number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
     details: Details = choice(
         "none",
@@ -143,9 +150,13 @@ def to_query(settings: Settings, but: Settings | None = None) -> dict[str, str]:
 WHOLE = "whole"
 """Key of a link that says all that differs from Duet's own settings."""
 
+STEP_KEYS: Final = frozenset({"lesson", "step"})
+"""Keys of a link that opens a lesson."""
+
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"lesson", "step", "resume", WHOLE}
+    | {"resume", WHOLE}
+    | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has
 the page in, the lesson, how much it says."""

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 from app.classroom.ballots import Ballots, QuestionId, Tally
 from app.classroom.breakout_places import BreakoutPlaces
+from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.phases import Phase
 from app.lessons.progress import Progress, StepProgress, to_json
 from app.lessons.step_view import StepPosition, fill, verdict
 from app.lessons.walkthrough import Walkthrough
+from app.plots.curve_chart import Curve
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,8 @@ class Poll:
         outcome: the measured result, line by line; empty before it is on the stage.
         right: the choice that the outcome confirms; None before it is on the stage.
         verdicts: on each choice; empty before the outcome is on the stage.
+        drawing: what is drawn; None where no curve is asked for.
+        truth: what the curves are compared with; () before the outcome is on the stage.
     """
 
     question: QuestionId
@@ -34,6 +38,8 @@ class Poll:
     outcome: tuple[str, ...] = ()
     right: int | None = None
     verdicts: tuple[AnswerVerdict | None, ...] = ()
+    drawing: Drawing | None = None
+    truth: Curve = ()
 
 
 _Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
@@ -117,8 +123,8 @@ class Classroom:
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
         choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
         if known is None:
-            return Poll(question, choices, tally, done.outcome is None and not revealed, revealed)
-        return Poll(question, choices, tally, False, revealed, outcome, asked.right, verdicts)
+            return Poll(question, choices, tally, done.outcome is None and not revealed, revealed, drawing=step.drawing)
+        return Poll(question, choices, tally, False, revealed, outcome, asked.right, verdicts, step.drawing, known.curve)
 
     def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
         """Return the texts of a question, which are made once in every language and not in every frame."""
@@ -134,11 +140,19 @@ class Classroom:
             return False
         return self.ballots.answer(poll.question, student, choice)
 
+    def draw(self, walk: Walkthrough | None, student: str, question: QuestionId, curve: Curve) -> bool:
+        """Take a student's curve for a question, if it is on the stage; return whether it was taken."""
+        poll = self.poll(walk)
+        if poll is None or not poll.open or poll.question != question or poll.drawing is None:
+            return False
+        checked = checked_curve(poll.drawing, curve)
+        return checked is not None and self.ballots.draw(question, student, checked)
+
     def progress_of(self, student: str, walk: Walkthrough) -> str:
         """Return the progress of a walkthrough, as JSON, at the stage's step and with a student's own answers."""
         progress = Progress(walk.lesson.id, walk.step.id)
-        for question, choice in self.ballots.answers_of(student).items():
-            progress.steps[question] = StepProgress(choice=choice)
+        for question, ballot in self.ballots.ballots_of(student).items():
+            progress.steps[question] = StepProgress(choice=ballot.choice, drawing=ballot.curve)
         return to_json(progress)
 
 

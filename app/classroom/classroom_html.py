@@ -3,8 +3,11 @@
 from typing import Final
 
 from app.classroom.address import Address, qr_svg
+from app.classroom.ballots import Ballot
 from app.classroom.classroom import Classroom, Poll
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import N_, spoken, tr
+from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
+from app.page.lessons.lesson_html import drawing_verdict_html
 from app.text.html_element import element
 from app.text.lesson_text import inline_html, lesson_html
 
@@ -17,7 +20,7 @@ HALTED: Final = N_("The teacher has paused everybody.")
 
 
 def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
-    """Return the histogram of the class's answers; once the outcome is known, with the measured result beside it.
+    """Return the histogram of the class's answers, and its curves as a cloud; once the outcome is known, with the measured result.
 
     Args:
         mine: the reader's own answer.
@@ -32,11 +35,21 @@ def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
     # The first line answers the question; the verdict below has all of them.
     footer = [element("footer", "", element("span", tr("Measured")), element("p", poll.outcome[0]))] if poll.outcome else []
     head = element("header", "", element("b", title), element("span", count))
-    return element("div", "", head, element("ol", "", *rows), *footer, class_="duet-poll")
+    return element("div", "", head, cloud_html(poll), element("ol", "", *rows), *footer, class_="duet-poll")
+
+
+def cloud_html(poll: Poll) -> str:
+    """Return the class's curves over one another, their median, and the truth once it is known; "" without a curve."""
+    curves = poll.tally.curves
+    if poll.drawing is None or not curves:
+        return ""
+    caption = element("figcaption", tr("{count} drawn", count=len(curves)))
+    svg = drawing_svg(poll.drawing, median_curve(curves), poll.truth, curves)
+    return element("figure", "", svg, caption, class_="duet duet-curves")
 
 
 def _row(poll: Poll, index: int, mine: bool) -> str:
-    count, answered = poll.tally.counts[index], poll.tally.answered
+    count, answered = poll.tally.counts[index], sum(poll.tally.counts)
     share = round(100.0 * count / answered) if answered else 0
     kinds = " ".join(name for name, true in (("right", poll.right == index), ("mine", mine)) if true)
     percent = [element("small", f"{share} %")] if answered else []
@@ -103,10 +116,11 @@ def _qr_code(address: Address) -> str:
     return qr_svg(address.url, tr("QR code of the address"))
 
 
-def mine_html(poll: Poll, mine: int | None) -> str:
-    """Return the lines on a student's own answer: what to do, and after the run the verdict."""
+def mine_html(poll: Poll, ballot: Ballot) -> str:
+    """Return the lines on what a student has handed in: what to do, and after the run the verdict."""
+    mine = ballot.choice
     if poll.verdicts:
-        line = _verdict_html(poll, mine)
+        line = _verdict_html(poll, ballot)
     elif mine is None:
         ask = tr("Your prediction? Answer here, or with the keys 1 to {count}.", count=len(poll.choices))
         line = element("p", ask if poll.open else tr("Answers are closed."), class_="mine duet-say")
@@ -117,11 +131,15 @@ def mine_html(poll: Poll, mine: int | None) -> str:
     return element("div", "", line, class_="duet duet-lesson")
 
 
-def _verdict_html(poll: Poll, mine: int | None) -> str:
+def _verdict_html(poll: Poll, ballot: Ballot) -> str:
+    mine, figure, near = ballot.choice, "", ""
+    if poll.drawing is not None and ballot.curve:
+        figure = element("figure", "", drawing_svg(poll.drawing, ballot.curve, poll.truth), class_="duet duet-curves")
+        near = drawing_verdict_html(judge_drawing(poll.drawing, ballot.curve, poll.truth, spoken().language))
     verdict = poll.verdicts[mine] if mine is not None else None
     measured = [element("p", line) for line in poll.outcome]
     if verdict is None or mine is None:
-        return element("div", "", element("b", tr("Measured in this run")), *measured, class_="card duet-say")
+        return figure + element("div", "", near, element("b", tr("Measured in this run")), *measured, class_="card duet-say")
     mark, kind = ("✓", "right") if verdict.right else ("↺", "wrong")
     answers = element(
         "dl",
@@ -132,4 +150,4 @@ def _verdict_html(poll: Poll, mine: int | None) -> str:
         element("dd", "", *measured),
     )
     head = element("p", "", element("span", mark), " ", element("b", verdict.headline), class_="mark")
-    return element("div", "", head, answers, lesson_html(verdict.reply), class_=f"card {kind} duet-say")
+    return figure + element("div", "", near, head, answers, lesson_html(verdict.reply), class_=f"card {kind} duet-say")

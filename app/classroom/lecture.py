@@ -121,7 +121,7 @@ class LectureHost:
             poll = self.control.poll(page.book)
             page.show(frame, poll, self._invitation)
             for one in self.stage.watchers(audience):
-                mine = None if poll is None or one.answers is None else self.room.ballots.answer_of(poll.question, one.id)
+                mine = None if poll is None or one.answers is None else self.room.ballots.ballot_of(poll.question, one.id)
                 one.show(self.room, poll, mine, page.view, self.lessons)
             page.flush()
 

@@ -4,6 +4,7 @@ import contextlib
 
 import viser
 
+from app.classroom.ballots import Ballot
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
 from app.classroom.stage_page import StagePage
@@ -51,11 +52,12 @@ class Participant:
         self._view: View | None = None
         self._shown: object = None
 
-    def show(self, room: Classroom, poll: Poll | None, mine: int | None, view: View, lessons: LessonSession) -> None:
+    def show(self, room: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
         """Update what the page has beside the stage.
 
         Args:
             poll: the question on the stage.
+            mine: what the student has handed in; None for no question, or no student.
             view, lessons: the stage's, or the student's own ones.
         """
         if self.visitor is not None and self._view is not view:

@@ -65,6 +65,6 @@ class StageAudiences:
         if not watcher.screen:
             self._room.enter(client.client_id, student)
             watcher.banner = Banner(client.gui)
-            watcher.answers = Answers(client, page.view.lesson_panel, lambda choice: self._control.post_answer(student, choice))
+            watcher.answers = Answers(client, page.view.lesson_panel, self._control, student)
         if is_mistaken(self._context.key, watcher.query):
             name_mistake(client)

@@ -52,6 +52,7 @@ class StagePage:
                 # A folded panel is not on the page; one of several is.
                 self._addresses.append(host.gui.add_html(""))
         self._poll: viser.GuiHtmlHandle | None = None
+        self._shown: Poll | None = None
 
     def show(self, frame: Frame, poll: Poll | None, inviting: Address | None) -> None:
         """Draw a frame.
@@ -67,7 +68,9 @@ class StagePage:
                 with tab:
                     self._poll = gui.add_html("", order=ORDER["verdict"] - 0.5)
                     self._addresses.append(gui.add_html("", order=0.2))
-            if self._poll is not None:
+            # The curves of a whole class are not drawn in every frame.
+            if self._poll is not None and poll != self._shown:
+                self._shown = poll
                 self._poll.content = poll_html(poll) if poll is not None and poll.revealed else ""
             address = "" if inviting is None else overlay_html(inviting)
             for handle in self._addresses:

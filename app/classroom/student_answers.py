@@ -1,13 +1,15 @@
 """A student's own part of the stage's page: the banner, the answers as buttons and keys, and the verdict on the own answer."""
 
-from collections.abc import Callable
 from typing import Any, Final
 
 import viser
 
+from app.classroom.ballots import Ballot
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import banner_html, mine_html
+from app.classroom.teacher_control import TeacherControl
 from app.i18n.speaking import tr
+from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.window_size import canvas_size
@@ -19,8 +21,8 @@ PHONE: Final = 576.0
 
 KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
 
-_OWN: Final = "<style>.duet-l-choices,.duet-l-verdict{display:none!important}</style>"
-"""Hides the projector's list of choices and the class's verdict, as the student has buttons and an own verdict."""
+_OWN: Final = "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-verdict{display:none!important}</style>"
+"""Hides the projector's axes and list of choices, and the class's verdict, as the student has a board, buttons and an own verdict."""
 
 
 def is_narrow(client: viser.ClientHandle) -> bool:
@@ -52,11 +54,12 @@ class Answers:
 
     Args:
         panel: of the lessons, on the stage.
-        answer: called with the index of a choice, on the network's thread.
+        control: takes what the student hands in.
+        student: id of the tab.
     """
 
-    def __init__(self, client: viser.ClientHandle, panel: LessonPanel, answer: Callable[[int], None]) -> None:
-        self._client, self._panel, self._answer = client, panel, answer
+    def __init__(self, client: viser.ClientHandle, panel: LessonPanel, control: TeacherControl, student: str) -> None:
+        self._client, self._panel, self._control, self._student = client, panel, control, student
         self._buttons: list[viser.GuiButtonHandle] = []
         self._commands: list[viser.CommandHandle] = []
         self._texts: list[viser.GuiHtmlHandle] = []
@@ -86,6 +89,12 @@ class Answers:
             ]
             for i in range(len(KEYS)):
                 self._buttons.append(self._button(i))
+            control, student = self._control, self._student
+            self._board = DrawingBoard(
+                gui,
+                lambda action, kind: control.answers.put(action, (student, kind)),
+                lambda question, curve: control.draw(student, question, curve),
+            )
 
     def _button(self, index: int) -> viser.GuiButtonHandle:
         button = self._client.gui.add_button(f"{index + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + index)
@@ -109,7 +118,11 @@ class Answers:
 
         return command
 
-    def show(self, poll: Poll | None, mine: int | None) -> None:
+    def _answer(self, choice: int) -> None:
+        self._control.post_answer(self._student, choice)
+
+    def show(self, poll: Poll | None, ballot: Ballot | None) -> None:
+        mine = Ballot() if ballot is None else ballot
         asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts)
         if self._panel.tab is None or (asked, mine) == self._shown:
             return
@@ -119,13 +132,15 @@ class Answers:
         count = min(len(poll.choices), len(KEYS)) if poll is not None and poll.open else 0
         for i, button in enumerate(self._buttons):
             if poll is not None and i < count:
-                button.label = choice_label(i + 1, poll.choices[i], i == mine)
-                button.color = "orange" if i == mine else "gray"
+                button.label = choice_label(i + 1, poll.choices[i], i == mine.choice)
+                button.color = "orange" if i == mine.choice else "gray"
             button.visible = i < count
         while len(self._commands) > count:
             self._commands.pop().remove()
         while len(self._commands) < count:
             self._commands.append(self._command(len(self._commands)))
+        drawing = poll.drawing if poll is not None and poll.open else None
+        self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
         line = "" if poll is None else mine_html(poll, mine)
         over = poll is not None and bool(poll.verdicts)
         self._texts[1].content, self._texts[2].content = ("", line) if over else (line, "")

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 
+from app.classroom.ballots import QuestionId
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.teacher_panel import Action
+from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
-from app.lessons.session.lesson_actions import Choose, ResetStep
+from app.lessons.session.lesson_actions import Choose, Draw, ResetStep
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
+from app.plots.curve_chart import Curve
 from app.session.action_queue import ActionQueue
 from app.session.session import Session
 
@@ -66,8 +69,12 @@ class TeacherControl:
             return
         self._room.ballots.reveal(poll.question)
         favourite = poll.tally.favourite
-        if lessons.locked and favourite is not None:
-            # The prediction that the run is compared with is the class's.
+        if not lessons.locked:
+            return
+        # The prediction that the run is compared with is the class's.
+        if poll.tally.curves:
+            lessons.act(Draw(*poll.question, median_curve(poll.tally.curves)))
+        if favourite is not None:
             lessons.act(Choose(favourite))
 
     def _ask_again(self) -> None:
@@ -75,6 +82,10 @@ class TeacherControl:
         if poll is not None:
             self._room.ballots.ask_again(poll.question)
             self._lessons.act(ResetStep())
+
+    def draw(self, student: str, question: QuestionId, curve: Curve) -> None:
+        """Take a student's curve."""
+        self._room.draw(self._walk, student, question, curve)
 
     def _answer(self, student: str, choice: int) -> None:
         self._room.answer(self._walk, student, choice)

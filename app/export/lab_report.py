@@ -7,6 +7,7 @@ from typing import Final
 
 from app.export.report_html import ReportEntry, lowered, report_html
 from app.i18n.speaking import set_language, tr
+from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
 from app.lessons.lesson import Lesson, Step
 from app.lessons.phases import phases_of
@@ -89,6 +90,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
     view = make_view(StepPosition(lesson, step, one.index, phases_of(step)[-1], progress, False), step.yours, False, False)
     texts = dict(view.texts)
     verdict, attempt = view.verdict, progress.last
+    curves = view.drawing if view.drawing is not None and view.drawing.drawn else None
     recorded = one.seen or _made_again(one)
     run = recorded.stretches[-1].settings if recorded is not None else None
     entry = ReportEntry(
@@ -105,6 +107,9 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         chapter=tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
         settings=_settings(run) if run is not None else "",
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
+        drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",
+        drawing_verdict=curves.verdict.text if curves is not None and curves.verdict is not None else "",
+        because=progress.because,
     )
     return entry, run
 

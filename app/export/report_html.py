@@ -35,7 +35,10 @@ class ReportEntry:
         words: what the student wrote.
         chapter: under which it stands, such as the lesson's title; a heading where it is another one than before.
         settings: of the run, as a person reads them.
+        drawing: the student's curve beside the measured one, an <svg> element.
+        drawing_verdict: how near it came.
         plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
+        because: the student's reason for the prediction.
     """
 
     title: str
@@ -51,6 +54,9 @@ class ReportEntry:
     chapter: str = ""
     settings: str = ""
     plot: str = ""
+    drawing: str = ""
+    drawing_verdict: str = ""
+    because: str = ""
 
 
 def report_html(
@@ -104,8 +110,16 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     if entry.prediction:
         mark = "" if entry.right is None else _mark(entry.right, tr("right"), tr("not so"))
         add(tr("Prediction"), mark + rich(entry.prediction))
-    if entry.outcome:
-        add(tr("Measured"), _list([rich(line) for line in entry.outcome]))
+    if entry.drawing:
+        _check_svg(entry.drawing)
+        add(tr("Drawn"), f'<figure class="drawing">{entry.drawing}</figure>{html.escape(entry.drawing_verdict)}')
+    measured = _list([rich(line) for line in entry.outcome])
+    if entry.because.strip():
+        reason = f"<div><b>{html.escape(tr('Because'))}</b><p>{html.escape(entry.because)}</p></div>"
+        outcome = f"<div><b>{html.escape(tr('Measured'))}</b>{measured}</div>" if entry.outcome else ""
+        add(tr("Reason and outcome"), f'<div class="beside">{reason}{outcome}</div>')
+    elif entry.outcome:
+        add(tr("Measured"), measured)
     if entry.verdict:
         add(tr("Verdict"), rich(entry.verdict))
     if entry.passed is not None:
@@ -125,7 +139,15 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
 def _colours() -> str:
     """Return the rules for the symbols in formulas: on paper as on the page."""
     light = PALETTES["light"]
-    symbols = {"lam": light.activation, "dm": light.critical, "v": light.velocity, "u": light.pull, "w": light.approach}
+    symbols = {
+        "lam": light.activation,
+        "dm": light.critical,
+        "v": light.velocity,
+        "u": light.pull,
+        "w": light.approach,
+        "d": light.distance,
+        "e": light.error,
+    }
     return "".join(f"svg .{name} {{ color: {colour}; }}\n" for name, colour in symbols.items())
 
 

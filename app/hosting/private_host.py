@@ -79,7 +79,7 @@ class PrivateHost:
         record = yield from context.store.recall(query)
         if record is not None and record.state is not None and same_tab(record.query, query):
             settings = record.settings
-        visitor = yield from open_visitor(context, client, settings, problems, record)
+        visitor = yield from open_visitor(context, client, settings, problems, record, welcomes=True)
         for one in before:
             one.superseded = True
         before = [one for one in before if same_tab(one.query, query)]

@@ -7,17 +7,21 @@ from time import perf_counter
 from typing import Final, Literal
 
 from app.custom_law import template
+from app.lessons import FOLDER
+from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
 from app.lessons.law_challenge import StandIn, examine, stand_in
 from app.lessons.lesson import Challenge, Lesson, LessonBook, Step, Trial
+from app.lessons.outcomes import reference
 from app.lessons.phases import Phase
 from app.lessons.reference_runs import measured, simulated, wanted
 from app.lessons.runs import Input, Setup
 from app.lessons.walkthrough import Walkthrough
+from app.plots.curve_chart import COLUMNS, Curve
 
 WRONG_PATHS: Final = 3
 """Wrong paths that a lesson has to have, at least."""
 
-Kind = Literal["reference", "answer", "untouched", "attempt", "lesson"]
+Kind = Literal["reference", "answer", "drawing", "untouched", "attempt", "lesson"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,8 @@ class Walk:
     """One path through a lesson.
 
     Attributes:
-        kind: the reference, a wrong answer, a challenge with nothing changed, a declared attempt, or what holds for the lesson as a whole.
+        kind: the reference, a wrong answer, a drawing, a challenge with nothing changed, a declared attempt, or what holds for the
+            lesson as a whole.
         wrong: whether it is meant to fail.
         ok: whether it went as declared.
         seconds: wall time.
@@ -50,6 +55,11 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
             if question is not None and i != question.right:
                 name = f"answer {i + 1}"
                 walks += _timed(lesson, step, "answer", name, True, lambda n=number, i=i: _wrong_answer(book, lesson, n, i))
+        if step.drawing is not None:
+            for name, wrong in (("the truth, drawn", False), ("a flat line", True)):
+                walks += _timed(
+                    lesson, step, "drawing", name, wrong, lambda n=number, wrong=wrong: _drawn(book, lesson, n, wrong)
+                )
         if step.challenge is not None:
             name = "as the step starts it"
             walks += _timed(lesson, step, "untouched", name, True, lambda n=number: _untouched(book, lesson, n))
@@ -60,6 +70,10 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
     wrong = sum(walk.wrong and walk.ok for walk in walks if walk.kind in ("answer", "attempt"))
     text = f"{wrong} wrong paths fail as declared; at least {WRONG_PATHS} are asked for"
     walks.append(Walk(lesson.id, "", "lesson", "wrong paths", False, wrong >= WRONG_PATHS, text, 0.0))
+    unsaid = [name for name, text in (("Promise", lesson.promise), ("Learned", lesson.learned)) if not text]
+    if unsaid and lesson.steps[0].setup.folder == FOLDER:
+        text = f"no “### {unsaid[0]}” under the title: the list of lessons shows it"
+        walks.append(Walk(lesson.id, "", "lesson", "list", False, False, text, 0.0))
     untried = [s.id for s in lesson.steps if s.challenge is not None and not any(not t.fails for t in s.trials)]
     if untried:
         text = f"no declared attempt passes the challenge of {', '.join(untried)}"
@@ -148,6 +162,34 @@ def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) ->
             _ensure(not speaks, f"the run that shows why gives {decides}: it speaks for the wrong answer")
         text += f", and {m.text(why.values[0][0])} in the run that shows why"
     return text
+
+
+def _drawn(book: LessonBook, lesson: Lesson, number: int, flat: bool) -> str:
+    """Draw the truth, or the flat line that is nearest to it; return the verdict."""
+    walk = Walkthrough(book)
+    walk.go(lesson.id, number)
+    drawing, truth = walk.step.drawing, reference(walk.step, walk.step.setup).curve
+    assert drawing is not None
+    _check_truth(drawing, truth)
+    _ensure(walk.draw(flat_line(truth) if flat else truth), "the drawing was not taken")
+    _ensure(walk.next() and walk.phase is Phase.DO, "a drawing does not unlock the run")
+    walk.observe(simulated(walk.setup))
+    if walk.phase is Phase.DO:
+        walk.next()
+    curves = walk.view().drawing
+    assert curves is not None and curves.verdict is not None
+    _ensure(
+        curves.verdict.right is not flat,
+        f"{'a flat line' if flat else 'the truth'} is judged the wrong way: {curves.verdict.text}",
+    )
+    return curves.verdict.text
+
+
+def _check_truth(drawing: Drawing, truth: Curve) -> None:
+    known = [value for value in truth if value is not None]
+    _ensure(len(known) >= ENOUGH * COLUMNS, f"the run comes to {len(known)} of {COLUMNS} columns; choose another range of x")
+    outside = [value for value in known if not drawing.y.low <= value <= drawing.y.high]
+    _ensure(not outside, f"the truth leaves the axis, {outside[:1]}; choose another range of y")
 
 
 def _at_challenge(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:

@@ -3,7 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from app.lessons.measures.quantity import Value, shown_value
+from app.lessons.curve_drawing import Drawing
+from app.lessons.measures.quantity import Value, shown_value, significant_digits
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
 from app.settings import Language
@@ -62,8 +63,8 @@ class Measurement:
     compare: tuple[Compared, ...] = ()
 
     def text(self, value: Value) -> str:
-        """Return a value as it is read, with its unit."""
-        return shown_value(value, self.name, self.unit, self.digits)
+        """Return a value as it is read, with two significant digits and its unit."""
+        return shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,8 @@ class Challenge:
         criteria: all must hold.
         forecasts: all must be near enough.
         own_law: whether a controller of the student's own is to pass the six tests of `app.custom_law.trials`.
+        null_motions: whether the student has a slider for each of the arm's motions that leave the hand where it is.
+        search: key of the setting that the student looks for by trying, so that the tries are plotted; "" if none is.
         keep: name under which the student's motion is kept for a later step; "" if it is not.
     """
 
@@ -164,6 +167,8 @@ class Challenge:
     forecasts: tuple[Forecast, ...]
     custom_law: bool
     keep: str
+    null_motions: bool = False
+    search: str = ""
 
 
 @dataclass(frozen=True)
@@ -198,6 +203,7 @@ class Step:
         camera: from where one looks.
         plots: at most two.
         numbers: at most three live measurements.
+        drawing: a curve to be drawn before the question is answered; None if there is none.
         marks: angles by which the elbow's place at the start is turned about the line from shoulder to wrist [rad]: marks to touch.
     """
 
@@ -217,10 +223,16 @@ class Step:
     plots: tuple[str, ...]
     numbers: tuple[Measurement, ...]
     marks: tuple[float, ...]
+    drawing: Drawing | None = None
 
     @property
     def yours(self) -> bool:
         return self.setup.input.kind == "yours"
+
+    @property
+    def early_plots(self) -> tuple[str, ...]:
+        """Return the plots before the prediction: the law's curve would give a drawing away."""
+        return tuple(plot for plot in self.plots if self.drawing is None or plot != "curve")
 
 
 @dataclass(frozen=True)
@@ -234,6 +246,7 @@ class Lesson:
         language: of its texts.
         equations: of the paper, as a person reads them, such as "1–6".
         minutes: how long it takes.
+        promise, learned: what a student will be able to say, and what they have learned at the end; "" if the file does not say it.
         steps: at least one.
     """
 
@@ -245,6 +258,8 @@ class Lesson:
     goal: str
     equations: str
     minutes: int
+    promise: str
+    learned: str
     steps: tuple[Step, ...]
 
 

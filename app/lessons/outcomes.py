@@ -1,17 +1,19 @@
 """What came out: measured numbers, verdicts on predictions, judgements on challenges. Pure functions of evidence."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
+from app.lessons.curve_drawing import true_curve
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of, label_text
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
-from app.lessons.measures.quantity import Value, measure
-from app.lessons.reference_runs import comparisons, measured, wanted
+from app.lessons.measures.quantity import Value, measure, shown_value
+from app.lessons.reference_runs import comparisons, drawn, measured, wanted
 from app.lessons.runs import Pairs, Setup, changes_text, settings_text, value_text
 from app.lessons.texts import Measured
+from app.plots.curve_chart import Curve
 from app.settings import Language
 from controllers.errors import LazyText
 from scenes.settings import RunSettings, specs, values
@@ -26,12 +28,14 @@ class StepOutcome:
         complete: whether the run was long enough.
         reference: whether it is the reference run's, because the student's run did not get that far.
         unlike: settings of the run, by key, that are not as the question says.
+        curve: what a drawing is compared with; () where none is asked for.
     """
 
     values: tuple[tuple[Value, ...], ...]
     complete: bool
     reference: bool = False
     unlike: Pairs = ()
+    curve: Curve = ()
 
     def answer(self, question: Question) -> Value:
         """Return what decides on the question; None if the run does not tell."""
@@ -41,13 +45,17 @@ class StepOutcome:
         """Return the values by the identity of their measurement."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 
-    def lines(self, step: Step, language: Language) -> tuple[str, ...]:
-        """Return every number with its name as a person reads it, and what has to be said about the run."""
+    def lines(self, step: Step, language: Language, tabled: Collection[str] = ()) -> tuple[str, ...]:
+        """Return every number with its name as a person reads it, and what has to be said about the run.
+
+        Args:
+            tabled: identities of measurements whose comparisons are read in a table elsewhere.
+        """
         lines, words = list[str](), words_of(language)
         for m, found in zip(step.measurements, self.values, strict=True):
             parts = [f"{label_of(m, language)}: {m.text(found[0])}"]
             for compared, value in zip(m.compare, found[1:], strict=True):
-                if value is not None:
+                if value is not None and m.id not in tabled:
                     differs = compared_text(compared, language)
                     parts.append(words(N_("with {settings}: {value}"), settings=differs, value=m.text(value)))
             lines.append("; ".join(parts) + ".")
@@ -74,14 +82,16 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
         needed = m.compare if own else m.compare[:1] if i == 0 and step.question is not None and step.question.ratio else ()
         found.append((value, *comparisons(setup, m, needed), *(None for _ in m.compare[len(needed) :])))
     complete = time >= setup.seconds - 0.5 * evidence.settings.dt and evidence.rows > 0
-    return StepOutcome(tuple(found), complete, False, unlike(setup.run, evidence.settings))
+    curve = true_curve(step.drawing, evidence) if own and step.drawing is not None else ()
+    return StepOutcome(tuple(found), complete, False, unlike(setup.run, evidence.settings), curve)
 
 
 def reference(step: Step, setup: Setup) -> StepOutcome:
     """Return the outcome of the step's run without the student."""
     own = measured(setup, wanted(step.measurements))
     found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
-    return StepOutcome(found, True, True)
+    curve = drawn(setup, step.drawing) if setup == step.setup and step.drawing is not None else ()
+    return StepOutcome(found, True, True, curve=curve)
 
 
 def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
@@ -202,7 +212,7 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
 def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
     if m.name == "setting" and value is not None:
         return value_text(str(dict(m.parameters)["key"]), setting_value(str(dict(m.parameters)["key"]), value))
-    return Measurement(m.id, m.name, m.parameters, m.unit, m.digits if digits is None else digits).text(value)
+    return shown_value(value, m.name, m.unit, m.digits if digits is None else digits)
 
 
 def setting_value(key: str, value: float) -> object:

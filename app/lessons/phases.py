@@ -3,6 +3,7 @@
 from dataclasses import replace
 from enum import StrEnum
 
+from app.lessons.curve_drawing import checked_curve
 from app.lessons.lesson import LessonBook, Step
 from app.lessons.outcomes import StepOutcome
 from app.lessons.progress import Progress, StepProgress
@@ -36,7 +37,14 @@ def phases_of(step: Step) -> tuple[Phase, ...]:
 def first_phase(step: Step, done: StepProgress) -> Phase:
     """Return where a student who comes from the step before begins."""
     phases = phases_of(step)
-    return Phase.DO if phases[0] is Phase.PREDICT and done.choice is not None else phases[0]
+    return Phase.DO if phases[0] is Phase.PREDICT and done.predicted else phases[0]
+
+
+def is_finished(step: Step, done: StepProgress) -> bool:
+    """Return whether a step is finished: its challenge is passed, or without one its outcome has been seen."""
+    if step.challenge is not None:
+        return done.passed
+    return done.outcome is not None or (not step.measurements and not done.untouched)
 
 
 def furthest_phase(step: Step, done: StepProgress) -> Phase:
@@ -57,7 +65,8 @@ def fitting(step: Step, done: StepProgress) -> StepProgress:
         outcome: StepOutcome | None = getattr(done, name)
         if outcome is not None and [len(row) for row in outcome.values] != widths:
             setattr(fitting, name, None)
-    if question is not None and fitting.choice is None:
+    fitting.drawing = (checked_curve(step.drawing, done.drawing) or ()) if step.drawing is not None else ()
+    if question is not None and not fitting.predicted:
         fitting.outcome = fitting.why = None
     fitting.hints = min(done.hints, len(step.hints))
     return fitting

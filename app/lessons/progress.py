@@ -3,11 +3,12 @@
 import json
 import math
 from dataclasses import asdict, dataclass, field
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import Attempt, Judgement, StepOutcome
 from app.lessons.runs import Pairs
+from app.plots.curve_chart import COLUMNS, Curve
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.settings import specs
@@ -16,6 +17,27 @@ VERSION: Final = 1
 MOST_WORDS: Final = 4000
 """Characters of a student's own words in a step."""
 
+LONGEST_REASON: Final = 200
+"""Characters of the reason that a student gives for a prediction."""
+
+
+MOST_TRIES: Final = 30
+"""Newest tries of a search that are remembered."""
+
+
+class Try(NamedTuple):
+    """One try at a challenge that asks for the value of a setting.
+
+    Attributes:
+        setting: its value, SI.
+        measured: what the first inequality is about, SI.
+        met: whether it held.
+    """
+
+    setting: float
+    measured: float
+    met: bool
+
 
 @dataclass
 class StepProgress:
@@ -23,10 +45,14 @@ class StepProgress:
 
     Attributes:
         choice: index of the answer; None before the first.
+        drawing: the curve that was drawn; () for none.
         why: of the run that shows why the answer is wrong.
         hints: how many are open.
         attempts: how often the challenge was tried.
         last: the newest attempt.
+        words: of the student, about the whole step.
+        because: the student's reason for the prediction.
+        tries: at a challenge that asks for the value of a setting, oldest first.
     """
 
     choice: int | None = None
@@ -37,6 +63,14 @@ class StepProgress:
     passed: bool = False
     last: Attempt | None = None
     words: str = ""
+    because: str = ""
+    tries: tuple[Try, ...] = ()
+    drawing: Curve = ()
+
+    @property
+    def predicted(self) -> bool:
+        """Return whether the run may be seen: an answer was chosen, or a curve was drawn."""
+        return self.choice is not None or bool(self.drawing)
 
     @property
     def untouched(self) -> bool:
@@ -102,6 +136,9 @@ def from_json(text: str) -> Progress:
                 entry.get("passed") is True,
                 _attempt(entry.get("last")),
                 str(entry.get("words") or "")[:MOST_WORDS],
+                str(entry.get("because") or "")[:LONGEST_REASON],
+                _tries(entry.get("tries")),
+                _curve(entry.get("drawing")),
             )
     return progress
 
@@ -119,7 +156,9 @@ def _outcome(data: object) -> StepOutcome | None:
         return None
     rows = [row for row in data["values"] if isinstance(row, list)]
     values = tuple(tuple(_value(v) for v in row) for row in rows)
-    return StepOutcome(values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")))
+    return StepOutcome(
+        values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")), _curve(data.get("curve"))
+    )
 
 
 def _value(value: object) -> Value:
@@ -134,6 +173,10 @@ def _value(value: object) -> Value:
     return number if math.isfinite(number) else None
 
 
+def _curve(data: object) -> Curve:
+    return tuple(_value(v) for v in data) if isinstance(data, list) and len(data) == COLUMNS else ()
+
+
 def _pairs(data: object) -> Pairs:
     known = specs(Settings)
     return tuple(
@@ -145,6 +188,12 @@ def _pairs(data: object) -> Pairs:
         and isinstance(pair[1], (str, int, float))
         and (not known[pair[0]].choices or pair[1] in known[pair[0]].choices)
     )
+
+
+def _tries(data: object) -> tuple[Try, ...]:
+    found = [row for row in data if isinstance(row, list) and len(row) == 3] if isinstance(data, list) else []
+    numbers = [(_value(setting), _value(measured), met is True) for setting, measured, met in found[-MOST_TRIES:]]
+    return tuple(Try(a, b, met) for a, b, met in numbers if a is not None and b is not None)
 
 
 def _attempt(data: object) -> Attempt | None:

@@ -3,12 +3,14 @@
 from collections.abc import Mapping
 from functools import lru_cache
 
+from app.lessons.curve_drawing import Drawing, true_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Compared, Measurement
 from app.lessons.measures.quantity import Value, measure
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Input, Pairs, Setup
 from app.lessons.scripts import script
+from app.plots.curve_chart import Curve
 from scenes.recording import read_inputs
 from scenes.roles import NoSource, TargetSource
 from scenes.simulation import Simulation
@@ -71,6 +73,12 @@ def measured(setup: Setup, wanted: Wanted) -> tuple[Value, ...]:
     return tuple(measure(evidence, name, parameters) for name, parameters in wanted)
 
 
+@lru_cache(maxsize=64)
+def drawn(setup: Setup, drawing: Drawing) -> Curve:
+    """Return the curve of a run without a page that a drawing is compared with; the second time from memory."""
+    return true_curve(drawing, Evidence(simulated(setup)))
+
+
 def wanted(measurements: tuple[Measurement, ...]) -> Wanted:
     """Return measurements as `measured` takes them."""
     return tuple((m.name, m.parameters) for m in measurements)
@@ -84,3 +92,4 @@ def comparisons(setup: Setup, measurement: Measurement, compared: tuple[Compared
 def forget() -> None:
     simulated.cache_clear()
     measured.cache_clear()
+    drawn.cache_clear()

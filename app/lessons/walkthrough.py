@@ -10,20 +10,23 @@ from typing import Final
 
 from app.lessons.attempts import RunWatch, attempted
 from app.lessons.bookmark import Bookmark
+from app.lessons.curve_drawing import checked_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement, StepOutcome, observed, reference
 from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
-from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
+from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, Progress, StepProgress, Try, from_json, to_json
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
 from app.lessons.step_view import StepPosition, StepView, has_why, make_view, verdict
+from app.plots.curve_chart import Curve
 from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.roles import TargetSource
+from scenes.settings import values
 from scenes.simulation import Simulation
 
 LIVE_ROWS: Final = 2
@@ -73,6 +76,10 @@ class Walkthrough:
         return self._at.step
 
     @property
+    def step_index(self) -> int:
+        return self._at.step_index
+
+    @property
     def phases(self) -> tuple[Phase, ...]:
         return phases_of(self.step)
 
@@ -89,7 +96,7 @@ class Walkthrough:
 
     @property
     def locked(self) -> bool:
-        """Return whether Run is locked: a question waits for its answer."""
+        """Return whether Run is locked: a question waits for its answer or its curve."""
         return self.phase is Phase.PREDICT
 
     def go(self, lesson: str | int, step: int = 0) -> None:
@@ -115,13 +122,24 @@ class Walkthrough:
             self._enter(Phase.DO)
         return True
 
+    def draw(self, curve: Curve) -> bool:
+        """Take the student's curve instead of an earlier one, () for none; only before the run. Returns whether it was taken."""
+        drawing = self.step.drawing
+        if drawing is None or self.phase is not Phase.PREDICT or self.done.outcome is not None:
+            return False
+        checked = checked_curve(drawing, curve)
+        if checked is None:
+            return False
+        self.done.drawing = checked
+        return True
+
     def next(self) -> bool:
-        """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered first."""
+        """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered, or drawn, first."""
         if self.showing:
             self._end_why()
             return True
         phases, place = self.phases, self.phases.index(self.phase)
-        if self.locked and self.done.choice is None:
+        if self.locked and not self.done.predicted:
             return False
         if self.phase is Phase.DO and self.done.outcome is None and self.step.measurements:
             # A student who skips the run sees the outcome of the reference run.
@@ -184,6 +202,10 @@ class Walkthrough:
     def write(self, words: str, lesson: str | None = None, step: str | None = None) -> None:
         """Keep what the student writes about a step: the present one, or that of a name."""
         self._progress.at(lesson or self.lesson.id, step or self.step.id).words = words[:MOST_WORDS]
+
+    def give_reason(self, reason: str, lesson: str, step: str) -> None:
+        """Keep the reason that the student gives for a prediction, in the step of a name."""
+        self._progress.at(lesson, step).because = reason.strip()[:LONGEST_REASON]
 
     # ---- the run -----------------------------------------------------------------------------------------------------------
 
@@ -269,6 +291,9 @@ class Walkthrough:
         )
         if attempt.passed and challenge.keep and person is not None:
             self._kept[challenge.keep] = person
+        if challenge.search and not attempt.note and (value := attempt.judgements[0].value) is not None:
+            setting = float(values(simulation.settings)[challenge.search])
+            self.done.tries = (*self.done.tries, Try(setting, value, attempt.judgements[0].passed))[-MOST_TRIES:]
         self._note(attempt)
         return attempt
 
@@ -301,7 +326,7 @@ class Walkthrough:
     def view(self, book: LessonBook | None = None) -> StepView:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
         last = self._at.after() is None
-        waits = self.locked and self.done.choice is None
+        waits = self.locked and not self.done.predicted
         can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
         can_back = self.showing or self._before() is not None or self._at.before() is not None
         return make_view(self._place(book), self.yours, can_next, can_back)

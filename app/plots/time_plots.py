@@ -106,13 +106,21 @@ class TimePlot:
     def columns(self, run: str) -> tuple[int, ...]:
         return tuple(COLUMNS[line.column] for line in self.lines if line.run == run)
 
-    def legend(self, others: Collection[str] = ()) -> tuple[LegendEntry, ...]:
-        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if")."""
+    def legend(self, others: Collection[str] = (), names: tuple[str, str] | None = None) -> tuple[LegendEntry, ...]:
+        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if").
+
+        Args:
+            others: those runs.
+            names: of the own run and of the ghost; None for the usual ones.
+        """
         entries = [_entry(line, line.name, line.for_all) for line in self.lines if line.name]
+        if names is not None and self.columns("ghost"):
+            entries.insert(0, _entry(self.lines[0], names[0], self.lines[0].colour.startswith("joint ")))
         for run in others:
             line = next((line for line in self.lines if line.run == run), None)
             if line is not None:
-                entries.append(_entry(line, _RUNS[run], line.colour.startswith("joint ")))
+                name = names[1] if names is not None and run == "ghost" else _RUNS[run]
+                entries.append(_entry(line, name, line.colour.startswith("joint ")))
         return tuple(entries)
 
 
@@ -162,8 +170,20 @@ def _followed(prefix: str, title: str, model: str) -> TimePlot:
 
 
 TIME_PLOTS: Final[dict[str, TimePlot]] = {
-    "hand": TimePlot('hand error <b class="e">|e|</b>', "mm", (PlotLine("e", "error", 2.2),), scale=1000.0),
-    "elbow": TimePlot("elbow angle", "°", (PlotLine("elbow", "distance", 2.2),), None, DEGREES, False),
+    "hand": TimePlot(
+        'hand error <b class="e">|e|</b>',
+        "mm",
+        (PlotLine("e", "error", 2.2), PlotLine("e", "error", 1.8, _GHOST, "ghost")),
+        scale=1000.0,
+    ),
+    "elbow": TimePlot(
+        "elbow angle",
+        "°",
+        (PlotLine("elbow", "distance", 2.2), PlotLine("elbow", "distance", 1.8, _GHOST, "ghost")),
+        None,
+        DEGREES,
+        False,
+    ),
     "lambda": TimePlot(
         'activation <b class="lam">λ</b>',
         "",

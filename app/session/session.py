@@ -84,7 +84,7 @@ class Session:
 
     def state(self) -> SessionState:
         """Return where the session is."""
-        ghost = None if self.ghost is None else RunState.of(self.ghost, self._ghost.inputs)
+        ghost = None if self.ghost is None or self._ghost.source is not None else RunState.of(self.ghost, self._ghost.inputs)
         halted: tuple[Reason, ...] = tuple(reason for reason in LASTING if reason in self.halt)
         return SessionState(RunState.of(self.simulation, self.inputs), ghost, self._ghost.frozen, halted, self._input.began)
 
@@ -207,13 +207,19 @@ class Session:
     def reset(self) -> None:
         """Start the run from its beginning with the present settings."""
         self.simulation.reset()
-        if self.ghost is not None:
+        if self._ghost.source is not None:
+            self._ghost.begin(self.settings, self.simulation)
+        elif self.ghost is not None:
             self.ghost.reset()
         self.studies.forget()
         self.knob_search.forget()
         self._input.let_go()
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
+
+    def show_beside(self, simulation: Simulation, source: TargetSource) -> None:
+        """Have another run in the place of the ghost, with settings and inputs of its own, until the next reset; both begin now."""
+        self._ghost.begin_other(simulation, source)
 
     def hurry(self, until: float) -> None:
         """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
@@ -232,7 +238,7 @@ class Session:
     def measure_smoothness(self) -> None:
         """Make the last 10 s again in ever smaller steps, beside the run; `studies.smoothness` then tells what came out."""
         runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (self.inputs, self.settings.run)}
-        if self.ghost is not None:
+        if self.ghost is not None and self._ghost.source is None:
             runs["ghost"] = self._ghost.inputs, self.ghost.settings
         self.studies.measure_smoothness(runs)
 
@@ -268,11 +274,15 @@ class Session:
         """Return the active source's target, or None."""
         return self._input.target(self.simulation, self.settings.page.autopilot)
 
+    def way(self, seconds: float) -> Array:
+        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if unknown."""
+        return self._input.way(self.simulation, self.settings.page.autopilot, seconds)
+
     def _step_both(self) -> bool:
         """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
         target = self.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
-        if self.ghost is not None:
+        if self.ghost is not None and self._ghost.source is None:
             # The run that may have to wait for its law goes first.
             runs.insert(0 if self.law.of_ghost is not None else 1, (self.ghost, self._ghost.inputs))
         for simulation, inputs in runs:
@@ -284,6 +294,7 @@ class Session:
                 self._wish = (target,)
                 return False
         self._wish = None
+        self._ghost.catch_up(self.simulation.time)
         self.law.step_made(self.settings.run, self.settings.page.speed)
         return True
 

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from app.plots.curve_chart import Curve
+
 
 @dataclass(frozen=True)
 class Choose:
@@ -11,11 +13,25 @@ class Choose:
 
 
 @dataclass(frozen=True)
+class Draw:
+    """Predict a curve in the step of a lesson, by their names; () takes it back."""
+
+    lesson: str
+    step: str
+    curve: Curve
+
+
+@dataclass(frozen=True)
 class GoTo:
     """Open a step of a lesson, both from 0."""
 
     lesson: int
     step: int
+
+
+@dataclass(frozen=True)
+class ListLessons:
+    """Show the list of lessons, or close it."""
 
 
 @dataclass(frozen=True)
@@ -63,4 +79,6 @@ class Leave:
     """Close the lessons."""
 
 
-LessonAction = Choose | GoTo | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+LessonAction = (
+    Choose | Draw | GoTo | ListLessons | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+)

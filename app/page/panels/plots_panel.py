@@ -60,6 +60,7 @@ class Plots:
         self._time_plots: dict[str, tuple[TimePlot, viser.GuiUplotHandle]] = {}
         self._cells: tuple[str, ...] = ()
         self._only: tuple[str, ...] = ()
+        self._names: tuple[str, str] | None = None
         self._settings: RunSettings | None = None
         self._law: Law | None = None
         self._next: dict[str, float] = {}
@@ -77,6 +78,10 @@ class Plots:
     def only(self, names: tuple[str, ...]) -> None:
         """Replace the first two plots by these; none for the first two again."""
         self._only = names
+
+    def name_runs(self, names: tuple[str, str] | None) -> None:
+        """Name the run and the ghost in the legends; None for the usual names."""
+        self._names = names
 
     def show(self, frame: Frame) -> None:
         """Read the newest steps, and refresh the plots that have changed and are due."""
@@ -263,7 +268,8 @@ class Plots:
         plot, _ = self._time_plots[name]
         others = [run for run, there in (("ghost", with_ghost), ("what_if", self._what_if is not None)) if there]
         parts = "".join(
-            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in plot.legend(others)
+            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>'
+            for symbol, kind, label in plot.legend(others, self._names)
         )
         unit = f" [{plot.unit}]" if plot.unit else ""
         return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(plot.title)}{unit}</span>{parts}</div>'

@@ -2,7 +2,7 @@
 // duet.pressKey(digit) presses a digit with Alt and Shift, a key that is not pressed by chance.
 (() => {
   const widgets =
-    "input, textarea, select, [contenteditable=true], [role=slider], [role=tab], [role=listbox], [role=combobox], [role=dialog]";
+    "input, textarea, select, [contenteditable=true], [role=slider], [role=tab], [role=listbox], [role=combobox], [role=dialog], [role=application]";
 
   duet.pressKey = (digit) => {
     const key = { key: digit, code: `Digit${digit}`, altKey: true, shiftKey: true, bubbles: true };

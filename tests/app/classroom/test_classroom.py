@@ -6,14 +6,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.classroom.address import Address, find_address, own_address, qr_svg
-from app.classroom.ballots import Ballots
+from app.classroom.ballots import Ballot, Ballots, Tally
 from app.classroom.breakout_places import HOLD, BreakoutPlaces
 from app.classroom.classroom import Classroom
+from app.classroom.classroom_html import mine_html, poll_html
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.lessons.loading import load_lessons
 from app.lessons.outcomes import reference
 from app.lessons.phases import Phase
+from app.lessons.progress import StepProgress, from_json
 from app.lessons.walkthrough import Walkthrough
+from app.plots.curve_chart import COLUMNS
 
 BOOK = load_lessons()
 PLACE = ("redundancy", "one")
@@ -34,7 +37,7 @@ def test_everybody_counts_once_with_the_newest_answer_until_the_reveal(answers: 
     assert ballots.answer(("redundancy", "two"), "ann", 2), "another question is still open"
     ballots.ask_again(PLACE)
     assert not ballots.revealed(PLACE) and ballots.tally(PLACE, 4, here).answered == 0
-    assert ballots.answers_of("ann") == {("redundancy", "two"): 2} and ballots.answer(PLACE, "ann", 1)
+    assert ballots.ballots_of("ann") == {("redundancy", "two"): Ballot(2)} and ballots.answer(PLACE, "ann", 1)
 
 
 def test_the_poll_opens_with_the_question_and_closes_with_the_outcome() -> None:
@@ -73,7 +76,39 @@ def test_a_step_that_begins_again_is_a_question_asked_again() -> None:
     walk.choose(1)
     assert not room.answer(walk, "ann", 2)
     walk.reset()
-    assert room.answer(walk, "ann", 2) and room.ballots.answer_of((walk.lesson.id, walk.step.id), "ann") == 2
+    assert room.answer(walk, "ann", 2) and room.ballots.ballot_of((walk.lesson.id, walk.step.id), "ann").choice == 2
+
+
+HALF = (0.5,) * COLUMNS
+FULL = (1.0,) * COLUMNS
+
+
+def test_a_curve_counts_like_an_answer_and_is_shown_without_its_name() -> None:
+    room, walk = Classroom(8), Walkthrough(BOOK)
+    walk.go("lambda", 0)
+    question = (walk.lesson.id, walk.step.id)
+    for number, student in enumerate(("ann", "bo", "cy"), 1):
+        room.enter(number, student)
+    assert room.draw(walk, "ann", question, HALF) and room.draw(walk, "bo", question, FULL) and room.answer(walk, "bo", 0)
+    assert not room.draw(walk, "cy", ("lambda", "tail"), HALF), "drawn for another step"
+    assert not room.draw(walk, "cy", question, (2.0,) * COLUMNS), "beyond the axis"
+    poll = room.poll(walk)
+    assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 1, 2, (HALF, FULL)) and poll.truth == ()
+    assert room.draw(walk, "ann", question, ()) and room.ballots.tally(question, 4, room.here).waiting == 2, "taken back"
+    assert room.draw(walk, "ann", question, HALF)
+    shown = poll_html(room.poll(walk) or poll, live=True)
+    assert "2 drawn" in shown and "ann" not in shown and shown.count('stroke-opacity="0.3"') == 2 and "median" in shown
+    assert "100 %" in shown, "the one who only drew is no answer"
+    # A student who goes to explore finds the own curve there.
+    assert from_json(room.progress_of("ann", walk)).steps[question] == StepProgress(drawing=HALF)
+    walk.draw(HALF)
+    room.ballots.reveal(question)
+    assert not room.draw(walk, "cy", question, HALF)
+    walk.choose(0)
+    walk.next()
+    poll = room.poll(walk)
+    assert poll is not None and poll.truth == reference(walk.step, walk.step.setup).curve and "by the formula" in poll_html(poll)
+    assert "Your curve is within 0.47 on average." in mine_html(poll, Ballot(None, HALF))
 
 
 def test_places_go_to_the_first_students_and_are_held_for_a_while() -> None:

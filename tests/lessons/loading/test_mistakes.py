@@ -16,6 +16,16 @@ def line_with(text: str, part: str) -> int:
     return line
 
 
+DRAWING = """
+[drawing]
+x = "time"
+x_range = [0.0, 2.0]
+y = "distance"
+y_range = [0.0, 0.4]
+within = 0.01
+
+[challenge]"""
+
 BARE = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
 """The small lesson as a translation may be: texts only."""
 
@@ -61,12 +71,25 @@ CASES = [
     ("3. Three.", "", "### Hints", "there are 2 hints"),
     ("It was {measured:d}", "It was {measured:dd}", "{measured:dd}", "choose from d"),
     ("It was {measured:d}", "It was {measured:d:2}", "{measured:d:2}", "has 1 comparisons"),
+    ("It was {measured:d}", "{table:dd}", "{table:dd}", "choose from d"),
+    ("It was {measured:d} at", "{table:d} at", "{table:d}", "line of its own"),
+    ("How near? With n = 4 it is {measured:d:1}.", "How near?\n\n{table:d}", "{table:d}", "gives the answer away"),
+    ("[challenge]\nseconds = 2.0", "[challenge]\nsearch = \"law\"", 'search = "law"', "choose from"),
+    ("[challenge]\nseconds = 2.0", "[challenge]\nnull_motions = true", "null_motions = true", "needs the scene solo"),
     ("{setting:dm}", "{setting:dmm}", "{setting:dmm}", "choose from scene"),
     ("{measured:d:1}", "{measured:d}", "How near?", "gives the answer away"),
     ("id = \"second\"", "id = \"first\"", "## Second", "two steps are called first"),
     ("Move the ball.\n", "Move the ball.\n\n```duet\nx = 1\n```\n", "x = 1", "has 2 blocks"),
     ("Move the ball.\n", "Move the ball.\n\n```python\nx\n", "```python", "never closed"),
     ("## Second", "# Second", "# Second", "second title"),
+    ("\n[challenge]", DRAWING.replace('"distance"', '"length"'), 'y = "length"', "choose from time, distance"),
+    ("\n[challenge]", DRAWING.replace('"distance"', '"time"'), 'y = "time"', "is no curve"),
+    ("\n[challenge]", DRAWING.replace("[0.0, 0.4]", "[0.4, 0.0]"), "y_range = ", "low < high"),
+    ("\n[challenge]", DRAWING.replace("x_range = [0.0, 2.0]\n", ""), "[drawing]", "x_range is missing"),
+    ("\n[challenge]", DRAWING.replace("within = 0.01", "within = 0.5"), "within = 0.5", "smaller than the axis"),
+    ("\n[challenge]", DRAWING.replace("within = 0.01", ""), "[drawing]", "within is missing"),
+    ("\n[challenge]", DRAWING.replace("within", 'truth = "formula"\nwithin'), 'truth = "formula"', "only for the activation"),
+    ("\n[challenge]", DRAWING.replace("within", "colour = 1\nwithin"), "colour = 1", "no key 'colour' in drawing; choose from x, y"),
 ]  # fmt: skip
 
 

@@ -1,0 +1,254 @@
+"""A prediction that is drawn: a curve over two axes, the truth that it is compared with, and how near it comes."""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import fmean, median
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_, tr
+from app.lessons.blocks import NEEDED, Table
+from app.lessons.evidence import Evidence
+from app.lessons.runs import Setup
+from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
+from app.settings import Language
+from controllers.activation import activation
+from controllers.kinematics import Array
+from scenes.experiments import EXPERIMENTS
+
+
+@dataclass(frozen=True)
+class AxisQuantity:
+    """What an axis can show.
+
+    Attributes:
+        column: of the history; the error is the root of its column.
+        symbol, unit, factor, colour: see `CurveAxis`.
+        digits: after the point, in that unit.
+        word: what a screen reader calls it.
+    """
+
+    column: str
+    symbol: str
+    unit: str
+    factor: float
+    colour: str
+    digits: int
+    word: str
+
+
+AXES: Final = {
+    "time": AxisQuantity("t", "t", "s", 1.0, "", 1, N_("time")),
+    "distance": AxisQuantity("d", "d", "mm", 1000.0, "d", 0, N_("distance d")),
+    "activation": AxisQuantity("lambda", "λ", "", 1.0, "lam", 2, "λ"),
+    "error": AxisQuantity("e2", "|e|", "mm", 1000.0, "e", 0, N_("hand error |e|")),
+    "approach": AxisQuantity("w", "w", "m/s", 1.0, "w", 2, N_("approach w")),
+}
+
+ENOUGH: Final = 0.5
+"""Share of the columns that a drawing must fill to be compared, and the truth to be known in."""
+
+MOST_TEXT: Final = 2000
+"""Longest text of a drawing from a browser [characters]."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What is drawn before the run.
+
+    Attributes:
+        x_name, y_name: of the quantities, see `AXES`.
+        formula: whether the truth is eq. (31) for the settings of the run, and not the recorded run itself.
+        within: the largest mean distance from the truth, in the unit of `y`, SI, with which a drawing is right.
+    """
+
+    x_name: str
+    y_name: str
+    x: CurveAxis
+    y: CurveAxis
+    formula: bool
+    within: float
+
+    @property
+    def columns(self) -> tuple[float, ...]:
+        """Return the middle of each column, SI."""
+        return tuple(self.x.value((i + 0.5) / COLUMNS) for i in range(COLUMNS))
+
+    def text(self, value: float) -> str:
+        """Return a difference along `y` as it is read, rounded up, so that "within" it is true."""
+        quantity = AXES[self.y_name]
+        power = 10.0**quantity.digits
+        return f"{math.ceil(value * quantity.factor * power - 1e-6) / power:.{quantity.digits}f} {quantity.unit}".rstrip()
+
+
+class DrawingVerdict(NamedTuple):
+    """How near a drawing came. `right`: near enough; None if too little was drawn to be compared."""
+
+    right: bool | None
+    text: str
+
+
+class DrawnCurves(NamedTuple):
+    """A drawing beside the truth; () for what is not there yet, None for no verdict yet."""
+
+    drawn: Curve
+    truth: Curve
+    verdict: DrawingVerdict | None
+
+
+def read_drawing(table: Table, setup: Setup) -> Drawing | None:
+    """Return the drawing that a step's block declares, or None.
+
+    Raises:
+        Fault: something is missing or not possible.
+    """
+    entry = table.table("drawing")
+    if entry is None:
+        return None
+    x_name, y_name = entry.choice("x", AXES), entry.choice("y", AXES)
+    if x_name == y_name or y_name == "time":
+        raise entry.fault(
+            "y", f"y = {y_name!r} over x = {x_name!r} is no curve; draw another quantity than x, and none but x is time."
+        )
+    if "error" in (x_name, y_name) and EXPERIMENTS[setup.run.scene].error_unit != "m²":
+        raise entry.fault("y", f"the error of the scene {setup.run.scene} is one of joints; draw another quantity.")
+    x, y = (_axis(entry, key, name, setup) for key, name in (("x_range", x_name), ("y_range", y_name)))
+    formula = entry.choice("truth", ("run", "formula"), "run") == "formula"
+    if formula and (x_name, y_name) != ("distance", "activation"):
+        raise entry.fault("truth", 'there is a formula only for the activation over the distance, eq. (31); write truth = "run".')
+    within = entry.number("within", NEEDED, 0.0)
+    if not 0.0 < within < y.high - y.low:
+        raise entry.fault("within", f"within = {within:g} is not a distance along y; give one smaller than the axis.")
+    entry.close()
+    return Drawing(x_name, y_name, x, y, formula, within)
+
+
+def _axis(entry: Table, key: str, name: str, setup: Setup) -> CurveAxis:
+    if not entry.has(key):
+        raise entry.fault(key, f"{key} is missing; add the ends of the axis, [low, high].")
+    low, high = entry.numbers(key, 2)
+    if not low < high:
+        raise entry.fault(key, f"{key} = [{low:g}, {high:g}] is not a range; write [low, high] with low < high.")
+    quantity, d_m = AXES[name], setup.run.law.critical_distance
+    shows_critical = name == "distance" and low < d_m < high
+    return CurveAxis(quantity.symbol, quantity.unit, quantity.factor, quantity.colour, low, high, d_m if shows_critical else None)
+
+
+def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
+    """Return the curve that a browser sent as a JSON list of fractions of the height, null for a gap; None if it is not one."""
+    if not isinstance(text, str) or len(text) > MOST_TEXT:
+        return None
+    try:
+        heights = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(heights, list) or not all(h is None or (_is_finite(h) and 0.0 <= h <= 1.0) for h in heights):
+        return None
+    return checked_curve(drawing, [None if h is None else drawing.y.value(h) for h in heights])
+
+
+def checked_curve(drawing: Drawing, values: object) -> Curve | None:
+    """Return values by column as a curve, () if none is drawn; None if they do not fit the axes."""
+    if not isinstance(values, (list, tuple)) or len(values) not in (0, COLUMNS):
+        return None
+    slack = 1e-6 * (drawing.y.high - drawing.y.low)
+    for value in values:
+        if value is not None and not (_is_finite(value) and drawing.y.low - slack <= value <= drawing.y.high + slack):
+            return None
+    return tuple(None if v is None else float(v) for v in values) if any(v is not None for v in values) else ()
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e6
+
+
+def true_curve(drawing: Drawing, evidence: Evidence) -> Curve:
+    """Return what a drawing is compared with; None in columns that the run did not come to."""
+    if drawing.formula:
+        law = evidence.settings.law
+        return tuple(activation(d, law.critical_distance, law.order) for d in drawing.columns)
+    return first_met(_series(evidence, drawing.x_name), _series(evidence, drawing.y_name), drawing.columns)
+
+
+def _series(evidence: Evidence, name: str) -> Array:
+    column = evidence.column(AXES[name].column)
+    return np.sqrt(column) if name == "error" else column
+
+
+def first_met(xs: Array, ys: Array, columns: Sequence[float]) -> Curve:
+    """Return y where x first met each column, straight between two rows; None where it never did. xs, ys: (rows,)."""
+    known = np.isfinite(xs) & np.isfinite(ys)
+    xs, ys = xs[known], ys[known]
+    curve: list[float | None] = []
+    for x in columns:
+        below = xs <= x
+        rows = np.flatnonzero(below[1:] != below[:-1])
+        if not len(rows):
+            curve.append(None)
+            continue
+        row = int(rows[0])
+        share = (x - xs[row]) / (xs[row + 1] - xs[row])
+        curve.append(float(ys[row] + share * (ys[row + 1] - ys[row])))
+    return tuple(curve)
+
+
+def mean_distance(drawn: Curve, truth: Curve) -> float | None:
+    """Return the mean |drawn − truth| over the columns that have both; None if these are fewer than `ENOUGH` of the truth's."""
+    known = sum(t is not None for t in truth)
+    apart = [abs(a - b) for a, b in zip(drawn, truth, strict=False) if a is not None and b is not None]
+    return fmean(apart) if apart and len(apart) >= ENOUGH * known else None
+
+
+def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Language) -> DrawingVerdict | None:
+    """Return how near a drawing came; None without a drawing or a truth."""
+    if not drawn or not any(t is not None for t in truth):
+        return None
+    words, distance = words_of(language), mean_distance(drawn, truth)
+    if distance is None:
+        return DrawingVerdict(None, words(N_("Too little is drawn to be compared: less than half of the axis.")))
+    text = words(N_("Your curve is within {distance} on average."), distance=drawing.text(distance))
+    return DrawingVerdict(distance <= drawing.within, text)
+
+
+def median_curve(curves: Sequence[Curve]) -> Curve:
+    """Return the median of curves, column by column; None where none has a value."""
+    columns = [[c[i] for c in curves if c] for i in range(COLUMNS)]
+    known = [[value for value in column if value is not None] for column in columns]
+    return tuple(median(values) if values else None for values in known) if any(known) else ()
+
+
+def flat_line(truth: Curve) -> Curve:
+    """Return the flat line that is nearest to a truth: at its median."""
+    known = [t for t in truth if t is not None]
+    return (median(known),) * COLUMNS if known else ()
+
+
+def drawing_svg(drawing: Drawing, drawn: Curve, truth: Curve, others: tuple[Curve, ...] = ()) -> str:
+    """Return the axes with the curves over them, as an <svg> element in the current language.
+
+    Args:
+        drawn: one student's; of a class the median.
+        truth: () before the run.
+        others: of a class, without names.
+    """
+    lines = [Line(curve, width=1.2, opacity=0.3) for curve in others]
+    if drawn:
+        name = tr("median") if others else tr("your curve") if truth else ""
+        lines.append(Line(drawn, "", name, 3.4 if others else 2.2, "" if others else "6 4"))
+    if truth:
+        lines.append(Line(truth, drawing.y.colour, tr("by the formula") if drawing.formula else tr("in the run"), 3.0))
+    return curve_chart(drawing.x, drawing.y, tuple(lines), axes_text(drawing))
+
+
+def board_svg(drawing: Drawing, drawn: Curve) -> str:
+    """Return the axes to draw on, as an <svg> element; the script `drawing.js` changes the line of the class "pencil"."""
+    return curve_chart(drawing.x, drawing.y, (Line(drawn, "pencil", "", 2.4),), axes_text(drawing))
+
+
+def axes_text(drawing: Drawing) -> str:
+    """Return in words what is drawn over what."""
+    return tr("{y} over {x}", y=tr(AXES[drawing.y_name].word), x=tr(AXES[drawing.x_name].word))

@@ -1,0 +1,92 @@
+"""Axes on which a student draws a prediction, by mouse, finger or keys. The script `drawing.js` does the drawing."""
+
+import json
+from collections.abc import Callable
+from typing import Any, Final
+
+import viser
+
+from app.i18n.speaking import tr
+from app.lessons.curve_drawing import AXES, Drawing, axes_text, board_svg, curve_from_text
+from app.page.lessons.lesson_panel import ORDER
+from app.plots.curve_chart import Curve, CurveAxis
+from app.text.html_element import element
+
+_BOARD: Final = ORDER["drawing"] + 0.1
+_BOX: Final = ORDER["drawing"] + 0.2
+"""The hidden box by which the script sends a curve stands right behind the board."""
+
+Place = tuple[str, str]
+"""Names of a lesson and a step."""
+
+
+def board_html(place: Place, drawing: Drawing, drawn: Curve) -> str:
+    """Return the board, with what was drawn before."""
+    heights = [None if v is None else round(drawing.y.fraction(v), 3) for v in drawn]
+    board = element(
+        "div",
+        "",
+        board_svg(drawing, drawn),
+        class_="duet-draw",
+        tabindex="0",
+        role="application",
+        aria_label=tr("Draw {what}. Left and right move along, up and down draw, Delete clears.", what=axes_text(drawing)),
+        data_at="/".join(place),
+        data_curve=json.dumps(heights),
+        data_x=_axis_data(drawing.x, AXES[drawing.x_name].digits + 1),
+        data_y=_axis_data(drawing.y, AXES[drawing.y_name].digits),
+    )
+    hint = element("span", tr("Draw with the mouse, a finger or the arrow keys."), role="status")
+    clear = element("button", tr("Clear"), type="button", class_="duet-clear")
+    how = element("p", "", hint, clear, class_="duet-draw-how")
+    return element("div", "", board, how, class_="duet duet-lesson duet-l-drawing duet-curves")
+
+
+def _axis_data(axis: CurveAxis, digits: int) -> str:
+    """Return what the script needs to say a value: symbol, ends and unit as they are shown, digits."""
+    return json.dumps([axis.symbol, axis.low * axis.factor, axis.high * axis.factor, axis.unit, digits])
+
+
+class DrawingBoard:
+    """The board on one student's page. The caller has opened its container.
+
+    Args:
+        post: has something done on the thread to which all but the callback belongs; its second argument names the control.
+        draw: takes the names of lesson and step, and the curve.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, post: Callable[[Callable[[], None], object], None], draw: Callable[[Place, Curve], None]
+    ) -> None:
+        self._draw = draw
+        self._shown: tuple[Place, Drawing] | None = None
+        self._known: Curve = ()
+        self._board = gui.add_html("", order=_BOARD, visible=False)
+        self._box = gui.add_text("drawing", "", order=_BOX, visible=False)
+
+        @self._box.on_update
+        async def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client_id is not None:
+                text = str(event.target.value)
+                post(lambda: self._take(text), "drawing")
+
+    def _take(self, text: str) -> None:
+        at, _, heights = text.partition(" ")
+        if self._shown is None or at != "/".join(self._shown[0]):
+            # What is drawn last may arrive when the student is already in the next step.
+            return
+        place, drawing = self._shown
+        curve = curve_from_text(drawing, heights)
+        if curve is not None:
+            self._known = curve
+            self._draw(place, curve)
+
+    def show(self, place: Place, drawing: Drawing | None, drawn: Curve) -> None:
+        """Offer the board of a step, with what was drawn there; None for no board."""
+        shown = None if drawing is None else (place, drawing)
+        # A board that is being drawn on is left alone: it shows already what came from it.
+        if drawing is not None and (shown != self._shown or drawn != self._known):
+            self._known = drawn
+            self._board.content = board_html(place, drawing, drawn)
+        self._shown = shown
+        self._board.visible = self._box.visible = drawing is not None

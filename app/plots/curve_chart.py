@@ -1,0 +1,168 @@
+"""Curves by columns over one pair of axes, as an SVG of shapes and text: what was drawn by hand, and what came out."""
+
+import html
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+COLUMNS: Final = 48
+"""Columns of a curve; its points stand in their middles."""
+
+Curve = tuple[float | None, ...]
+"""A value for each column, None for a gap; () where there is no curve."""
+
+WIDTH: Final = 320
+HEIGHT: Final = 196
+_LEFT: Final = 42
+_TOP: Final = 26
+_ACROSS: Final = 270
+_DOWN: Final = 134
+"""The chart, and the place of its area [px]."""
+
+_LETTER: Final = 6.7
+"""Width of a letter of the legend, about [px]."""
+
+
+@dataclass(frozen=True)
+class CurveAxis:
+    """An axis.
+
+    Attributes:
+        symbol: of the quantity.
+        unit: that is shown; "" for none.
+        factor: from SI to that unit.
+        colour: class of CSS that gives the symbol's colour; "" for that of the text.
+        low, high: its ends, SI.
+        critical: d_m [m] on an axis of distances, else None.
+    """
+
+    symbol: str
+    unit: str
+    factor: float
+    colour: str
+    low: float
+    high: float
+    critical: float | None = None
+
+    @property
+    def label(self) -> str:
+        return f"{self.symbol} [{self.unit}]" if self.unit else self.symbol
+
+    def fraction(self, value: float) -> float:
+        """Return where a value lies: 0 at the lower end, 1 at the upper one."""
+        return (value - self.low) / (self.high - self.low)
+
+    def value(self, fraction: float) -> float:
+        """Return the value at a place, SI."""
+        return self.low + fraction * (self.high - self.low)
+
+    @property
+    def ticks(self) -> tuple[tuple[float, str], ...]:
+        """Places and texts of three to six round numbers."""
+        low, high = self.low * self.factor, self.high * self.factor
+        power = 10.0 ** math.floor(math.log10((high - low) / 5.0))
+        step = next(power * s for s in (1.0, 2.0, 2.5, 5.0, 10.0) if power * s >= (high - low) / 5.0 * 0.999)
+        numbers = (i * step for i in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1))
+        return tuple((self.fraction(n / self.factor), f"{n:.6g}".replace("-", "−")) for n in numbers)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A curve as it is drawn.
+
+    Attributes:
+        colour: class of CSS; "" for the colour of the text.
+        name: in the legend; "" for none.
+        width: [px].
+        dash: as in SVG, [px].
+    """
+
+    curve: Curve
+    colour: str = ""
+    name: str = ""
+    width: float = 2.0
+    dash: str = ""
+    opacity: float = 1.0
+
+
+@lru_cache(maxsize=64)
+def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str) -> str:
+    """Return the chart as an <svg> element. Its colours are those of the page: `currentColor`, and classes for the symbols.
+
+    Args:
+        lines: the first one at the bottom.
+        label: what a screen reader says.
+    """
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(label)}" '
+        'font-size="12" fill="currentColor">'
+        f'<svg x="{_LEFT}" y="{_TOP}" width="{_ACROSS}" height="{_DOWN}" viewBox="0 0 {COLUMNS} 1" '
+        'preserveAspectRatio="none" overflow="visible" fill="none" stroke="currentColor" stroke-linecap="round" '
+        f'stroke-linejoin="round">{"".join(_area(x, y))}{"".join(_stroke(line, path_of(line.curve, y)) for line in lines)}'
+        f"</svg>{''.join(_texts(x, y))}{''.join(_legend(lines))}</svg>"
+    )
+
+
+def path_of(curve: Curve, axis: CurveAxis) -> str:
+    """Return a curve as a path in an area of `COLUMNS` by 1, with its gaps; what leaves the axis runs along its end."""
+    parts: list[str] = []
+    before = False
+    for column, value in enumerate(curve):
+        if value is not None:
+            place = f"{column + 0.5:g} {1.0 - min(max(axis.fraction(value), 0.0), 1.0):.3f}"
+            # A column alone is a dot: a line without a length has none.
+            parts.append(f"L{place}" if before else f"M{place}h.01")
+        before = value is not None
+    return "".join(parts)
+
+
+def _area(x: CurveAxis, y: CurveAxis) -> Iterator[str]:
+    yield f'<rect class="paper" width="{COLUMNS}" height="1" fill-opacity=".04" stroke="none" fill="currentColor"/>'
+    grid = "".join(f"M{at * COLUMNS:.2f} 0v1" for at, _ in x.ticks) + "".join(f"M0 {1.0 - at:.3f}h{COLUMNS}" for at, _ in y.ticks)
+    yield _stroke(Line((), "", "", 1.0, "", 0.15), grid)
+    critical = Line((), "dm", "", 1.5, "2 4")
+    if x.critical is not None:
+        yield _stroke(critical, f"M{x.fraction(x.critical) * COLUMNS:.2f} 0v1")
+    if y.critical is not None:
+        yield _stroke(critical, f"M0 {1.0 - y.fraction(y.critical):.3f}h{COLUMNS}")
+
+
+def _stroke(line: Line, path: str) -> str:
+    kind = f' class="{line.colour}"' if line.colour else ""
+    dash = f' stroke-dasharray="{line.dash}"' if line.dash else ""
+    faint = f' stroke-opacity="{line.opacity:g}"' if line.opacity < 1.0 else ""
+    return f'<path{kind} d="{path}" stroke-width="{line.width:g}"{dash}{faint} vector-effect="non-scaling-stroke"/>'
+
+
+def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[str]:
+    for at, text in x.ticks:
+        yield f'<text x="{_LEFT + at * _ACROSS:.0f}" y="{_TOP + _DOWN + 15}" text-anchor="middle">{text}</text>'
+    for at, text in y.ticks:
+        yield f'<text x="{_LEFT - 6}" y="{_TOP + (1.0 - at) * _DOWN + 4:.0f}" text-anchor="end">{text}</text>'
+    yield _name(x, _LEFT + _ACROSS, _TOP + _DOWN + 29, "end")
+    yield _name(y, 4, 14, "start")
+    critical = 'class="dm" font-weight="600"'
+    subscript = 'd<tspan dy="3" font-size="9">m</tspan>'
+    if x.critical is not None:
+        yield f'<text x="{_LEFT + x.fraction(x.critical) * _ACROSS + 4:.0f}" y="{_TOP + _DOWN - 8}" {critical}>{subscript}</text>'
+    if y.critical is not None:
+        down = _TOP + (1.0 - y.fraction(y.critical)) * _DOWN - 4
+        yield f'<text x="{_LEFT + 4}" y="{down:.0f}" {critical}>{subscript}</text>'
+
+
+def _name(axis: CurveAxis, x: float, y: float, anchor: str) -> str:
+    kind = f' class="{axis.colour}"' if axis.colour else ""
+    return f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="{anchor}" font-weight="600"{kind}>{html.escape(axis.label)}</text>'
+
+
+def _legend(lines: tuple[Line, ...]) -> Iterator[str]:
+    right = float(_LEFT + _ACROSS)
+    for line in reversed(lines):
+        if line.name:
+            yield f'<text x="{right:.0f}" y="14" text-anchor="end">{html.escape(line.name)}</text>'
+            right -= _LETTER * len(line.name) + 26.0
+            sample = f"M{right:.0f} 10h20"
+            yield f'<g fill="none" stroke="currentColor">{_stroke(line, sample)}</g>'
+            right -= 10.0
