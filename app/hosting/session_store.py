@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import wait
 from dataclasses import dataclass, replace
-from time import monotonic
+from time import monotonic, time
 from typing import Final
 
 from app.hosting.record_writer import RecordWriter
@@ -22,6 +22,9 @@ MOST_SESSIONS: Final = 8
 
 MOST_RECORDS: Final = 300
 """Records that are kept in memory at once, where there is no file; the oldest makes room."""
+
+LECTURE: Final = "lecture"
+"""In place of a tab's id, for the stage of a lecture; too short to be one."""
 
 LOOK: Final = 0.002
 """How long a frame waits at a time for a record that is being read [s]."""
@@ -76,6 +79,17 @@ class SessionStore:
         self._records.pop(tab, None)
         self._records[tab] = record, self._clock()
         self.tidy()
+
+    def save_lecture(self, record: VisitorRecord) -> None:
+        """Keep the stage of a lecture, where records outlive the server."""
+        if self._file is not None:
+            self._file.put(LECTURE, record)
+
+    def interrupted_lecture(self) -> VisitorRecord | None:
+        """Return the stage of a lecture that broke off less than `AWAY` ago; None if there is none. Waits for the disk."""
+        record = None if self._file is None else self._file.ask(LECTURE).result()
+        lately = record is not None and record.room is not None and time() - record.room.saved < AWAY
+        return record if lately else None
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
         """Find the record of a visitor by the query of the new link; None if there is none. Yields while it is being read."""

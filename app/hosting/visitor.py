@@ -1,6 +1,5 @@
 """One visitor with a private session: the session, the page that shows it, and the controls."""
 
-import logging
 from collections.abc import Generator
 from time import perf_counter
 from typing import Final
@@ -9,11 +8,10 @@ import viser
 
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.resume import open_link
+from app.hosting.resume import open_link, run_again
 from app.hosting.visitor_record import VisitorRecord, same_tab, tab_id
 from app.i18n.reader_language import language_of
 from app.i18n.speaking import N_, set_language
-from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.operation import Operation
@@ -25,13 +23,8 @@ from app.session.session import Session
 from app.settings import Language, Settings
 from app.web.request import browser_language, request_query
 
-log = logging.getLogger("duet.hosts")
-
 SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
-
-HISTORY: Final = LONGEST
-"""How much of a lesson's run is made again for what the lesson measures [s]."""
 
 NOT_SAVED: Final = N_("The server's disk cannot be written. Go on; saving is tried again.")
 
@@ -93,23 +86,8 @@ class Visitor:
             if not self.is_back:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
-        yield from self._go_on()
-
-    def _go_on(self) -> Pieces:
-        """Go on where the record's session was, if the link is the same."""
-        record = self._record
-        if self.is_back or record is None or record.state is None or not same_tab(record.query, self.query):
-            return
-        saved = record.lessons if self.lessons.open else None
-        if saved is not None and saved.now is None:
-            # The run that shows why an answer is wrong begins again.
-            return
-        try:
-            yield from self.session.go_on_from(record.state, HISTORY if saved is not None else 0.0)
-            self.lessons.run_goes_on(saved is not None and saved.measured)
-        except Exception:
-            log.exception("a session could not go on from its record, and begins again")
-            self.session.reset()
+        if not self.is_back and self._record is not None and same_tab(self._record.query, self.query):
+            yield from run_again(self.session, self.lessons, self._record)
 
     def _greet(self) -> None:
         if self._welcomes and self.lessons.book.lessons:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.lessons.session.saved import SavedLesson
+from app.plots.curve_chart import Curve
 from app.session.session_state import SessionState
 from app.settings import Settings
 
@@ -37,15 +38,38 @@ def link_of(query: Mapping[str, str]) -> dict[str, str]:
 
 
 @dataclass(frozen=True)
+class ClassRecord:
+    """What a class would lose with its server, besides the stage.
+
+    Attributes:
+        saved: when it was so [s since 1970].
+        ballots: question → id of a student's tab → choice and drawn curve.
+        revealed: the questions with a tally that everybody sees.
+        free: whether the students explore.
+        leader: id of the tab that leads; None for none.
+        students: ids of the tabs that do not lead.
+    """
+
+    saved: float
+    ballots: Mapping[tuple[str, str], Mapping[str, tuple[int | None, Curve]]]
+    revealed: tuple[tuple[str, str], ...]
+    free: bool
+    leader: str | None
+    students: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class VisitorRecord:
     """What a visitor can come back to, as plain data that does not change.
 
     Attributes:
         lessons: progress in the lessons; None if none was ever opened.
         state: where the session was; None if it cannot go on from there.
+        room: of the class, where the visitor is the stage of a lecture.
     """
 
     query: Mapping[str, str]
     settings: Settings
     lessons: SavedLesson | None
     state: SessionState | None = None
+    room: ClassRecord | None = None

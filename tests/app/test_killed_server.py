@@ -1,5 +1,6 @@
 """A server that is killed and started again: its tabs go on where they were."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -16,7 +17,7 @@ from tests.app.page.helpers import buttons, click, hotkey_uuid
 from tests.blocking_client import BlockingClient
 
 EXPLORER, STUDENT = "e" * 32, "5" * 32
-ARMS = "/arms/"
+JOINT = re.compile(r"^/arms/.*/j[1-7]$")
 
 Kept = Callable[[str], VisitorRecord | None]
 Serve = Callable[[], tuple[subprocess.Popen[str], str]]
@@ -64,7 +65,7 @@ def progress_of(record: VisitorRecord | None) -> Progress:
 def joints(visitor: BlockingClient) -> np.ndarray:
     """How the joints of both arms are turned, as quaternions."""
     nodes = visitor.mirror.nodes
-    return np.array([nodes[name]["wxyz"] for name in sorted(nodes) if name.startswith(ARMS) and "/j" in name])
+    return np.array([nodes[name]["wxyz"] for name in sorted(nodes) if JOINT.search(name)])
 
 
 def come(url: str, query: str) -> BlockingClient:
