@@ -137,7 +137,8 @@ class SessionStore:
             # Only the newest ones hold inputs of minutes.
             tab = list(self._records)[-MOST_SESSIONS - 1]
             record, since = self._records[tab]
-            self._records[tab] = replace(record, state=None), since
+            if record.state is not None:
+                self._records[tab] = replace(record, state=None), since
         for tab, parked in list(self._parked.items()):
             if now - parked.since <= AWAY and len(self._parked) <= MOST_SESSIONS:
                 break
