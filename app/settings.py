@@ -13,9 +13,11 @@ Profile = Literal["desk", "projector"]
 Picture = Literal["fine", "fast"]
 Language = Literal["auto", "en", "de", "sl", "pseudo"]
 """What the page speaks: as the browser asks, or one of ours; `pseudo` is longer than all, to see what is cut off."""
-Details = Literal["none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "safety", "pairs", "stability"]
+Details = Literal[
+    "none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "safety", "pairs", "stability", "microscope"
+]
 """What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
-in one plot; distance against error over n and v, and law by law; which pair is closest; section III."""
+in one plot; distance against error over n and v, and law by law; which pair is closest; section III; single steps."""
 Ghost = Literal["off", "frozen", LawName, "own"]
 """A second run on the same inputs: none, with the settings frozen when it was chosen, with another law, or with the one of `--law-file`
 while the settings' law runs."""
@@ -63,7 +65,7 @@ class PageSettings:
         "plot",
         "more plots",
         "A third plot.",
-        *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M"),
+        *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M", "dt"),
     )
     ghost: Ghost = choice(
         "off",
@@ -77,7 +79,7 @@ class PageSettings:
         *("Set-based task", "Unprotected", "My own law (--law-file)"),
     )
     what_if: bool = flag(
-        "whatif", "what if", "Moving d_m, n, v or K computes the last 30 s again and draws the new curves over the old ones."
+        "whatif", "what if", "Moving d_m, n, v or K computes the last 20 s again and draws the new curves over the old ones."
     )
     source: Source = choice(
         "clips",

@@ -28,7 +28,7 @@ WHAT_IF_KEYS: Final = (*specs(LawSettings), *specs(HardwareSettings), "k", "kx")
 LOOK: Final = 64
 """Steps between two looks at whether the result is still wanted."""
 
-TRIAL: Final = 60
+TRIAL: Final = 20
 """Steps from which the time of a whole rerun is told beforehand."""
 
 COARSEST: Final = 0.020
@@ -79,6 +79,11 @@ class WhatIf:
     summary: Summary
     before: Summary
     stride: int
+
+    @property
+    def seconds(self) -> float:
+        """Length of the piece [s]."""
+        return float(self.times[-1] - self.times[0])
 
 
 def rerun(

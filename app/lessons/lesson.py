@@ -13,7 +13,7 @@ from controllers.errors import BadSetting, LazyText
 Camera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
 
-_ALWAYS: Final = ("joints", "rates")
+_ALWAYS: Final = ("joints", "rates", "microscope")
 _OBSTACLE: Final = ("distance", "error", "lambda", *_ALWAYS, "speeds", "curve", "laws", "pairs", "stability")
 
 PLOTS: Final[dict[str, tuple[str, ...]]] = {

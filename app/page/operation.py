@@ -13,6 +13,7 @@ from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import HOTKEYS
 from app.page.panels.link_box import LinkBox
+from app.page.panels.microscope_buttons import MicroscopeButtons
 from app.page.panels.plot_chooser import DetailsChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.view import View
@@ -45,6 +46,7 @@ class Operation:
             if self._keep is not None:
                 self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
         self._chooser = DetailsChooser(client.gui, view.lessons, view.plots_tab, self.post)
+        self._microscope = MicroscopeButtons(client.gui, session, view)
         self._gizmos = Gizmos(client.scene, view.stage, session, view.lessons, self.post)
         self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._controls, self._notify)
         for hotkey in HOTKEYS:
@@ -144,7 +146,16 @@ class Operation:
 
     def show(self, frame: Frame) -> None:
         """Bring controls and handles up to date."""
-        for panel in (self._controls, self._chooser, self._keep, self._link, self._desk, self._lab, self._gizmos):
+        for panel in (
+            self._controls,
+            self._chooser,
+            self._microscope,
+            self._keep,
+            self._link,
+            self._desk,
+            self._lab,
+            self._gizmos,
+        ):
             if panel is not None:
                 panel.show(frame)
 

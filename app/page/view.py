@@ -108,6 +108,11 @@ class View:
         page = self._session.settings.page
         return page if self._own_look is None else self._own_look.of(page)
 
+    @property
+    def plots_shown(self) -> tuple[str, ...]:
+        """Names of the plots that are there."""
+        return self._plots.shown
+
     def _plots_height(self) -> int:
         # A lecture's plots are drawn for all: for the projector; the size of its window is not known here.
         height = canvas_size(self._host)[1] if isinstance(self._host, viser.ClientHandle) else 900.0

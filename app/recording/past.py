@@ -25,7 +25,7 @@ class Past:
         file: name of the loaded file that is replayed; "" for the session's own run.
     """
 
-    ghost = held = what_if = None
+    ghost = held = what_if = magnified = None
     student_law = LawStatus()
 
     def __init__(

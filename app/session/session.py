@@ -12,6 +12,7 @@ from app.session.halt import Halt, Reason
 from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.knob_search import WINDOW, KnobSearch
+from app.session.microscope import Magnified, Microscope
 from app.session.relevant_settings import built_of
 from app.session.safety_curves import safety_curves
 from app.session.session_state import LASTING, RunState, SessionState, common_pieces, resumed
@@ -71,6 +72,8 @@ class Session:
         self.safety_curves = safety_curves(studied, wake) if studied is not None else None
         """Distance against error over n and v, and law by law; None where there is no background, or a student's law runs."""
         self.knob_search = KnobSearch(studied, wake, lambda: self.settings, self.change)
+        self.microscope = Microscope(studied, wake)
+        """Which single steps are looked at."""
         self.player: Player | None = None
         """Replays in the place of the live run; None where nothing is replayed."""
         self.posts = ActionQueue()
@@ -112,6 +115,7 @@ class Session:
         self.law.close()
         self.studies.forget()
         self.knob_search.forget()
+        self.microscope.forget()
         for apart in (self.trade_off, self.safety_curves):
             if apart is not None:
                 apart.forget()
@@ -213,6 +217,7 @@ class Session:
             self.ghost.reset()
         self.studies.forget()
         self.knob_search.forget()
+        self.microscope.forget()
         self._input.let_go()
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
@@ -231,8 +236,13 @@ class Session:
         return self.inputs.window(seconds)
 
     @property
+    def magnified(self) -> Magnified | None:
+        """The single steps about the instant that the visitor looks at; asked for while they are shown."""
+        return self.microscope.magnify(self.simulation, self.inputs.window)
+
+    @property
     def what_if(self) -> WhatIf | None:
-        """How the last 30 s would have gone with the present settings; None unless the page asks for it and a law setting was moved."""
+        """How the last 20 s would have gone with the present settings; None unless the page asks for it and a law setting was moved."""
         return self.studies.what_if
 
     def measure_smoothness(self) -> None:

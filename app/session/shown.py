@@ -3,6 +3,7 @@
 from typing import Protocol
 
 from app.session.clock import Pace
+from app.session.microscope import Magnified
 from app.session.safety_curves import SafetyCurves
 from app.session.student_law import LawStatus
 from app.session.trade_off import TradeOffMap
@@ -59,6 +60,11 @@ class Shown(Protocol):
     @property
     def what_if(self) -> WhatIf | None:
         """How the last part would have gone with the present settings."""
+        ...
+
+    @property
+    def magnified(self) -> Magnified | None:
+        """Single steps of the run; None where there are none."""
         ...
 
     @property

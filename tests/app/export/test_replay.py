@@ -101,7 +101,7 @@ def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
     for time in (5.5, 2.0, 5.0):
         replay.seek(time)
         buffer.feed(replay.simulation)
-        times, distances = buffer.series((COLUMNS["d"],))
+        times, distances = buffer.newest([COLUMNS["d"]])
         assert times[-1] == pytest.approx(time, abs=0.02) and times[0] < 0.2
         live = table[: replay.step]
         # As many bins as the page had then, and the smallest distance in every one of them.
