@@ -14,10 +14,16 @@ from hypothesis import strategies as st
 from app.cli.main import main
 from app.hosting.record_bytes import DamagedRecord, joined, packed, split, unpacked
 from app.hosting.record_writer import AGAIN, RecordWriter
+from app.hosting.resume import open_link, run_again
 from app.hosting.session_store import SessionStore
 from app.hosting.store_file import VERSION, Change, StoreFile, StoreInUse, StoreLock
 from app.hosting.visitor_record import VisitorRecord, tab_id
+from app.lessons.loading import load_lessons
+from app.lessons.phases import Phase
+from app.lessons.session.lesson_actions import Choose, StartOrPause
+from app.lessons.session.lesson_session import LessonSession
 from app.lessons.session.saved import SavedLesson
+from app.session.frame import make_frame
 from app.session.session import Session
 from app.settings import Settings
 from scenes.inputs import Recorded, RecordedPerson
@@ -342,3 +348,38 @@ def test_two_servers_do_not_share_a_file_but_the_workers_of_one_do(path: Path, c
 
 def test_only_a_tab_has_a_name() -> None:
     assert tab_id({"resume": tab(1)}) == tab(1) and tab_id({"resume": "short"}) is tab_id({}) is None
+
+
+@pytest.mark.parametrize("ghost", ["off", "unprotected"])
+def test_a_lessons_run_that_breaks_off_comes_to_the_same_outcome(ghost: str) -> None:
+    book, link = load_lessons(), {"resume": tab(1), "lesson": "3", "step": "2"}
+
+    def run(session: Session, lessons: LessonSession, until: Callable[[], bool]) -> None:
+        while not until():
+            make_frame(session, lessons.decide, 0.0, 0.05, 60.0)
+
+    session = Session(Settings())
+    lessons = LessonSession(session, book)
+    open_link(lessons, link, None)
+    lessons.act(Choose(1))
+    session.change("ghost", ghost)
+    lessons.act(StartOrPause())
+    run(session, lessons, lambda: session.simulation.time > 1.0)
+    record = again(VisitorRecord(link, session.settings, lessons.saved(), session.state()))
+    other = Session(record.settings)
+    back = LessonSession(other, book)
+    assert open_link(back, link, record) == ()
+    list(run_again(other, back, record))
+    assert other.simulation.time == session.simulation.time and not other.paused
+    for one, way in ((session, lessons), (other, back)):
+        run(one, way, lambda way=way: way.walk.phase is Phase.OBSERVE)
+    assert back.walk.done.outcome == lessons.walk.done.outcome is not None
+    assert other.simulation.positions.tobytes() == session.simulation.positions.tobytes()
+    # Once measured, it is not measured again.
+    record = again(VisitorRecord(link, other.settings, back.saved(), other.state()))
+    third = Session(record.settings)
+    last = LessonSession(third, book)
+    open_link(last, link, record)
+    list(run_again(third, last, record))
+    assert record.lessons is not None and record.lessons.measured and third.paused
+    assert (last.walk.phase, last.walk.to_json()) == (Phase.OBSERVE, back.walk.to_json())
