@@ -92,8 +92,14 @@ class SessionStore:
         return record if lately else None
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
-        """Find the record of a visitor by the query of the new link; None if there is none. Yields while it is being read."""
+        """Find the record of a visitor by the query of the new link; None if there is none, or if the live session waits for this visitor.
+
+        Yields while it is being read.
+        """
         tab = tab_id(query) or ""
+        parked = self._parked.get(tab)
+        if parked is not None and parked.link == link_of(query):
+            return None
         if tab and self._file is not None:
             answer = self._file.ask(tab)
             while not wait((answer,), LOOK).done:

@@ -39,7 +39,10 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     assert AWAY == 600.0
     session = park(LINK)
     now = AWAY
+    store.save(VisitorRecord(LINK, Settings(), None))
+    assert find(store, LINK) is None, "nothing is read where the live session waits"
     claimed = store.claim({**LINK, "window": "390x844"})
+    assert find(store, LINK) is not None
     assert claimed is not None and claimed[0] is session and store.parked == 0 and store.claim(LINK) is None
     session = park(LINK)
     now += AWAY + 0.1
