@@ -1,7 +1,6 @@
 """Starts the app: the server, its host (private sessions, or a lecture), and the frame loop."""
 
 import logging
-import math
 import threading
 import warnings
 from functools import partial
@@ -12,7 +11,9 @@ from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
+from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import KEEP, SessionStore
+from app.hosting.store_file import MOST_BYTES, StoreInUse
 from app.hosting.teacher_key import Guesses
 from app.lessons.loading import load_lessons, load_notes
 from app.page.page_scripts import loading_html, page_assets
@@ -76,6 +77,9 @@ def start_app(
     lessons: Path | None = None,
     watchers: int = 200,
     ahead: bool = False,
+    store: Path | None = None,
+    keep: float = KEEP,
+    most_bytes: int = MOST_BYTES,
 ) -> App:
     """Start to serve the page.
 
@@ -90,9 +94,13 @@ def start_app(
         lessons: folder of lessons; None for our own.
         watchers: pages that may be open in a lecture at once; the teacher gets in besides.
         ahead: whether to prepare what is slow the first time.
+        store: file in which what visitors do outlives the server; None for memory alone.
+        keep: how long it is kept after their last visit [s].
+        most_bytes: of the file.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
+        StoreInUse: another server holds the file.
     """
     server = DuetServer(
         host,
@@ -110,8 +118,12 @@ def start_app(
         log.warning("a lesson was left out: %s", problem)
     # Without a key the notes are not even read.
     notes = {} if key is None else load_notes() if lessons is None else load_notes(lessons)
-    # A student's settings last as long as the lecture.
-    store = SessionStore(math.inf if lecture else KEEP)
-    context = AppContext(server, settings, JobPool(), sources, book, key, notes, store, sessions, host)
+    try:
+        file = None if store is None else RecordWriter(store, keep, most_bytes)
+    except StoreInUse:
+        server.stop()
+        raise
+    kept = SessionStore(keep, file=file)
+    context = AppContext(server, settings, JobPool(), sources, book, key, notes, kept, sessions, host)
     preparation = Preparation(book, context.jobs) if ahead else None
     return App(context, LectureHost(context) if lecture else PrivateHost(context), preparation)

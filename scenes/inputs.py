@@ -1,8 +1,9 @@
 """What a person wanted at every step of a run, kept small, so that the run can be made again: exactly, or with other settings."""
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -114,6 +115,20 @@ class _Chapter:
     seconds: float = 0.0
     nbytes: int = _CHAPTER_BYTES
 
+    @cached_property
+    def piece(self) -> Recorded:
+        """The chapter as a piece of its own, once it is closed; always the same object."""
+        return Recorded(self.snapshot, tuple(self.stretches))
+
+    @classmethod
+    def of(cls, piece: Recorded) -> "_Chapter":
+        """Return the closed chapter of a piece."""
+        nbytes = sum(array.nbytes for stretch in piece.stretches for array in stretch.targets)
+        nbytes += _CHAPTER_BYTES + _STRETCH_BYTES * len(piece.stretches)
+        chapter = cls(piece.snapshot, list(piece.stretches), piece.seconds, nbytes)
+        chapter.__dict__["piece"] = piece
+        return chapter
+
 
 class InputsLog:
     """The last ten minutes of a run's targets and settings, with a snapshot every second.
@@ -212,6 +227,29 @@ class InputsLog:
             self._chapters.popleft()
             self._seconds -= first.seconds
             self._nbytes -= first.nbytes
+
+    def cut(self, simulation: Simulation) -> tuple[Snapshot, tuple[Recorded, ...]]:
+        """Return the present state, and the pieces of the run that lead to it, in order; what is recorded later goes into a new piece.
+
+        There are no pieces before the first step, or where the last one was of another experiment.
+        """
+        if simulation.steps != self._expected or simulation.roles is not self._roles:
+            return simulation.snapshot(), ()
+        if self._codes or self._chapters[-1].stretches:
+            self._turn = simulation.steps
+            self._turn_over(simulation)
+        return simulation.snapshot(), tuple(chapter.piece for chapter in self._chapters if chapter.stretches)
+
+    def restore(self, pieces: Sequence[Recorded], simulation: Simulation) -> None:
+        """Take up the pieces that have led a simulation to its present state, see `cut`."""
+        self.forget()
+        if not pieces:
+            return
+        self._chapters.extend(map(_Chapter.of, pieces))
+        self._seconds = sum(chapter.seconds for chapter in self._chapters)
+        self._nbytes = sum(chapter.nbytes for chapter in self._chapters)
+        self._expected = self._turn = simulation.steps
+        self._settings, self._roles = simulation.settings, simulation.roles
 
     def window(self, seconds: float) -> Recorded | None:
         """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""

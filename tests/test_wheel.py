@@ -67,7 +67,7 @@ def test_the_lessons_and_their_pictures_can_be_read(command: Path, tmp_path: Pat
 
 
 def test_it_serves_from_an_empty_folder(command: Path, tmp_path: Path) -> None:
-    serve = [command, "serve", "--no-open", "--port", "0"]
+    serve = [command, "serve", "--no-open", "--store", "memory", "--port", "0"]
     with subprocess.Popen(serve, cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as server:
         try:
             assert server.stdout is not None

@@ -43,7 +43,7 @@ def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
     Returns:
         Also the time from the command until the server answers, and until the visitor has the arms [s].
     """
-    command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open"]
+    command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open", "--store", "memory"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:
         try:
             assert server.stdout is not None

@@ -1,6 +1,6 @@
 """The answers and drawings of a class for the questions of the lessons: one of every student, counted without names."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from app.plots.curve_chart import Curve
@@ -43,6 +43,18 @@ class Ballots:
     def __init__(self) -> None:
         self._ballots: dict[QuestionId, dict[str, Ballot]] = {}
         self._revealed: set[QuestionId] = set()
+
+    @property
+    def everything(self) -> tuple[dict[QuestionId, dict[str, Ballot]], tuple[QuestionId, ...]]:
+        """Return a copy of all ballots, and the questions that were revealed."""
+        return {question: dict(ballots) for question, ballots in self._ballots.items()}, tuple(sorted(self._revealed))
+
+    def restore(
+        self, ballots: Mapping[QuestionId, Mapping[str, tuple[int | None, Curve]]], revealed: Collection[QuestionId]
+    ) -> None:
+        """Take up what `everything` has returned."""
+        self._ballots = {q: {student: Ballot(*one) for student, one in given.items()} for q, given in ballots.items()}
+        self._revealed = set(revealed)
 
     def answer(self, question: QuestionId, student: str, choice: int) -> bool:
         """Take an answer instead of an earlier one; return whether it was taken: not after the reveal."""

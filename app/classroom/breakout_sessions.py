@@ -10,8 +10,8 @@ from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.session_store import VisitorRecord, tab_id
 from app.hosting.visitor import Visitor, open_visitor
+from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.session.saved import SavedLesson
 from app.runtime.throttled_log import ThrottledLog
@@ -65,9 +65,8 @@ class BreakoutSessions:
         for other in participants:
             if other is not participant and other.id == participant.id and other.visitor is not None:
                 # A lost connection may not have been noticed yet.
-                other.visitor.save()
-                other.visitor.superseded = True
-        found = self._context.store.find(participant.query)
+                other.visitor.supersede()
+        found = yield from self._context.store.recall(participant.query)
         # A student's lesson is open again by any link.
         record = VisitorRecord({}, stage, self._from_stage(participant.id, lessons)) if found is None else found
         record = replace(record, query=participant.query)

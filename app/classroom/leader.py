@@ -1,12 +1,12 @@
 """Which browsers may lead a lecture: those with the key; without a key the first tab."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from time import monotonic
 from typing import Final
 
-from app.hosting.session_store import tab_id
 from app.hosting.teacher_key import is_teacher
+from app.hosting.visitor_record import tab_id
 
 HOLD: Final = 60.0
 """How long the lead is held, without a key, for a tab that has disconnected [s]."""
@@ -47,6 +47,16 @@ class Leader:
         elif tab not in self._students:
             self._students.append(tab)
         return admitted
+
+    @property
+    def tabs(self) -> tuple[str | None, tuple[str, ...]]:
+        """Return the ids of the tab that leads, and of the students' tabs."""
+        return self._holder, tuple(tab for tab in list(self._students) if tab is not None)
+
+    def restore(self, holder: str | None, students: Iterable[str]) -> None:
+        """Hold the lead for a tab as if it had just disconnected; these are the students' tabs."""
+        self._holder, self._since = holder, self._clock()
+        self._students.extend(students)
 
     def _is_heir(self, tab: str | None) -> bool:
         vacant = not self._client_ids and self._clock() - self._since > HOLD

@@ -9,6 +9,7 @@ from app.classroom.address import Address
 from app.classroom.breakout_sessions import BreakoutSessions
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
+from app.classroom.lecture_record import LectureRecorder
 from app.classroom.participant import Participant
 from app.classroom.stage_audiences import StageAudiences
 from app.classroom.stage_controls import StageControls
@@ -40,7 +41,9 @@ class LectureHost:
     def __init__(self, context: AppContext) -> None:
         self._context = context
         self.room = Classroom(context.max_sessions)
-        self.session = Session(context.start, context.wake, context.jobs, context.sources)
+        interrupted = context.store.interrupted_lecture()
+        start = context.start if interrupted is None or interrupted.state is None else interrupted.settings
+        self.session = Session(start, context.wake, context.jobs, context.sources)
         self.lessons = LessonSession(self.session, in_language(context.book, language_of(context.start, "en")))
         self._breakouts = BreakoutSessions(context, self.room)
         self.control = TeacherControl(self.room, self.session, self.lessons, self._breakouts.hurry)
@@ -49,6 +52,7 @@ class LectureHost:
         self.stage = StageAudiences(context, self.session, self.lessons, self.room, self.control, self.participants)
         self._errors = ThrottledLog(log)
         self._leader = Leader(context.key)
+        self._recorder = LectureRecorder(context.store, interrupted, (self.session, self.lessons), self.room, self._leader)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
         self.admission = Admission(self._admit, self._not_built)
         self.connections = Connections(context.server, context.wake)
@@ -77,6 +81,7 @@ class LectureHost:
         self.admission.close()
         for session in (self.session, *self.sessions.values()):
             session.close()
+        self._recorder.close()
         self._context.store.close()
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
@@ -98,6 +103,7 @@ class LectureHost:
             self.room.paused = False
         self._breakouts.settle(self.participants.values(), self.audiences, now)
         self._show_stage(frame)
+        self._recorder.save(now)
         for client_id, one in list(self.participants.items()):
             if one.visitor is not None:
                 set_language(one.visitor.language)

@@ -10,8 +10,8 @@ from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS,
 from app.classroom.stage_page import StagePage
 from app.classroom.student_answers import Answers, Banner, is_narrow
 from app.classroom.teacher_panel import TeacherPanel
-from app.hosting.session_store import tab_id
 from app.hosting.visitor import Visitor
+from app.hosting.visitor_record import tab_id
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.view import View

@@ -3,6 +3,7 @@
 import webbrowser
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 from urllib.parse import quote
 
 import tyro
@@ -12,6 +13,15 @@ from app.runtime.terminal import INTERRUPTED, ending_at_once
 from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.files import readable
+
+MEMORY: Final = "memory"
+"""In place of a file: visitors' work is kept no longer than the server runs."""
+
+LONGEST_KEEP: Final = 24.0 * 366.0
+"""[hours]"""
+
+SMALLEST_STORE: Final = 1.0
+"""[MB]"""
 
 
 @dataclass(frozen=True)
@@ -46,6 +56,13 @@ class Serve:
     """MediaPipe's model that finds the person, a pose_landmarker .task file."""
     law_file: Path | None = None
     """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
+    store: str | None = None
+    """File that keeps what visitors do when the server ends, or `memory` to keep it no longer than the server runs; without this
+    option a file in your home folder."""
+    keep: float = 24.0
+    """How long a visitor's work is kept after the last visit [hours]."""
+    store_size: float = 500.0
+    """Largest size of that file [MB]; beyond it the work of those who left first is deleted."""
     lessons: Path | None = None
     """Folder of lessons instead of our own ten; see app/lessons/README.md."""
     settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
@@ -56,16 +73,21 @@ def serve(command: Serve) -> int:
     """Serve the page until Ctrl+C; return the exit code.
 
     Raises:
-        BadSetting, BadInputFile, PortInUse: before anything is served.
+        BadSetting, BadInputFile, PortInUse, StoreInUse: before anything is served.
     """
     for name, count in (("sessions", command.sessions), ("watchers", command.watchers)):
         if count < 1:
             raise BadSetting(f"--{name} must be at least 1.")
+    if not 0.0 < command.keep <= LONGEST_KEEP:
+        raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
+    if not command.store_size >= SMALLEST_STORE:
+        raise BadSetting(f"--store-size must be at least {SMALLEST_STORE:g} MB.")
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     settings = chosen(command.settings, Settings())
     with ending_at_once():
         from app.classroom.address import find_address
+        from app.hosting.store_file import usual_path
         from app.hosting.teacher_key import chosen_key
         from app.session.input_sources import find_input_sources
         from app.start import start_app
@@ -85,6 +107,9 @@ def serve(command: Serve) -> int:
                 command.lessons,
                 command.watchers,
                 ahead=True,
+                store=usual_path() if command.store is None else None if command.store == MEMORY else Path(command.store),
+                keep=3600.0 * command.keep,
+                most_bytes=round(1e6 * command.store_size),
             )
         except Exception:
             sources.close()

@@ -7,9 +7,9 @@ import viser
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.connections import Connections
-from app.hosting.session_store import same_tab, tab_id
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import Visitor, open_visitor
+from app.hosting.visitor_record import same_tab, tab_id
 from app.page.panels.key_notice import name_mistake
 from app.page.panels.notes_panel import NotesView, notes_tab
 from app.page.view import View
@@ -72,19 +72,20 @@ class PrivateHost:
         """Build a visitor's page piece by piece; it is drawn once it is whole."""
         context, query = self._context, request_query(client)
         settings, problems = from_query(query, context.start)
-        for visitor in self.visitors.values():
-            # The tab's earlier connection may not have been noticed to be gone.
-            if tab_id(query) is not None and tab_id(visitor.query) == tab_id(query):
-                visitor.save()
-        before = [visitor for visitor in self.visitors.values() if same_tab(visitor.query, query)]
-        if before:
-            settings = before[-1].session.settings
-        visitor = yield from open_visitor(context, client, settings, problems, context.store.find(query), welcomes=True)
-        if before and not visitor.lessons.open and before[-1].session.settings == settings:
-            # Whether the earlier connection is broken cannot be known yet: a tab may have been doubled, and keeps its own session.
-            visitor.session.go_on_from(before[-1].session)
+        # The tab's earlier connection may not have been noticed to be gone, or the tab was doubled and keeps a session of its own.
+        before = [one for one in self.visitors.values() if tab_id(query) is not None and tab_id(one.query) == tab_id(query)]
+        for visitor in before:
+            visitor.save()
+        record = yield from context.store.recall(query)
+        if record is not None and record.state is not None and same_tab(record.query, query):
+            settings = record.settings
+        visitor = yield from open_visitor(context, client, settings, problems, record, welcomes=True)
         for one in before:
             one.superseded = True
+        before = [one for one in before if same_tab(one.query, query)]
+        if before and not visitor.lessons.open and before[-1].session.settings == settings:
+            # It has gone on while the page was built.
+            yield from visitor.session.go_on_from(before[-1].session.state())
         parked = context.store.claim(query) if before else None
         if parked is not None:
             # The earlier connection turned out to be broken while the page was built.

@@ -1,11 +1,16 @@
 """Opening what a link, or a visitor's record, asks for; the tab's script that makes it possible."""
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Iterator, Mapping
 
-from app.hosting.session_store import VisitorRecord, lesson_link
+from app.hosting.visitor_record import VisitorRecord, lesson_link
+from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
+from app.session.session import Session
 from app.settings import WHOLE
 from controllers.errors import LazyText
+
+log = logging.getLogger("duet.hosts")
 
 
 def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecord | None) -> tuple[str, ...]:
@@ -34,6 +39,20 @@ def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecor
     if query.get(WHOLE) == "1":
         run.vary(query)
     return (problem,) if problem else ()
+
+
+def run_again(session: Session, lessons: LessonSession, record: VisitorRecord) -> Iterator[None]:
+    """Go on with the run of a record, after its settings and its lesson; yield every few steps that are made again for it."""
+    saved = record.lessons if lessons.open else None
+    if record.state is None or (saved is not None and saved.now is None):
+        # The run that shows why an answer is wrong begins again.
+        return
+    try:
+        yield from session.go_on_from(record.state, LONGEST if saved is not None else 0.0)
+        lessons.run_goes_on(saved is not None and saved.measured)
+    except Exception:
+        log.exception("a session could not go on from its record, and begins again")
+        session.reset()
 
 
 def step_of(text: str) -> tuple[int, str]:

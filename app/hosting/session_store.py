@@ -1,62 +1,33 @@
 """What visitors who have gone left behind, by the id that each tab keeps."""
 
-import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from time import monotonic
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import wait
+from dataclasses import dataclass, replace
+from time import monotonic, time
 from typing import Final
 
+from app.hosting.record_writer import RecordWriter
+from app.hosting.visitor_record import VisitorRecord, link_of, tab_id
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.session.saved import SavedLesson
 from app.session.session import Session
-from app.settings import Settings
 
-KEEP: Final = 600.0
-"""How long a visitor may be away [s]."""
+AWAY: Final = 600.0
+"""How long a live session waits for its visitor [s]."""
+
+KEEP: Final = 24.0 * 3600.0
+"""How long a record is kept [s]."""
 
 MOST_SESSIONS: Final = 8
 """Live sessions that are kept at once; the oldest makes room. Each holds the history of its run."""
 
 MOST_RECORDS: Final = 300
-"""Records that are kept at once; the oldest makes room."""
+"""Records that are kept in memory at once, where there is no file; the oldest makes room."""
 
-_TAB_ID: Final = re.compile(r"^[a-z0-9]{16,64}$")
+LECTURE: Final = "lecture"
+"""In place of a tab's id, for the stage of a lecture; too short to be one."""
 
-_OF_THE_TAB: Final = ("resume", "window")
-"""Parts of a query that describe the tab, and not what it shows."""
-
-
-def tab_id(query: Mapping[str, str]) -> str | None:
-    """Return the id that a tab keeps in its browser's storage; None if its query carries no valid one."""
-    word = query.get("resume", "")
-    return word if _TAB_ID.match(word) else None
-
-
-def same_tab(query: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """Return whether two queries come from the same tab with the same link."""
-    return tab_id(query) is not None and tab_id(query) == tab_id(other) and _link_of(query) == _link_of(other)
-
-
-def lesson_link(query: Mapping[str, str]) -> tuple[str, str]:
-    """Return lesson and step of a link, as text."""
-    return query.get("lesson", "")[:60], query.get("step", "")[:8]
-
-
-def _link_of(query: Mapping[str, str]) -> dict[str, str]:
-    return {key: value for key, value in query.items() if key not in _OF_THE_TAB}
-
-
-@dataclass(frozen=True)
-class VisitorRecord:
-    """Settings and progress of a visitor, as plain data.
-
-    Attributes:
-        lessons: progress in the lessons; None if none was ever opened.
-    """
-
-    query: Mapping[str, str]
-    settings: Settings
-    lessons: SavedLesson | None
+LOOK: Final = 0.002
+"""How long a frame waits at a time for a record that is being read [s]."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +44,13 @@ class SessionStore:
     The same tab gets its live session back by the same link, and its record by any link. A visitor without a valid id leaves nothing.
 
     Args:
-        keep_records: how long a record is kept [s]; a live session is kept for `KEEP`.
+        keep: how long a record is kept [s]; a live session is kept for `AWAY`.
         clock: returns the time [s].
+        file: where records outlive the server; None for memory alone.
     """
 
-    def __init__(self, keep_records: float = KEEP, clock: Callable[[], float] = monotonic) -> None:
-        self._keep_records, self._clock = keep_records, clock
+    def __init__(self, keep: float = KEEP, clock: Callable[[], float] = monotonic, file: RecordWriter | None = None) -> None:
+        self._keep, self._clock, self._file = keep, clock, file
         self._records: dict[str, tuple[VisitorRecord, float]] = {}
         self._parked: dict[str, _Parked] = {}
 
@@ -86,18 +58,55 @@ class SessionStore:
     def parked(self) -> int:
         return len(self._parked)
 
+    @property
+    def lasting(self) -> bool:
+        """Return whether records outlive the server."""
+        return self._file is not None
+
+    @property
+    def problem(self) -> str:
+        """Return why nothing can be written now; "" if all is well."""
+        return "" if self._file is None else self._file.problem
+
     def save(self, record: VisitorRecord) -> None:
         """Keep a visitor's record instead of an earlier one."""
         tab = tab_id(record.query)
-        if tab is not None:
-            self._records.pop(tab, None)
-            self._records[tab] = record, self._clock()
-            self.tidy()
-
-    def find(self, query: Mapping[str, str]) -> VisitorRecord | None:
-        """Return the record of a visitor by the query of the new link; None if there is none."""
+        if tab is None:
+            return
+        if self._file is not None:
+            self._file.put(tab, record)
+            return
+        self._records.pop(tab, None)
+        self._records[tab] = record, self._clock()
         self.tidy()
-        found = self._records.get(tab_id(query) or "")
+
+    def save_lecture(self, record: VisitorRecord) -> None:
+        """Keep the stage of a lecture, where records outlive the server."""
+        if self._file is not None:
+            self._file.put(LECTURE, record)
+
+    def interrupted_lecture(self) -> VisitorRecord | None:
+        """Return the stage of a lecture that broke off less than `AWAY` ago; None if there is none. Waits for the disk."""
+        record = None if self._file is None else self._file.ask(LECTURE).result()
+        lately = record is not None and record.room is not None and time() - record.room.saved < AWAY
+        return record if lately else None
+
+    def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
+        """Find the record of a visitor by the query of the new link; None if there is none, or if the live session waits for this visitor.
+
+        Yields while it is being read.
+        """
+        tab = tab_id(query) or ""
+        parked = self._parked.get(tab)
+        if parked is not None and parked.link == link_of(query):
+            return None
+        if tab and self._file is not None:
+            answer = self._file.ask(tab)
+            while not wait((answer,), LOOK).done:
+                yield
+            return answer.result()
+        self.tidy()
+        found = self._records.get(tab)
         return None if found is None else found[0]
 
     def park(self, query: Mapping[str, str], session: Session, lessons: LessonSession) -> None:
@@ -108,7 +117,7 @@ class SessionStore:
             return
         session.hold(None)
         self._close(tab)
-        self._parked[tab] = _Parked(_link_of(query), session, lessons, self._clock())
+        self._parked[tab] = _Parked(link_of(query), session, lessons, self._clock())
         self.tidy()
 
     def claim(self, query: Mapping[str, str]) -> tuple[Session, LessonSession] | None:
@@ -116,7 +125,7 @@ class SessionStore:
         self.tidy()
         tab = tab_id(query) or ""
         parked = self._parked.get(tab)
-        if parked is None or parked.link != _link_of(query):
+        if parked is None or parked.link != link_of(query):
             self._close(tab)
             return None
         del self._parked[tab]
@@ -127,17 +136,26 @@ class SessionStore:
         now = self._clock()
         # Both are in order of age, the oldest first.
         for tab, (_, since) in list(self._records.items()):
-            if now - since <= self._keep_records and len(self._records) <= MOST_RECORDS:
+            if now - since <= self._keep and len(self._records) <= MOST_RECORDS:
                 break
             del self._records[tab]
+        if len(self._records) > MOST_SESSIONS:
+            # Only the newest ones hold inputs of minutes.
+            tab = list(self._records)[-MOST_SESSIONS - 1]
+            record, since = self._records[tab]
+            if record.state is not None:
+                self._records[tab] = replace(record, state=None), since
         for tab, parked in list(self._parked.items()):
-            if now - parked.since <= KEEP and len(self._parked) <= MOST_SESSIONS:
+            if now - parked.since <= AWAY and len(self._parked) <= MOST_SESSIONS:
                 break
             self._close(tab)
 
     def close(self) -> None:
+        """Close every session, and write what is not written yet."""
         for tab in list(self._parked):
             self._close(tab)
+        if self._file is not None:
+            self._file.close()
 
     def _close(self, tab: str) -> None:
         parked = self._parked.pop(tab, None)

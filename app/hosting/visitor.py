@@ -2,15 +2,16 @@
 
 from collections.abc import Generator
 from time import perf_counter
+from typing import Final
 
 import viser
 
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.resume import open_link
-from app.hosting.session_store import VisitorRecord
+from app.hosting.resume import open_link, run_again
+from app.hosting.visitor_record import VisitorRecord, same_tab, tab_id
 from app.i18n.reader_language import language_of
-from app.i18n.speaking import set_language
+from app.i18n.speaking import N_, set_language
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.operation import Operation
@@ -21,6 +22,11 @@ from app.session.frame import freeze, make_frame
 from app.session.session import Session
 from app.settings import Language, Settings
 from app.web.request import browser_language, request_query
+
+SAVING: Final = 1.0
+"""Time from one record to the next [s]; the file follows at once."""
+
+NOT_SAVED: Final = N_("The server's disk cannot be written. Go on; saving is tried again.")
 
 
 class Visitor:
@@ -48,9 +54,10 @@ class Visitor:
     ) -> None:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, request_query(client)
-        self._welcomes = welcomes and parked is None and is_for_newcomers(self.query)
+        self._welcomes = welcomes and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
         self.is_back, self.superseded = parked is not None, False
+        self._save_at, self._warned = 0.0, False
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         self._browser: Language = browser_language(client)
         self.language: Language = language_of(self.session.settings, self._browser)
@@ -79,6 +86,8 @@ class Visitor:
             if not self.is_back:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
+        if not self.is_back and self._record is not None and same_tab(self._record.query, self.query):
+            yield from run_again(self.session, self.lessons, self._record)
 
     def _greet(self) -> None:
         if self._welcomes and self.lessons.book.lessons:
@@ -111,21 +120,39 @@ class Visitor:
             self.operation.show(frame)
             if self._welcome is not None:
                 self._welcome.show()
+            self._keep_record(now)
         self.client.flush()
+
+    def _keep_record(self, now: float) -> None:
+        """Hand over the record every `SAVING`, and say once if it cannot be written. `now`: wall time [s]."""
+        store = self._context.store
+        if not store.lasting or self.superseded or tab_id(self.query) is None or now < self._save_at:
+            return
+        self._save_at = now + SAVING
+        self.save()
+        if store.problem and not self._warned:
+            self.operation.notify("This cannot be saved now", NOT_SAVED)
+        self._warned = bool(store.problem)
 
     def save(self) -> None:
         """Keep settings and progress in the store."""
-        self._context.store.save(VisitorRecord(self.query, self.session.settings, self.lessons.saved()))
+        record = VisitorRecord(self.query, self.session.settings, self.lessons.saved(), self.session.state())
+        self._context.store.save(record)
+
+    def supersede(self) -> None:
+        """Leave everything to a later connection of the same tab."""
+        self.save()
+        self.superseded = True
 
     def leave(self) -> None:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
         self.session.posts.drop()
         self.session.halt.set("teacher", False)
-        self.save()
         self.operation.close()
         if self.superseded:
             self.session.close()
         else:
+            self.save()
             self._context.store.park(self.query, self.session, self.lessons)
 
 

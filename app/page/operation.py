@@ -130,6 +130,10 @@ class Operation:
     def _notify(self, title: str, text: str) -> None:
         self._client.add_notification(tr(title), tr(text), color="orange", auto_close_seconds=8.0)
 
+    def notify(self, title: str, text: str) -> None:
+        """Tell the visitor something that no control shows. `title`, `text`: in English."""
+        self._notify(title, text)
+
     def notify_problems(self, problems: tuple[str, ...]) -> None:
         """Name what was wrong with the link that the visitor came by."""
         for problem in problems[:5]:

@@ -1,5 +1,6 @@
 """Why a run stands still, in one place: every reason is set and lifted by its own author, and the run goes on when none is left."""
 
+from collections.abc import Iterable
 from typing import Final, Literal
 
 Reason = Literal["visitor", "lesson", "replay", "class", "teacher"]
@@ -13,8 +14,8 @@ NOT_THE_VISITORS: Final[Reason] = "teacher"
 class Halt:
     """The reasons for which no step is made; false while there is none."""
 
-    def __init__(self, other: "Halt | None" = None) -> None:
-        self._reasons: set[Reason] = set() if other is None else set(other._reasons)
+    def __init__(self, reasons: Iterable[Reason] = ()) -> None:
+        self._reasons: set[Reason] = set(reasons)
 
     def __bool__(self) -> bool:
         return bool(self._reasons)

@@ -30,7 +30,7 @@ class InputSource:
         self.held: Target | None = None
         self._chosen: TargetSource | None = None
         self._active: TargetSource | None = None
-        self._begin = 0.0
+        self._begin, self._start = 0.0, np.empty(0)
 
     def set_source(self, source: TargetSource | None) -> None:
         """Take the target from a source; None for the experiment's own one. The visitor lets go."""
@@ -44,6 +44,19 @@ class InputSource:
         """Drop what the visitor holds, and start the source from its beginning at the next step."""
         self.held = self._active = None
 
+    @property
+    def began(self) -> tuple[float, Array] | None:
+        """When the active source began [s], and where q (nv,) was then; None while there is none."""
+        return None if self._active is None else (self._begin, self._start)
+
+    def resume(self, simulation: Simulation, began: tuple[float, Array] | None) -> None:
+        """Go on with the source that began then. It may depend on where the run was, so that the simulation is reset to it."""
+        if began is None:
+            return
+        self._begin, self._start = began
+        simulation.reset(self._start)
+        self._active = self._chosen or simulation.source()
+
     def target(self, simulation: Simulation, autopilot: bool) -> Target | None:
         """Return the active source's target, or None. `autopilot`: whether a source stands in for the visitor."""
         if self.held is not None:
@@ -52,7 +65,7 @@ class InputSource:
             return None
         if self._active is None:
             self._active = self._chosen or simulation.source()
-            self._begin = simulation.time
+            self._begin, self._start = simulation.time, simulation.positions.copy()
         return self._active.target(simulation.time - self._begin)
 
     def way(self, simulation: Simulation, autopilot: bool, seconds: float) -> Array:

@@ -1,6 +1,6 @@
 """One visitor's experiment: its run and the ghost beside it, paused, stepped, reset, changed, and advanced with the wall clock."""
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import replace
 from time import perf_counter
 
@@ -8,13 +8,14 @@ from app.runtime.job_pool import JobPool
 from app.session.action_queue import ActionQueue
 from app.session.clock import BUDGET, Clock, Pace
 from app.session.ghost_run import GhostRun
-from app.session.halt import Halt
+from app.session.halt import Halt, Reason
 from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.knob_search import WINDOW, KnobSearch
 from app.session.microscope import Magnified, Microscope
 from app.session.relevant_settings import built_of
 from app.session.safety_curves import safety_curves
+from app.session.session_state import LASTING, RunState, SessionState, common_pieces, resumed
 from app.session.shown import Player
 from app.session.student_law import LawStatus, StudentLaw
 from app.session.studies import Studies, Who
@@ -84,13 +85,30 @@ class Session:
         if settings.page.what_if:
             self.studies.prepare(settings)
 
-    def go_on_from(self, other: "Session") -> None:
-        """Go on from where another session with the same settings is, its ghost too; that one is left alone."""
-        self._ghost.frozen, self.halt = other._ghost.frozen, Halt(other.halt)
-        self.simulation.resume(other.simulation.snapshot())
+    def state(self) -> SessionState:
+        """Return where the session is."""
+        ghost = None if self.ghost is None or self._ghost.source is not None else RunState.of(self.ghost, self._ghost.inputs)
+        halted: tuple[Reason, ...] = tuple(reason for reason in LASTING if reason in self.halt)
+        return SessionState(RunState.of(self.simulation, self.inputs), ghost, self._ghost.frozen, halted, self._input.began)
+
+    def go_on_from(self, state: SessionState, history: float = 0.0) -> Iterator[None]:
+        """Go on from where a session with the same settings was, its ghost too; yield every few steps that are made again for it.
+
+        Args:
+            history: for how much of the time before that the curves are made again [s].
+        """
+        run, ghost = common_pieces(state, history) if self.law.of_run is self.law.of_ghost is None else ((), ())
+        self._ghost.frozen = state.frozen
         self._ghost.begin(self.settings, self.simulation)
-        if self.ghost is not None and other.ghost is not None and other._ghost.source is None:
-            self.ghost.resume(other.ghost.snapshot())
+        self._input.resume(self.simulation, state.source)
+        yield from resumed(self.simulation, state.run, run)
+        self.inputs.restore(state.run.pieces, self.simulation)
+        if self.ghost is not None:
+            beside = RunState(self.simulation.snapshot()) if state.ghost is None else state.ghost
+            yield from resumed(self.ghost, beside, ghost)
+            self._ghost.inputs.restore(beside.pieces, self.ghost)
+        self.halt = Halt(state.halted)
+        self._clock.forget()
 
     def close(self) -> None:
         """Drop everything that is being computed for this session, and end its own law's process."""

@@ -154,7 +154,7 @@ def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as holder:
         port = holder.getsockname()[1]
-        line = refused(capsys, "serve", "--no-open", "--port", str(port))
+        line = refused(capsys, "serve", "--no-open", "--store", "memory", "--port", str(port))
     assert str(port) in line and f"--port {port % 65535 + 1}" in line
 
 
@@ -181,7 +181,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(App, "wait", wait)
-    assert main(["serve", "--port", "0", "--lecture", "--key", "auto"]) == INTERRUPTED
+    assert main(["serve", "--store", "memory", "--port", "0", "--lecture", "--key", "auto"]) == INTERRUPTED
     link, status = opened
     assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= 8
     assert "key=auto" not in link and status == "200"
@@ -189,7 +189,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     # The port is free again.
     port = int(link.split(":")[2].split("/")[0])
     socket.create_server(("127.0.0.1", port)).close()
-    assert main(["serve", "--port", "0", "--no-open"]) == INTERRUPTED
+    assert main(["serve", "--store", "memory", "--port", "0", "--no-open"]) == INTERRUPTED
     assert len(opened) == 3
 
 

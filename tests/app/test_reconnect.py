@@ -6,11 +6,14 @@ import os
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
 
+from app.hosting import record_writer
+from app.hosting import visitor as visitor_module
 from app.hosting.private_host import PrivateHost
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_session import LessonSession
@@ -19,7 +22,7 @@ from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of, live_sessions
-from tests.app.page.helpers import buttons, click, page_label
+from tests.app.page.helpers import buttons, click, notes, page_label
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, until, wait_ready
 
@@ -76,6 +79,24 @@ def tab(request: pytest.FixtureRequest) -> Callable[..., Tab]:
         return one
 
     return make
+
+
+def test_a_disk_that_cannot_be_written_is_said_once_and_the_session_goes_on(
+    house: OpenHouse, join: Join, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(record_writer, "AGAIN", 0.2)
+    monkeypatch.setattr(visitor_module, "SAVING", 0.1)
+    opened = house(store=tmp_path / "store")
+    store = opened.context.store
+    assert store._file is not None and store._file._file is not None
+    visitor = join(opened, f"resume={WORD}")
+    (session,) = live_sessions(opened).values()
+    # Every further connection has its own limit: there is room again when the file is tried again.
+    store._file._file.connection.execute("PRAGMA max_page_count = 1")
+    visitor.wait_for(lambda v: any("disk" in note for note in notes(v)), 60.0)
+    steps = session.simulation.steps
+    visitor.wait_for(lambda _: not store.problem and session.simulation.steps > steps + 100, 60.0)
+    assert len([note for note in notes(visitor) if "disk" in note]) == 1
 
 
 def test_fifteen_dropped_connections_lose_nothing(

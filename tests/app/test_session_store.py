@@ -6,12 +6,14 @@ from typing import cast
 import pytest
 
 from app.hosting.resume import open_link
-from app.hosting.session_store import KEEP, MOST_RECORDS, MOST_SESSIONS, SessionStore, VisitorRecord, same_tab
+from app.hosting.session_store import AWAY, MOST_RECORDS, MOST_SESSIONS, SessionStore
+from app.hosting.visitor_record import VisitorRecord, same_tab
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed
+from tests.app.stores import find
 
 TAB = "0123456789abcdef0123456789abcdef"
 LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
@@ -34,13 +36,16 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
         store.park(query, session, LESSONS)
         return session
 
-    assert KEEP == 600.0
+    assert AWAY == 600.0
     session = park(LINK)
-    now = KEEP
+    now = AWAY
+    store.save(VisitorRecord(LINK, Settings(), None))
+    assert find(store, LINK) is None, "nothing is read where the live session waits"
     claimed = store.claim({**LINK, "window": "390x844"})
+    assert find(store, LINK) is not None
     assert claimed is not None and claimed[0] is session and store.parked == 0 and store.claim(LINK) is None
     session = park(LINK)
-    now += KEEP + 0.1
+    now += AWAY + 0.1
     assert store.claim(LINK) is None and session.closed, "too late"
     session = park(LINK)
     assert store.claim({**LINK, "dm": "0.3"}) is None and session.closed, "another link"
@@ -52,7 +57,7 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     assert [one.closed for one in sessions] == [True] * 2 + [False] * MOST_SESSIONS
     again = park({"resume": f"{5:016d}"})
     assert sessions[5].closed and store.parked == MOST_SESSIONS
-    now += KEEP - 5.5
+    now += AWAY - 5.5
     store.tidy()
     assert [one.closed for one in sessions] == [True] * 4 + [False, True] + [False] * 4
     store.close()
@@ -60,7 +65,7 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     assert same_tab(LINK, {**LINK, "window": "1x1"}) and not same_tab({}, {}) and not same_tab(LINK, {"resume": TAB})
 
 
-@pytest.mark.parametrize("keep", [KEEP, math.inf])
+@pytest.mark.parametrize("keep", [AWAY, math.inf])
 def test_a_record_is_found_by_its_own_tab_with_any_link(keep: float) -> None:
     now = 0.0
     store = SessionStore(keep, lambda: now)
@@ -69,14 +74,14 @@ def test_a_record_is_found_by_its_own_tab_with_any_link(keep: float) -> None:
     )
     for record in (mine, theirs, VisitorRecord({"resume": "../../etc"}, Settings(), None)):
         store.save(record)
-    now = KEEP - 1.0
-    assert store.find({**LINK, "lesson": "4"}) is mine and store.find(theirs.query) is theirs
-    assert store.find({"resume": TAB[::-1]}) is store.find({}) is store.find({"resume": "../../etc"}) is None
-    now = KEEP + 1.0
-    assert (store.find(LINK) is mine) == (keep == math.inf)
+    now = AWAY - 1.0
+    assert find(store, {**LINK, "lesson": "4"}) is mine and find(store, theirs.query) is theirs
+    assert find(store, {"resume": TAB[::-1]}) is find(store, {}) is find(store, {"resume": "../../etc"}) is None
+    now = AWAY + 1.0
+    assert (find(store, LINK) is mine) == (keep == math.inf)
     for number in range(MOST_RECORDS):
         store.save(VisitorRecord({"resume": f"{number:016d}"}, Settings(), None))
-    assert store.find(LINK) is None and store.find({"resume": f"{0:016d}"}) is not None
+    assert find(store, LINK) is None and find(store, {"resume": f"{0:016d}"}) is not None
 
 
 @pytest.mark.parametrize(("lesson", "open"), [("3", True), ("4", False)])

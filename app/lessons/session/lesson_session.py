@@ -109,10 +109,11 @@ class LessonSession:
             self._walk.to_json(),
             self._own if open_now else settings,
             open_now,
-            self.seen,
+            dict(self.seen),
             settings if open_now and not self.walk.showing else None,
             dict(self._walk.kept),
             said,
+            open_now and self._measured == self._walk.run_id,
         )
 
     def resume(self, saved: SavedLesson, reopen: bool) -> None:
@@ -127,6 +128,11 @@ class LessonSession:
             self._own = saved.own
             if saved.now is not None:
                 self._runner.apply(with_look(saved.now, self._session))
+
+    def run_goes_on(self, measured: bool) -> None:
+        """Take note that the session has gone on with the run that was saved. `measured`: whether it was measured already."""
+        self._run_id = self.walk.run_id if self.open else -1
+        self._measured = self._run_id if measured else -1
 
     # ---- what the visitor does ---------------------------------------------------------------------------------------------
 

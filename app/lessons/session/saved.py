@@ -20,6 +20,7 @@ class SavedLesson:
         now: the settings of the open step's run, which the visitor may have changed; None while no lesson is open.
         kept: what the visitor did in runs that a later step takes up, by name.
         said: (lesson, step) → the forecasts that were typed there.
+        measured: whether the present run was measured already.
     """
 
     progress: str
@@ -29,3 +30,4 @@ class SavedLesson:
     now: Settings | None = None
     kept: Mapping[str, TargetSource] = field(default_factory=dict)
     said: Mapping[tuple[str, str], tuple[float | None, ...]] = field(default_factory=dict)
+    measured: bool = False

@@ -14,7 +14,8 @@ from app.export.lab_report import Done, done_in, lab_bytes, recorded_of, report_
 from app.export.plot_pictures import inline_svg
 from app.export.report_html import LOCKED, ReportEntry, report_html
 from app.hosting.resume import open_link
-from app.hosting.session_store import SessionStore, VisitorRecord
+from app.hosting.session_store import SessionStore
+from app.hosting.visitor_record import VisitorRecord
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
 from app.lessons.progress import LONGEST_REASON, MOST_WORDS
@@ -28,6 +29,7 @@ from scenes.rerun import rerun
 from tests.app.export.runs import piece
 from tests.app.html_reader import HtmlReader
 from tests.app.inline import Inline
+from tests.app.stores import find
 from tests.browser import PageAt, screenshot
 from tests.scenes.helpers import given_settings
 
@@ -222,7 +224,7 @@ def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: Lesso
     store, query = SessionStore(), {"resume": "0123456789abcdef"}
     store.save(VisitorRecord(query, Settings(), run.saved()))
     back = LessonSession(Session(Settings()), BOOK)
-    assert open_link(back, query, store.find(query)) == ()
+    assert open_link(back, query, find(store, query)) == ()
     assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
     assert back.walk.done.because == run.walk.done.because != ""
     back.act(ResetStep())

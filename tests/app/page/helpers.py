@@ -114,5 +114,5 @@ def open_lessons(visitor: BlockingClient) -> None:
     click(visitor, "1  ")
 
 
-def notes(visitor: BlockingClient) -> list[str]:
+def notes(visitor: Client) -> list[str]:
     return [str(note["body"]) for note in bodies(visitor, "NotificationShowMessage")]

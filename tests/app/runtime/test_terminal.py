@@ -90,9 +90,15 @@ def answering(process: Process, folder: Path) -> None:
 
 
 INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
-    "before main": (["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--port", "0"], importing("numpy.version")),
-    "serve, importing": (["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--port", "0"], importing("viser.infra._infra")),
-    "serve": (["-c", ENTRY, "serve", "--no-open", "--port", "0"], answering),
+    "before main": (
+        ["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0"],
+        importing("numpy.version"),
+    ),
+    "serve, importing": (
+        ["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0"],
+        importing("viser.infra._infra"),
+    ),
+    "serve": (["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0"], answering),
     "run": (["-c", ENTRY, "run", "--seconds", "4000", "--law-file", "{}/law.py", "--csv", "{}/out.csv"], there("calls")),
     "law-test": (["-c", ENTRY, "law-test", "{}/law.py"], there("calls")),
     "figures": (["-c", ENTRY, "figures", "--only", "2,5", "--out", "{}"], there("fig2_activation.csv")),
@@ -136,7 +142,7 @@ def ended(command: Sequence[str | bytes], **options: object) -> subprocess.Compl
     return subprocess.run(command, cwd=ROOT, timeout=PATIENCE, check=False, **options)  # type: ignore[call-overload]
 
 
-OUTPUTS = [["--help"], ["lessons"], ["run", "--seconds", "0.05"], ["serve", "--no-open", "--port", "0"]]
+OUTPUTS = [["--help"], ["lessons"], ["run", "--seconds", "0.05"], ["serve", "--no-open", "--store", "memory", "--port", "0"]]
 
 
 @pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
@@ -185,7 +191,7 @@ def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> Non
         said += done.stdout.decode() + errors
     assert all(word in said for word in ("Žlajpah", "größe.py", "ž.csv", "d ≥")) and "\\u" not in said
     assert "größe.py" in law.read_text(encoding="utf-8") and "# law_file = größe.py\n" in out.read_text(encoding="utf-8")
-    serve = [sys.executable, *["-m", "app", "serve", "--no-open", "--port", "0", "--key", "Küchentür"]]
+    serve = [sys.executable, *["-m", "app", "serve", "--no-open", "--store", "memory", "--port", "0", "--key", "Küchentür"]]
     with subprocess.Popen(serve, env=os.environ | C_LOCALE, stdout=subprocess.PIPE, cwd=ROOT) as server:
         assert server.stdout is not None
         assert f"/?key={quote('Küchentür')} " in server.stdout.readline().decode()

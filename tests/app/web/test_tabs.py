@@ -1,6 +1,6 @@
 """The server in a real browser: tabs that come, lose their connection, find the room full, and drag."""
 
-from app.hosting.session_store import tab_id
+from app.hosting.visitor_record import tab_id
 from app.page import STATIC
 from app.web.connection import FilteredConnection
 from app.web.index_page import page_query

@@ -1,0 +1,99 @@
+"""A server that is killed and started again: its tabs go on where they were."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.hosting.record_bytes import unpacked
+from app.hosting.store_file import StoreFile
+from app.hosting.visitor_record import VisitorRecord
+from app.lessons.progress import Progress, from_json
+from tests.app.page.helpers import buttons, click, hotkey_uuid
+from tests.blocking_client import BlockingClient
+
+EXPLORER, STUDENT = "e" * 32, "5" * 32
+JOINT = re.compile(r"^/arms/.*/j[1-7]$")
+
+Kept = Callable[[str], VisitorRecord | None]
+Serve = Callable[[], tuple[subprocess.Popen[str], str]]
+
+
+@pytest.fixture
+def serve(tmp_path: Path) -> Iterator[Serve]:
+    """`serve()` starts a server with the test's store, and returns its process and its address."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def start() -> tuple[subprocess.Popen[str], str]:
+        command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", str(tmp_path / "store")]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        processes.append(process)
+        assert process.stdout is not None
+        return process, process.stdout.readline().split()[3]
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> Kept:
+    """`kept(tab)` is the record in the file of the running server."""
+
+    def read(tab: str) -> VisitorRecord | None:
+        file = StoreFile(tmp_path / "store", 10**9)
+        found = file.read(tab)
+        file.close()
+        return None if found is None else unpacked(found[1], VisitorRecord)
+
+    return read
+
+
+def steps_of(record: VisitorRecord | None) -> int:
+    return 0 if record is None or record.state is None else record.state.run.snapshot.steps
+
+
+def progress_of(record: VisitorRecord | None) -> Progress:
+    return from_json(record.lessons.progress if record is not None and record.lessons is not None else "")
+
+
+def joints(visitor: BlockingClient) -> np.ndarray:
+    """How the joints of both arms are turned, as quaternions."""
+    nodes = visitor.mirror.nodes
+    return np.array([nodes[name]["wxyz"] for name in sorted(nodes) if JOINT.search(name)])
+
+
+def come(url: str, query: str) -> BlockingClient:
+    visitor = BlockingClient(url, query=query)
+    visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/j7") for n in list(v.mirror.nodes)), 60.0)
+    return visitor
+
+
+def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, kept: Kept) -> None:
+    process, url = serve()
+    exploring, learning = f"autopilot=0&resume={EXPLORER}", f"lesson=3&step=2&resume={STUDENT}"
+    with come(url, exploring) as explorer, come(url, learning) as student:
+        first = joints(explorer)
+        for _ in range(4):
+            explorer.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(explorer, "up")})
+        explorer.wait_for(lambda _: np.abs(joints(explorer) - first).max() > 0.02, 60.0)
+        click(student, "2 ")
+        student.wait_for(lambda v: "Run" in buttons(v), 60.0)
+        student.wait_for(lambda _: any(done.choice == 1 for done in progress_of(kept(STUDENT)).steps.values()), 60.0)
+        since = steps_of(kept(EXPLORER))
+        # The hand has come to rest, and this is in the file.
+        student.wait_for(lambda _: steps_of(kept(EXPLORER)) > since + 800, 60.0)
+        moved, before, lesson = joints(explorer), kept(EXPLORER), progress_of(kept(STUDENT))
+        process.kill()
+    process.wait()
+    _, url = serve()
+    with come(url, exploring) as explorer, come(url, learning) as student:
+        explorer.wait_for(lambda _: steps_of(kept(EXPLORER)) > steps_of(before), 60.0)
+        assert np.abs(joints(explorer) - moved).max() < 2e-3 < np.abs(moved - first).max()
+        student.wait_for(lambda v: "Run" in buttons(v), 60.0)
+        assert progress_of(kept(STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
