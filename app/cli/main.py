@@ -9,6 +9,7 @@ import tyro
 
 from app.cli.bench import Bench, bench
 from app.cli.figures import Figures, figures
+from app.cli.handout import Handout, handout
 from app.cli.hunt import Hunt, hunt
 from app.cli.laws import LawTest, NewLaw, law_test, new_law
 from app.cli.lessons import Lessons, lessons
@@ -27,6 +28,7 @@ COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
     "hunt": (Hunt, hunt),
     "robots": (Robots, robots),
     "lessons": (Lessons, lessons),
+    "handout": (Handout, handout),
     "new-law": (NewLaw, new_law),
     "law-test": (LawTest, law_test),
 }

@@ -91,7 +91,7 @@ def report_html(
         f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{style}{_colours()}</style></head><body>\n"
+        f"<title>{html.escape(title)}</title><style>{style}{symbol_colours()}</style></head><body>\n"
         + "\n".join(parts)
         + "\n</body></html>\n"
     )
@@ -129,7 +129,7 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(parts)}</dl>{plot}</article>"
 
 
-def _colours() -> str:
+def symbol_colours() -> str:
     """Return the rules for the symbols in formulas: on paper as on the page."""
     light = PALETTES["light"]
     symbols = {

@@ -53,6 +53,20 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
             yield f"{{measured:{name}}}: {id} has {len(by_id[id].compare)} comparisons; number them from 1."
 
 
+BLANK: Final = "\\_" * 10
+"""For a number to be written by hand: underscores as Markdown takes them."""
+
+
+def without_outcome(text: str, step: Step) -> str:
+    """Return a text of a step with a blank for each number that would give the answer away; see `placeholder_problems`."""
+
+    def fill(hole: re.Match[str]) -> str:
+        known = hole[1] == "setting" or step.question is not None
+        return hole[0] if known and not any(placeholder_problems(hole[0], step, True)) else BLANK
+
+    return _HOLE.sub(fill, text)
+
+
 def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured, setup: Setup, language: Language) -> str:
     """Return a text with its numbers in it; what is not known yet is a dash."""
     by_id, words = {m.id: m for m in measurements}, words_of(language)
