@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from app.export.report_html import LOCKED, symbol_colours
+from app.export.report_html import LOCKED, lowered, symbol_colours
 from app.i18n.speaking import spoken, tr
 from app.lessons.curve_drawing import axes_text, board_svg, drawing_svg
-from app.lessons.labels import label_of
+from app.lessons.labels import label_of, sentence
 from app.lessons.lesson import Lesson, Step
 from app.lessons.notes import Notes, read_notes
 from app.lessons.outcomes import StepOutcome, reference
@@ -32,7 +32,7 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
     read = None if notes is None else read_notes(notes)
     title = tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title))
     copy = f"{tr('Name')}: {'_' * 24}" if read is None else tr("Teacher's copy")
-    about = (copy, f"{lesson.minutes} min", *((f"eqs {lesson.equations}",) if lesson.equations else ()))
+    about = (copy, f"{lesson.minutes} min", *((f"({lesson.equations})",) if lesson.equations else ()))
     folder = lesson.steps[0].setup.folder
     parts = [
         f'<h1>{html.escape(title)}</h1><p class="about">{html.escape(" · ".join(about))}</p>',
@@ -59,12 +59,12 @@ def _step(lesson: Lesson, index: int, notes: Notes | None) -> Iterator[str]:
     def text(source: str) -> str:
         return lesson_html(fill(step, source if teacher else without_outcome(source, step), outcome, language), step.setup.folder)
 
-    yield f'<section><h2>{lesson.number}.{index + 1}&ensp;{inline_html(step.title)}</h2>{_part("goal", tr("Goal"), text(step.goal))}'
+    yield f"<section><h2>{lesson.number}.{index + 1}&ensp;{inline_html(step.title)}</h2>{_part('goal', tr('Goal'), text(step.goal))}"
     if step.question is not None:
         yield _part("question", tr("Question"), text(step.question.text))
     if step.drawing is not None:
         chart = board_svg(step.drawing, ()) if outcome is None else drawing_svg(step.drawing, (), outcome.curve)
-        caption = html.escape(tr("Draw {what}.", what=axes_text(step.drawing)))
+        caption = html.escape(sentence(axes_text(step.drawing)))
         yield f'<figure class="axes block"><figcaption>{caption}</figcaption>{chart}</figure>'
     yield from _answers(step, outcome, lesson)
     if step.question is not None and not teacher:
@@ -111,9 +111,9 @@ def _answers(step: Step, outcome: StepOutcome | None, lesson: Lesson) -> Iterato
 def _measured(step: Step, outcome: StepOutcome | None, lesson: Lesson) -> str:
     """Return what was measured; without an outcome the names alone, and room for the numbers."""
     if outcome is not None:
-        lines = "".join(f"<li>{html.escape(line)}</li>" for line in outcome.lines(step, lesson.language))
+        lines = "".join(f"<li>{lowered(html.escape(line))}</li>" for line in outcome.lines(step, lesson.language))
     else:
-        names = (html.escape(label_of(m, lesson.language)) for m in step.measurements)
+        names = (lowered(html.escape(label_of(m, lesson.language))) for m in step.measurements)
         lines = "".join(f'<li class="blank"><span>{name}:</span><i></i></li>' for name in names)
     return _part("measured", tr("Measured"), f"<ul>{lines}</ul>")
 
@@ -140,7 +140,9 @@ def _pictures(lesson: Lesson) -> tuple[str, ...]:
     for step in lesson.steps:
         for found in PICTURE.finditer("\n".join((step.goal, step.do, step.observe, step.explain))):
             picture = lesson_html(found[0].strip(), step.setup.folder)
-            made.append(f'<figure class="picture-of-lesson block">{picture}<figcaption>{html.escape(found[1])}</figcaption></figure>')
+            made.append(
+                f'<figure class="picture-of-lesson block">{picture}<figcaption>{html.escape(found[1])}</figcaption></figure>'
+            )
     if not made:
         return ()
     return (f'<section class="afterwards"><h2>{html.escape(tr("For afterwards"))}</h2>{"".join(made)}</section>',)
