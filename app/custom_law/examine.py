@@ -1,6 +1,6 @@
 """The six tests on a file."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from app.custom_law.custom_law import CustomLaw
@@ -35,6 +35,17 @@ def examine(
         BadInputFile: there is no such file, or it cannot be read.
         Dropped: it was `stopped`.
     """
+    return list(verdicts(path, limits, only, text, stopped))
+
+
+def verdicts(
+    path: Path,
+    limits: LawLimits = LawLimits(),  # noqa: B008 (frozen)
+    only: Sequence[str] | None = None,
+    text: bytes | None = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Iterator[TrialResult]:
+    """Yield each verdict as soon as it is known; see `examine`."""
     with _Examined(path, limits, text, stopped) as law:
 
         def again() -> None:
@@ -45,8 +56,10 @@ def examine(
         if not law.load():
             # It cannot even be loaded: one reason for all.
             reason = law.problem.text if law.problem is not None else "the file could not be loaded."
-            return [TrialResult(name, False, reason, {}) for name in only or TRIALS]
-        return examine_law(law, again, only)
+            yield from (TrialResult(name, False, reason, {}) for name in only or TRIALS)
+            return
+        for name in only or TRIALS:
+            yield from examine_law(law, again, (name,))
 
 
 def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:

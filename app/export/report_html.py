@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from app.export.report_record import StepRecord, records_html
 from app.i18n.speaking import spoken, tr
 from app.lessons.runs import page_value
 from app.recording.provenance import made_here
@@ -37,6 +38,7 @@ class ReportEntry:
         settings: of the run, as a person reads them.
         drawing: the student's curve beside the measured one, an <svg> element.
         drawing_verdict: how near it came.
+        record: the same for a program, see `records_html`.
         plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
     """
 
@@ -55,6 +57,7 @@ class ReportEntry:
     plot: str = ""
     drawing: str = ""
     drawing_verdict: str = ""
+    record: StepRecord | None = None
 
 
 def report_html(
@@ -86,6 +89,7 @@ def report_html(
         parts.append(_entry(entry, rich))
     if settings is not None:
         parts.append(f"<h2>{html.escape(tr('Settings of the last run'))}</h2>{_table(settings)}")
+    parts.append(records_html([entry.record for entry in entries if entry.record is not None]))
     style = Path(__file__).with_name("report.css").read_text(encoding="utf-8")
     return (
         f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
