@@ -19,7 +19,7 @@ from controllers.errors import BadSetting
 from scenes.files import read_file, readable
 
 if TYPE_CHECKING:
-    from app.custom_law.marked import Marks, MarkingLimits
+    from app.custom_law.marked import LawMarks, MarkingLimits
     from app.export.report_record import StepRecord
 
 KINDS: Final = {".py": "law", ".html": "report", ".htm": "report"}
@@ -57,7 +57,7 @@ class GradedFile:
     """One row of the table; a column that does not apply stays empty.
 
     Attributes:
-        isolation: see `app.custom_law.marked.Marks`.
+        isolation: see `app.custom_law.marked.LawMarks`.
     """
 
     name: str
@@ -84,6 +84,8 @@ def grade(command: Grade) -> int:
     paths = handed_in(command.folder)
     if not paths:
         raise BadSetting(f"{command.folder}: holds no law (*.py) and no lab report (*.html).")
+    if not command.csv.absolute().parent.is_dir():
+        raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.absolute().parent}; make it first.")
     limits = MarkingLimits(seconds=command.seconds)
     with written(command.csv, "csv") as new:
         rows = _graded(command, paths, limits)
@@ -147,7 +149,7 @@ def graded(path: Path, folder: Path, limits: "MarkingLimits", stopped: threading
     return row
 
 
-def _take_marks(row: GradedFile, marks: "Marks") -> None:
+def _take_marks(row: GradedFile, marks: "LawMarks") -> None:
     row.isolation = marks.isolation
     row.cells |= {name: "pass" if passed else "fail" for name, passed in marks.passed.items()}
     row.points = sum(marks.passed.values())

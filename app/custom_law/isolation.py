@@ -1,5 +1,5 @@
-"""A process of its own for an untrusted file: `python -m app.custom_law.isolation FOLDER HIDDEN COMMAND …` runs a command with limits, and
-on Linux, where the system allows it, in namespaces of its own.
+"""A process of its own for an untrusted file: `python -m app.custom_law.isolation all|none FOLDER HIDDEN COMMAND …` runs a command with
+limits, and with `all` on Linux, where the system allows it, in namespaces of its own.
 
 There it sees no process but its own, has no network, and can write to nothing but FOLDER, which is empty, in memory, and gone with it;
 HIDDEN is empty, too. When its first process ends, all others do. Where the system does not allow it, only the limits are left.
@@ -38,13 +38,14 @@ _DEATH_SIGNAL, _DUMPABLE, _NO_NEW_PRIVILEGES = 1, 4, 38
 
 def main() -> None:
     """Run the command in the best isolation that there is; its last argument becomes the name of that."""
-    folder, hidden, *command = sys.argv[1:]
+    wanted, folder, hidden, *command = sys.argv[1:]
     limit_resources()
     levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: os.chdir(folder))]
     if sys.platform == "linux":
         _prctl(_DEATH_SIGNAL, signal.SIGKILL)
-        levels = [("full", lambda: _own_world(folder, hidden)), ("network", lambda: _own_network(folder)), *levels]
-    elif os.name != "posix":
+        if wanted == "all":
+            levels = [("full", lambda: _own_world(folder, hidden)), ("network", lambda: _own_network(folder)), *levels]
+    if os.name != "posix":
         os.chdir(folder)
         os.execv(command[0], [*command, "none"])
     for level, enter in levels:

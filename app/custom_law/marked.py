@@ -42,16 +42,18 @@ class MarkingLimits:
         memory: of all processes together [bytes].
         processes: at a time.
         law: of each call.
+        isolated: whether to run it in namespaces of its own, where the system allows it.
     """
 
     seconds: float = 120.0
     memory: int = 1536 * 2**20
     processes: int = PROCESSES
     law: LawLimits = LawLimits()  # noqa: RUF009 (frozen)
+    isolated: bool = True
 
 
 @dataclass
-class Marks:
+class LawMarks:
     """What came out for one file.
 
     Attributes:
@@ -70,10 +72,10 @@ class Marks:
 def marked(
     name: str,
     text: bytes,
-    limits: MarkingLimits = MarkingLimits(),  # noqa: B008 (frozen)
+    limits: MarkingLimits = MarkingLimits(),
     hidden: Path | None = None,
     stopped: Callable[[], bool] = lambda: False,
-) -> Marks:
+) -> LawMarks:
     """Return the marks of a file.
 
     Args:
@@ -82,10 +84,10 @@ def marked(
         hidden: a folder that it must not read, where the system allows that.
         stopped: asked now and then whether to give up.
     """
-    marks = Marks()
+    marks = LawMarks()
     with tempfile.TemporaryDirectory(prefix="duet-marking-", ignore_cleanup_errors=True) as folder:
         token = secrets.token_hex(8)
-        process = _started(folder, _hideable(hidden, Path(folder)), name, token, limits.law)
+        process = _started(folder, _hideable(hidden, Path(folder)), name, token, limits)
         lines: queue.Queue[str | None] = queue.Queue()
         for work, arguments in ((_feed, (process.stdin, text)), (_read, (process.stdout, lines))):
             threading.Thread(target=work, args=arguments, daemon=True).start()
@@ -98,14 +100,14 @@ def marked(
     return marks
 
 
-def _started(folder: str, hidden: str, name: str, token: str, law: LawLimits) -> "subprocess.Popen[bytes]":
+def _started(folder: str, hidden: str, name: str, token: str, limits: MarkingLimits) -> "subprocess.Popen[bytes]":
     environment = {key: os.environ[key] for key in _KEPT if key in os.environ} | ONE_THREAD
     environment |= {"PYTHONPATH": str(_ROOT), "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUTF8": "1", _TOKEN: token}
     environment |= dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), folder)
     python = [sys.executable, "-P", "-m"]
-    tests = [*python, "app.custom_law.marking", json.dumps(asdict(law)), name]
+    tests = [*python, "app.custom_law.marking", json.dumps(asdict(limits.law)), name]
     return subprocess.Popen(
-        [*python, "app.custom_law.isolation", folder, hidden, *tests],
+        [*python, "app.custom_law.isolation", "all" if limits.isolated else "none", folder, hidden, *tests],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
@@ -139,7 +141,7 @@ def _read(stream: IO[bytes], lines: "queue.Queue[str | None]") -> None:
 
 
 def _followed(
-    lines: "queue.Queue[str | None]", marks: Marks, token: str, limits: MarkingLimits, stopped: Callable[[], bool]
+    lines: "queue.Queue[str | None]", marks: LawMarks, token: str, limits: MarkingLimits, stopped: Callable[[], bool]
 ) -> str:
     """Take in the verdicts until there are no more; return why they were given up, "" if they were not."""
     end = time.monotonic() + limits.seconds
@@ -159,7 +161,7 @@ def _followed(
     return f"the tests did not end within {limits.seconds:g} s"
 
 
-def _take(line: str, marks: Marks) -> None:
+def _take(line: str, marks: LawMarks) -> None:
     with contextlib.suppress(ValueError, KeyError, TypeError):
         said: dict[str, Any] = json.loads(line)
         if "isolation" in said:
@@ -202,8 +204,9 @@ def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
     end = time.monotonic() + 5.0
     while (members := _members(token)) and time.monotonic() < end:
         for member in members:
+            # Its whole group at once: what forks and forks is killed one by one too slowly.
             with contextlib.suppress(OSError):
-                os.kill(member, signal.SIGKILL)
+                os.killpg(os.getpgid(member), signal.SIGKILL)
         time.sleep(0.001)
     for stream in (process.stdout, process.stdin):
         if stream is not None:

@@ -5,6 +5,7 @@ It reads the file from its standard input, and writes one line of JSON for the k
 
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
@@ -23,7 +24,7 @@ def main() -> None:
         _write(asdict(verdict) | {"reason": str(verdict.reason)})
 
 
-def _write(line: dict[str, object]) -> None:
+def _write(line: Mapping[str, object]) -> None:
     print(json.dumps(line), flush=True)
 
 

@@ -1,6 +1,7 @@
 """Handouts: the student's copy keeps the outcome to itself, the teacher's says it, and both print without a cut."""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,12 @@ UNFIT = """([width, height]) => [...document.body.querySelectorAll(':not(svg *)'
   ];
 })"""
 """Elements that a page of paper would cut."""
+
+
+@pytest.fixture(autouse=True)
+def _english() -> Iterator[None]:
+    yield
+    set_language("en")
 
 
 def words(page: str) -> str:
