@@ -13,9 +13,11 @@ Profile = Literal["desk", "projector"]
 Picture = Literal["fine", "fast"]
 Language = Literal["auto", "en", "de", "sl", "pseudo"]
 """What the page speaks: as the browser asks, or one of ours; `pseudo` is longer than all, to see what is cut off."""
-Details = Literal["none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "safety", "pairs", "stability"]
+Details = Literal[
+    "none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "safety", "pairs", "stability", "microscope"
+]
 """What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
-in one plot; distance against error over n and v, and law by law; which pair is closest; section III."""
+in one plot; distance against error over n and v, and law by law; which pair is closest; section III; single steps."""
 Ghost = Literal["off", "frozen", LawName, "own"]
 """A second run on the same inputs: none, with the settings frozen when it was chosen, with another law, or with the one of `--law-file`
 while the settings' law runs."""
@@ -48,7 +50,14 @@ class PageSettings:
         "Of everything on the page, and of the lessons.",
         *("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
     )
+    contact: bool = flag(
+        "contact",
+        "show λ",
+        "The line of contact, a skin as thick as d_m around the obstacle, and a purple tint of the arm that gives way.",
+        True,
+    )
     autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)
+    gizmo: bool = flag("gizmo", "arrows", "Arrows and arcs that move your arm or the ball along one axis.", False)
     speed: float = number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
     details: Details = choice(
         "none",
@@ -56,7 +65,7 @@ class PageSettings:
         "plot",
         "more plots",
         "A third plot.",
-        *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M"),
+        *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M", "dt"),
     )
     ghost: Ghost = choice(
         "off",
@@ -70,7 +79,7 @@ class PageSettings:
         *("Set-based task", "Unprotected", "My own law (--law-file)"),
     )
     what_if: bool = flag(
-        "whatif", "what if", "Moving d_m, n, v or K computes the last 30 s again and draws the new curves over the old ones."
+        "whatif", "what if", "Moving d_m, n, v or K computes the last 20 s again and draws the new curves over the old ones."
     )
     source: Source = choice(
         "clips",
@@ -143,9 +152,13 @@ def to_query(settings: Settings, but: Settings | None = None) -> dict[str, str]:
 WHOLE = "whole"
 """Key of a link that says all that differs from Duet's own settings."""
 
+STEP_KEYS: Final = frozenset({"lesson", "step"})
+"""Keys of a link that opens a lesson."""
+
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"lesson", "step", "resume", WHOLE}
+    | {"resume", WHOLE}
+    | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has
 the page in, the lesson, how much it says."""

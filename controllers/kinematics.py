@@ -35,6 +35,10 @@ class Arm:
     wrist: int
     labels: tuple[str, ...]
 
+    def joint(self, number: int) -> int:
+        """Return the id of a joint of the arm, counted from 1 at the base; all joints of the model have one column."""
+        return self.joints.start + number
+
 
 class Kinematics:
     """Poses and Jacobians of all arms at the present q.

@@ -4,11 +4,12 @@ from typing import Final
 
 import numpy as np
 import pinocchio as pin
+from scipy.linalg.lapack import dposv
 
 from controllers.kinematics import Arm, Array, Kinematics, damped_solution
 from controllers.limits import VelocityBox
 from scenes.robots import Robot
-from scenes.targets import HandTarget, JointTarget
+from scenes.targets import HandTarget, JointTarget, LinkTarget
 
 FOLLOW_GAIN: Final = 8.0
 """How fast the hand closes the way to where the person wants it [1/s]; also smooths targets that arrive in steps."""
@@ -25,6 +26,15 @@ POSTURE_GAIN: Final = 0.6
 
 GUIDE_DAMPING: Final = 0.03
 """Damping of the guided arm's pseudo-inverse [m/rad]: a person feels a singular posture as stiffness, not as a jump."""
+
+PULL_DAMPING: Final = 0.1
+"""μ of a pulled link [m/rad]: pulls go beyond the reach, and an arm stretched out by one must not tremble."""
+
+PULL_REST: Final = 0.4
+"""ρ of a pulled link: how much the hand would rather stay where it is."""
+
+SWEEPS: Final = 4
+"""How often the joints of a pulled arm make up, one after the other, for those at their bounds."""
 
 SATURATIONS: Final = 4
 """How often joints at their bounds are taken out before the rest is clipped."""
@@ -63,7 +73,9 @@ class Guide:
         """Come to rest at once."""
         self.velocities[:] = 0.0
 
-    def follow(self, target: HandTarget | JointTarget | None, positions: Array, dt: float, top_speed: float) -> Array:
+    def follow(
+        self, target: HandTarget | JointTarget | LinkTarget | None, positions: Array, dt: float, top_speed: float
+    ) -> Array:
         """Return q̇ (n,) of the guided arm for this tick [rad/s]; the array is reused.
 
         Args:
@@ -93,10 +105,12 @@ class Guide:
             fastest = max(fastest, sx * sx + sy * sy + sz * sz)
         return fastest**0.5
 
-    def _wanted(self, target: HandTarget | JointTarget, positions: Array, top_speed: float) -> Array:
+    def _wanted(self, target: HandTarget | JointTarget | LinkTarget, positions: Array, top_speed: float) -> Array:
         if isinstance(target, JointTarget):
             return self.box.clip((target.positions - positions) * FOLLOW_GAIN)
         kinematics, arm = self.kinematics, self.arm
+        if isinstance(target, LinkTarget):
+            return self._pulled(target, top_speed)
         pose = self._hand
         task = shortened((target.position - pose.translation) * FOLLOW_GAIN, top_speed)
         if target.rotation is not None:
@@ -109,6 +123,23 @@ class Guide:
             J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
             free = damped_solution(J_elbow, shortened((target.elbow - elbow) * FOLLOW_GAIN, top_speed), 0.05)
         return self._inside_box(J, task, free)
+
+    def _pulled(self, target: LinkTarget, top_speed: float) -> Array:
+        """Return q̇ (n,) inside the box with the least |J q̇ − ẋ|² + μ² |q̇|² + ρ² |J_hand q̇|²; it changes steadily with the posture."""
+        J, way = pull(self.kinematics, self.arm, target, top_speed)
+        J_hand = self.kinematics.hand_jacobian(self.arm, 3)
+        gradient = J.T.dot(way)
+        hessian = J.T.dot(J) + PULL_REST**2 * J_hand.T.dot(J_hand)
+        hessian[np.diag_indices(len(hessian))] += PULL_DAMPING**2
+        dq = dposv(hessian, gradient)[1]
+        if self.box.contains(dq):
+            return dq
+        # Projected Gauss-Seidel: joints taken out at their bounds, as in `_inside_box`, would tremble at the edge of the reach.
+        dq, lower, upper = self.box.clip(dq), self.box.lower, self.box.upper
+        for _ in range(SWEEPS):
+            for i, row in enumerate(hessian):
+                dq[i] = min(max(dq[i] + (gradient[i] - row.dot(dq)) / row[i], lower[i]), upper[i])
+        return dq
 
     def _inside_box(self, J: Array, task: Array, free: Array) -> Array:
         """Return eq. (4), J^# ẋ + N q̇₀, with joints at their bounds taken out and the others doing their share."""
@@ -125,6 +156,14 @@ class Guide:
             free = np.where(fixed, np.minimum(np.maximum(dq, lower), upper), free)
             movable = np.where(fixed, 0.0, J)
         return self.box.clip(dq)
+
+
+def pull(kinematics: Kinematics, arm: Arm, target: LinkTarget, top_speed: float) -> tuple[Array, Array]:
+    """Return J (3, n) of the point that is pulled and its wanted velocity (3,) [m/s]."""
+    joint = arm.joint(target.joint)
+    point = kinematics.data.oMi[joint].act(target.offset)
+    way = shortened((target.position - point) * FOLLOW_GAIN, top_speed)
+    return kinematics.point_jacobian(arm, joint, point), way
 
 
 def shortened(vector: Array, longest: float) -> Array:

@@ -16,9 +16,10 @@ from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
 from scenes.files import read_file
 from scenes.inputs import Recorded, RecordedPerson, Stretch
-from scenes.packing import ANGLES, BALL, HAND, JOINTS, ROTATION, TURNED, WIDTHS, PackedTargets
+from scenes.packing import ANGLES, BALL, HAND, JOINTS, LINK, ROTATION, TURNED, WIDTHS, PackedTargets
 from scenes.recording import REACH, inputs_from
 from scenes.roles import TargetSource
+from scenes.room import room_of
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import AnglesTarget
@@ -187,7 +188,9 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
     _check(lengths.ndim == 1 and lengths.dtype.kind == "u", "has no lengths")
     _check(1 <= len(lengths) <= MOST_STRETCHES and (lengths > 0).all(), "has an impossible number of stretches")
     settings = _settings(about, len(lengths))
-    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()))
+    arms = room_of(settings[0]).arms
+    pulled = next((arm for arm in arms if arm.name == settings[0].guided), arms[0]).joints
+    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()), pulled.stop - pulled.start)
     snapshot = _snapshot(about, arrays, settings[0])
     stretches: list[Stretch] = []
     first = 0
@@ -219,7 +222,8 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
     return found
 
 
-def _targets(arrays: dict[str, np.ndarray], count: int) -> PackedTargets:
+def _targets(arrays: dict[str, np.ndarray], count: int, joints: int) -> PackedTargets:
+    """Return the checked targets. `count`: of different ones; `joints`: of the arm that is pulled."""
     codes, counts, numbers = arrays["codes"], arrays["counts"], arrays["numbers"]
     _check((codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64), "has targets of the wrong type")
     _check(codes.shape == counts.shape == (count,) and numbers.ndim == 1, "has targets of the wrong number")
@@ -242,6 +246,11 @@ def _targets(arrays: dict[str, np.ndarray], count: int) -> PackedTargets:
     for code in np.unique(codes).tolist():
         if HAND <= code < BALL and WIDTHS[code] in (6, 15):
             checked(codes == code, 3, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=WIDTHS[code] - 3)
+        elif code == LINK:
+            checked(
+                codes == code, 1, lambda rows: np.isin(rows, range(1, joints + 1)).all(), LazyText("pulls a link that no arm has")
+            )
+            checked(codes == code, 6, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=1)
         elif code == ANGLES or code > JOINTS:
             turns = LazyText("has an angle beyond two turns")
             checked(codes == code, WIDTHS[code], lambda rows: (np.abs(rows) <= WIDEST).all(), turns)

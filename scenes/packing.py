@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from controllers.kinematics import Array
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
 
 NOTHING: Final = 0
 HAND: Final = 1
@@ -18,6 +18,8 @@ ELBOW: Final = 8
 BALL: Final = 16
 UNSEEN: Final = 17
 ANGLES: Final = 18
+LINK: Final = 19
+"""Joint, offset, position."""
 JOINTS: Final = 64
 """Plus the number of joints."""
 
@@ -31,6 +33,7 @@ WIDTHS: Final[dict[int, int]] = {
     BALL: 3,
     UNSEEN: 0,
     ANGLES: 8,
+    LINK: 7,
     **_HANDS,
     **{JOINTS + n: n for n in range(1, MOST_JOINTS + 1)},
 }
@@ -108,6 +111,8 @@ def encoded(target: Target | None) -> tuple[int, bytes]:
         return (UNSEEN, b"") if target.angles is None else (ANGLES, np.asarray(target.angles, np.float64).tobytes())
     if isinstance(target, BallTarget):
         return BALL, np.asarray(target.position, np.float64).tobytes()
+    if isinstance(target, LinkTarget):
+        return LINK, np.array([target.joint, *target.offset, *target.position], np.float64).tobytes()
     positions = np.asarray(target.positions, np.float64)
     return JOINTS + len(positions), positions.tobytes()
 
@@ -122,6 +127,8 @@ def decoded(code: int, numbers: Array) -> Target | None:
         return AnglesTarget(numbers.reshape(2, 4))
     if code == BALL:
         return BallTarget(numbers)
+    if code == LINK:
+        return LinkTarget(int(numbers[0]), numbers[1:4], numbers[4:])
     if code > JOINTS:
         return JointTarget(numbers)
     rotation = elbow = None

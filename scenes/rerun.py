@@ -17,7 +17,7 @@ from scenes.inputs import Recorded, Stretch, merged
 from scenes.setting_spec import Spec
 from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, specs
 from scenes.simulation import Simulation
-from scenes.targets import AnglesTarget, HandTarget, Target
+from scenes.targets import AnglesTarget, HandTarget, LinkTarget, Target
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
 """Settings that cannot be changed for a recorded piece of a run: they decide on the room, the roles and the clock."""
@@ -28,7 +28,7 @@ WHAT_IF_KEYS: Final = (*specs(LawSettings), *specs(HardwareSettings), "k", "kx")
 LOOK: Final = 64
 """Steps between two looks at whether the result is still wanted."""
 
-TRIAL: Final = 60
+TRIAL: Final = 20
 """Steps from which the time of a whole rerun is told beforehand."""
 
 COARSEST: Final = 0.020
@@ -79,6 +79,11 @@ class WhatIf:
     summary: Summary
     before: Summary
     stride: int
+
+    @property
+    def seconds(self) -> float:
+        """Length of the piece [s]."""
+        return float(self.times[-1] - self.times[0])
 
 
 def rerun(
@@ -274,6 +279,8 @@ def _kind(target: Target | None) -> object:
         return HandTarget, target.rotation is None, target.elbow is None
     if isinstance(target, AnglesTarget):
         return AnglesTarget, target.angles is None
+    if isinstance(target, LinkTarget):
+        return LinkTarget, target.joint, tuple(target.offset.tolist())
     return type(target)
 
 
@@ -289,6 +296,9 @@ def between(first: Target | None, second: Target | None, share: float) -> Target
         if first.elbow is not None and second.elbow is not None:
             elbow = _part(first.elbow, second.elbow, share)
         return HandTarget(_part(first.position, second.position, share), rotation, elbow)
+    if isinstance(first, LinkTarget):
+        assert isinstance(second, LinkTarget)
+        return first._replace(position=_part(first.position, second.position, share))
     # All others consist of one array.
     return type(first)(_part(first[0], second[0], share))  # pyright: ignore[reportArgumentType]
 

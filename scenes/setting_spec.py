@@ -16,7 +16,7 @@ class Spec:
 
     Attributes:
         key: its short name on the command line (`--dm`) and in a link (`?dm=`).
-        label: its name on the page, at most 11 characters.
+        label: its short name, such as "d_m" or "law".
         help: one line that explains it.
         unit: SI unit; "" for a pure number.
         low, high: range of a number.
@@ -24,6 +24,7 @@ class Spec:
         page_unit, page_scale: unit on the page, and page value = scale · SI value.
         choices: of a choice, in the order shown.
         choice_labels: what a person reads for each of them.
+        words: what a symbol in `label` stands for; "" where the label is a word itself.
     """
 
     key: str
@@ -37,20 +38,26 @@ class Spec:
     page_scale: float = 1.0
     choices: tuple[str, ...] = ()
     choice_labels: tuple[str, ...] = ()
+    words: str = ""
+
+    def title(self, say: Callable[[str], str] = str) -> str:
+        """Return what stands before its control, words first: "critical distance d_m [mm]". `say`: translates words and label."""
+        unit = f"[{self.page_unit}]" if self.page_unit else ""
+        return " ".join(part for part in (self.words and say(self.words), say(self.label), unit) if part)
 
 
 SPEC: Final = "spec"
 """Key of the metadata of a field."""
 
 
-def number(default: T, key: str, label: str, text: str, *scale: Any) -> T:
+def number(default: T, key: str, label: str, text: str, *scale: Any, words: str = "") -> T:
     """Declare a number; `scale`: unit, bounds and step, then unit and scale on the page, as in `Spec`."""
-    return field(default=default, metadata={SPEC: Spec(key, label, text, *scale)})
+    return field(default=default, metadata={SPEC: Spec(key, label, text, *scale, words=words)})
 
 
-def flag(key: str, label: str, text: str, default: bool = False) -> bool:
+def flag(key: str, label: str, text: str, default: bool = False, words: str = "") -> bool:
     """Declare a setting that is on or off."""
-    return field(default=default, metadata={SPEC: Spec(key, label, text)})
+    return field(default=default, metadata={SPEC: Spec(key, label, text, words=words)})
 
 
 def choice(default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:

@@ -60,39 +60,43 @@ class LawSettings:
         "Closest pair (paper)", "Smooth minimum", "Smooth everywhere",
     )  # fmt: skip
     critical_distance: float = number(
-        0.15, "dm", "d_m", "Critical distance: below it avoidance has full priority.", "m", 0.03, 0.30, 5.0, "mm", 1000.0
-    )
-    order: float = number(6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5)
+        0.15, "dm", "d_m", "Critical distance: below it avoidance has full priority.",
+        "m", 0.03, 0.30, 5.0, "mm", 1000.0, words="critical distance",
+    )  # fmt: skip
+    order: float = number(6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5, words="order")
     nominal_velocity: float = number(
         0.30, "v", "v", "Speed of retreat at full priority; a hand faster than this gets closer than d_m.",
-        "m/s", 0.0, 1.0, 0.01, "m/s",
+        "m/s", 0.0, 1.0, 0.01, "m/s", words="speed of retreat",
     )  # fmt: skip
     beta: float = number(
         100.0, "beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.",
-        "1/m", 20.0, 400.0, 5.0, "1/m",
+        "1/m", 20.0, 400.0, 5.0, "1/m", words="sharpness",
     )  # fmt: skip
     convexity: float = number(
         1e-4, "eps", "ε", "Rounds the distance of two parallel links; larger is smoother, and keeps a little more distance.",
-        "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6,
+        "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6, words="rounding",
     )  # fmt: skip
-    feed_forward: bool = flag("ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v.")
+    feed_forward: bool = flag(
+        "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v.", words="feed-forward:"
+    )
     one_sided: bool = flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
     coupled: bool = flag(
         "coupled", "coupled", "Where both arms keep clear: one row over the joints of both, instead of one row an arm."
     )
     influence_distance: float = number(
         0.30, "d0", "d_0", "Where null-space avoidance, the potential field and task activation begin to act.",
-        "m", 0.05, 0.60, 5.0, "mm", 1000.0,
+        "m", 0.05, 0.60, 5.0, "mm", 1000.0, words="influence distance",
     )  # fmt: skip
     field_strength: float = number(
-        0.005, "eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s"
+        0.005, "eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s", words="field strength"
     )
     barrier_gain: float = number(
-        5.0, "gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.", "1/s", 0.1, 40.0, 0.1, "1/s"
-    )
+        5.0, "gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.",
+        "1/s", 0.1, 40.0, 0.1, "1/s", words="barrier gain",
+    )  # fmt: skip
     restoring_gain: float = number(
         5.0, "kr", "k_r", "How fast the set-based task returns to d_m from below; 0 freezes the distance.",
-        "1/s", 0.0, 40.0, 0.5, "1/s",
+        "1/s", 0.0, 40.0, 0.5, "1/s", words="restoring gain",
     )  # fmt: skip
 
 
@@ -177,15 +181,23 @@ class RunSettings:
     clip: ClipName = choice(
         "medley", ClipName, "clip", "clip", "What the built-in person does.", "All in turn", "Wave", "Clap", "Cross", "Reach"
     )
-    gain: float = number(2.0, "k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s")
+    gain: float = number(
+        2.0, "k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s", words="task gain"
+    )
     overdrive: float = number(
-        1.0, "kx", "K times", "Multiplies K of the single arm, to see what happens where K dt > 2.", "", 1.0, 10.0, 0.5
-    )
+        1.0, "kx", "K times", "Multiplies K of the single arm, to see what happens where K dt > 2.",
+        "", 1.0, 10.0, 0.5, words="task gain:",
+    )  # fmt: skip
     hand_speed: float = number(
-        0.25, "wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.", "m/s", 0.05, 1.0, 0.01, "m/s"
+        0.25, "wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.",
+        "m/s", 0.05, 1.0, 0.01, "m/s", words="speed limit",
+    )  # fmt: skip
+    dt: float = number(
+        0.005, "dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0, words="time step"
     )
-    dt: float = number(0.005, "dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0)
-    limit_gain: float = number(10.0, "g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s")
+    limit_gain: float = number(
+        10.0, "g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s", words="joint-stop gain"
+    )
     bounds: BoundsTreatment = choice(
         "distance", BoundsTreatment, "bounds", "bounds",
         "What is kept when joints meet their bounds: the distance rate; the direction of q̇; or the hand's velocity, too, by joints "

@@ -25,6 +25,20 @@ class JointTarget(NamedTuple):
     positions: Array
 
 
+class LinkTarget(NamedTuple):
+    """Where the person pulls a point of a link of the arm that they hold.
+
+    Attributes:
+        joint: that the link turns with, counted from 1 along the arm.
+        offset: of the point in the joint's frame (3,) [m].
+        position: where the point is pulled to (3,), world [m].
+    """
+
+    joint: int
+    offset: Array
+    position: Array
+
+
 class BallTarget(NamedTuple):
     """Where the person wants the ball: its middle (3,), world [m]."""
 
@@ -41,4 +55,4 @@ class AnglesTarget(NamedTuple):
     angles: Array | None
 
 
-Target = HandTarget | JointTarget | BallTarget | AnglesTarget
+Target = HandTarget | JointTarget | LinkTarget | BallTarget | AnglesTarget

@@ -146,13 +146,19 @@ def page_at(browser: Browser, request: pytest.FixtureRequest) -> Iterator[PageAt
     """`page_at(width, height, expect=(…))` opens an empty tab of that size.
 
     A console error or an uncaught exception in the page fails the test, unless it matches one of the regular expressions in
-    `expect`. A failed test leaves a picture of every tab in the artefact folder.
+    `expect`. A newcomer sees the welcome, as once in a browser; others have seen it. A failed test leaves a picture of every tab in the
+    artefact folder.
     """
     complaints: list[str] = []
     pages: list[Page] = []
 
-    def open_page(width: int = 800, height: int = 600, *, expect: Sequence[str] = (), **options: Any) -> Page:
-        page = browser.new_context(viewport={"width": width, "height": height}, **options).new_page()
+    def open_page(
+        width: int = 800, height: int = 600, *, expect: Sequence[str] = (), newcomer: bool = False, **options: Any
+    ) -> Page:
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        if not newcomer:
+            context.add_init_script("try { localStorage.setItem('duetWelcome', '1'); } catch {}")
+        page = context.new_page()
         page.context.set_default_timeout(60_000)
         listen(page, complaints, *expect)
         pages.append(page)

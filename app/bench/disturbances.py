@@ -53,8 +53,7 @@ async def _set(
     """Set a control to the values in turn; without choices, to all of its own."""
     spec = specs(Settings)[key]
     given = choices or tuple(choice for choice in spec.choices if choice != "own")
-    label = f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
-    uuid = visitor.mirror.labelled(label)["uuid"]
+    uuid = visitor.mirror.labelled(spec.title())["uuid"]
 
     async def send(number: int) -> None:
         value = given[number % len(given)]
@@ -104,11 +103,12 @@ async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> No
 
 
 async def _drag(visitor: HeadlessClient, seconds: float) -> None:
-    name = "/gizmo/hand"
-    x, y, z = visitor.mirror.nodes[name]["position"]
-    await visitor.move_gizmo(name, phase="start")
-    await _paced(FLOOD_RATE, seconds, lambda i: visitor.move_gizmo(name, (x + 0.1 * (i % 2), y, z)))
-    await visitor.move_gizmo(name, phase="end")
+    """Pull the last link of the visitor's arm to and fro."""
+    name = max(visitor.mirror.grabbable, key=len)
+    x, y, z = place = (0.3, 0.0, 1.0)
+    await visitor.pull(name, "start", place, place)
+    await _paced(FLOOD_RATE, seconds, lambda i: visitor.pull(name, "update", place, (x + 0.1 * (i % 2), y, z)))
+    await visitor.pull(name, "end", place, place)
 
 
 async def _send_heavy(visitor: HeadlessClient, seconds: float, content: bytes) -> None:

@@ -154,6 +154,13 @@ class HeadlessClient:
             message |= {"type": f"TransformControlsDrag{phase.capitalize()}Message"}
         await self.send(message)
 
+    async def pull(self, name: str, phase: str, taken: object, to: object) -> None:
+        """One step of pulling a scene node; `phase` is "start", "update" or "end"; `taken`, `to`: (3,), world [m]."""
+        middle = {"start_screen_pos": (0.5, 0.5), "end_screen_pos": (0.5, 0.5), "instance_index": None}
+        pulled = {"start_position": taken, "end_position": to, "button": "left", "modifier": None}
+        owner = self.mirror.nodes[name].get("owner", "")
+        await self.send({"type": "SceneNodeDragMessage", "name": name, "owner": owner, "phase": phase, **middle, **pulled})
+
     async def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
         """Return as soon as `predicate(self)` is true; it is asked again after every frame and at the end of the connection.
 

@@ -71,6 +71,8 @@ class Mirror:
             self._node(message)["wxyz"] = tuple(message["wxyz"])
         elif kind == "SetSceneNodeVisibilityMessage":
             self._node(message)["visible"] = message["visible"]
+        elif kind == "SetSceneNodeDragBindingsMessage":
+            self._node(message)["grabbable"] = bool(message["bindings"])
         elif kind == "RemoveSceneNodeMessage":
             self.nodes.pop(message["name"], None)
         elif "props" in message and "uuid" in message:
@@ -80,6 +82,11 @@ class Mirror:
 
     def _node(self, message: dict[str, Any]) -> dict[str, Any]:
         return self.nodes.setdefault(message["name"], {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.0)})
+
+    @property
+    def grabbable(self) -> set[str]:
+        """Names of the scene nodes that can be taken hold of."""
+        return {name for name, node in list(self.nodes.items()) if node.get("grabbable") and "owner" in node}
 
     def labelled(self, label: str, kind: str = "") -> dict[str, Any]:
         """The GUI element with this label, and of this kind (such as "GuiSliderMessage") if given.

@@ -118,6 +118,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
             view.attempts,
         ),
         drawing_verdict=curves.verdict.text if curves is not None and curves.verdict is not None else "",
+        because=progress.because,
     )
     return entry, run
 

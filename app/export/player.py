@@ -23,6 +23,7 @@ from app.i18n.speaking import spoken, tr
 from app.lessons.runs import page_value
 from app.recording.provenance import made_here
 from app.settings import PageSettings
+from app.stage.contact_skin import contact_assets
 from app.web.page_assets import PageAssets, software_rendering, translation
 from app.web.viser_internals import VISER_VERSION, client_html
 from scenes.inputs import Recorded
@@ -67,7 +68,7 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
         f"{law}; dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {run.law.order:g}, v = {run.law.nominal_velocity:g} m/s, "
         f"K = {run.gain:g}/s; Duet {made_here()['duet']}"
     )
-    assets = translation() + software_rendering()
+    assets = translation() + software_rendering() + contact_assets()
     assets += PageAssets((_HERE / "embedded_scene.js",), constants={"scene": scene, "dark": dark})
     head = (
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from app.export.thinning import thinned
 from app.i18n.speaking import tr
 from app.plots.pair_strips import ROWS, pair_name
 from app.plots.plot_choice import cells
@@ -27,17 +28,14 @@ from scenes.rerun import Stopped, never
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
-POINTS: Final = 1_600
-"""Of a line at most. Each point has the smallest d and the largest e² of the steps before it, so that no dip is lost."""
-
 MOMENTS: Final = 240
 """At which section III is looked at."""
 
 NOT_OVER_TIME: Final = ("curve", "laws")
 """What can be chosen beside the first two plots and is not over time."""
 
-OF_OTHER_RUNS: Final = ("map", "safety")
-"""What can be chosen there and does not show this run: left out."""
+OF_OTHER_RUNS: Final = ("map", "safety", "microscope")
+"""What can be chosen there and is not of this run alone: left out."""
 
 
 @dataclass(frozen=True)
@@ -245,19 +243,6 @@ class Curves:
             Stroke("1 − λρ²", self._palette.activation, 1.8, (7.0, 4.0), np.array(survival)),
         )
         return Panel(title, "", self.times[picked], strokes, None, positive=False)
-
-
-def thinned(table: Array) -> tuple[Array, np.ndarray]:
-    """Return at most `POINTS` rows of a table, and which ones they are (k,): the last of each bin, with its smallest d and largest e²."""
-    count = len(table)
-    ends = np.arange(count) if count <= POINTS else np.unique(np.linspace(0, count - 1, POINTS).astype(int))
-    rows = table[ends].copy()
-    if count > POINTS:
-        starts = np.concatenate([[0], ends[:-1] + 1])
-        rows[:, COLUMN["d"]] = np.minimum.reduceat(table[:, COLUMN["d"]], starts)
-        for name in ("e2", "e2_b"):
-            rows[:, COLUMN[name]] = np.maximum.reduceat(table[:, COLUMN[name]], starts)
-    return rows, ends
 
 
 def plain(html: str) -> str:

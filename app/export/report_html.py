@@ -40,6 +40,7 @@ class ReportEntry:
         drawing_verdict: how near it came.
         record: the same for a program, see `records_html`.
         plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
+        because: the student's reason for the prediction.
     """
 
     title: str
@@ -58,6 +59,7 @@ class ReportEntry:
     drawing: str = ""
     drawing_verdict: str = ""
     record: StepRecord | None = None
+    because: str = ""
 
 
 def report_html(
@@ -115,8 +117,13 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     if entry.drawing:
         _check_svg(entry.drawing)
         add(tr("Drawn"), f'<figure class="drawing">{entry.drawing}</figure>{html.escape(entry.drawing_verdict)}')
-    if entry.outcome:
-        add(tr("Measured"), _list([rich(line) for line in entry.outcome]))
+    measured = _list([rich(line) for line in entry.outcome])
+    if entry.because.strip():
+        reason = f"<div><b>{html.escape(tr('Because'))}</b><p>{html.escape(entry.because)}</p></div>"
+        outcome = f"<div><b>{html.escape(tr('Measured'))}</b>{measured}</div>" if entry.outcome else ""
+        add(tr("Reason and outcome"), f'<div class="beside">{reason}{outcome}</div>')
+    elif entry.outcome:
+        add(tr("Measured"), measured)
     if entry.verdict:
         add(tr("Verdict"), rich(entry.verdict))
     if entry.passed is not None:

@@ -79,7 +79,7 @@ class PrivateHost:
         before = [visitor for visitor in self.visitors.values() if same_tab(visitor.query, query)]
         if before:
             settings = before[-1].session.settings
-        visitor = yield from open_visitor(context, client, settings, problems, context.store.find(query))
+        visitor = yield from open_visitor(context, client, settings, problems, context.store.find(query), welcomes=True)
         if before and not visitor.lessons.open and before[-1].session.settings == settings:
             # Whether the earlier connection is broken cannot be known yet: a tab may have been doubled, and keeps its own session.
             visitor.session.go_on_from(before[-1].session)

@@ -14,6 +14,7 @@ from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.operation import Operation
+from app.page.panels.welcome import Welcome, is_for_newcomers
 from app.page.view import View
 from app.session.clock import budget_of
 from app.session.frame import freeze, make_frame
@@ -27,6 +28,7 @@ class Visitor:
 
     Args:
         problems: what is wrong with the visitor's link.
+        welcomes: whether a newcomer is greeted.
         parked: the visitor's own session and lessons, claimed from the store; None for new ones.
 
     Attributes:
@@ -42,9 +44,12 @@ class Visitor:
         problems: tuple[str, ...] = (),
         record: VisitorRecord | None = None,
         parked: tuple[Session, LessonSession] | None = None,
+        welcomes: bool = False,
     ) -> None:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, request_query(client)
+        self._welcomes = welcomes and parked is None and is_for_newcomers(self.query)
+        self._welcome: Welcome | None = None
         self.is_back, self.superseded = parked is not None, False
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         self._browser: Language = browser_language(client)
@@ -67,12 +72,17 @@ class Visitor:
             yield
             set_language(self.language)
             self.operation = Operation(client, self.session, self.view)
+            self._greet()
             yield
             set_language(self.language)
             self.view.welcome(client)
             if not self.is_back:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
+
+    def _greet(self) -> None:
+        if self._welcomes and self.lessons.book.lessons:
+            self._welcome = Welcome(self.client.gui, self.session, self.lessons)
 
     def _translate(self) -> None:
         """Build the page again in another language; the session and the lessons go on where they are."""
@@ -87,6 +97,7 @@ class Visitor:
             self.client.gui.reset()
             self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
             self.operation = Operation(self.client, self.session, self.view)
+            self._greet()
             self.view.welcome(self.client)
 
     def frame(self, now: float, elapsed: float, sessions: int) -> None:
@@ -98,6 +109,8 @@ class Visitor:
         with self.client.atomic():
             self.view.show(frame)
             self.operation.show(frame)
+            if self._welcome is not None:
+                self._welcome.show()
         self.client.flush()
 
     def save(self) -> None:
@@ -122,13 +135,14 @@ def open_visitor(
     settings: Settings,
     problems: tuple[str, ...] = (),
     record: VisitorRecord | None = None,
+    welcomes: bool = False,
 ) -> Generator[None, None, Visitor]:
     """Build the page of a visitor who has connected piece by piece, and return the visitor; see `Visitor` for the arguments."""
     query = request_query(client)
     parked = context.store.claim(query)
     visitor: Visitor | None = None
     try:
-        visitor = Visitor(context, client, settings, problems, record, parked)
+        visitor = Visitor(context, client, settings, problems, record, parked, welcomes)
         yield
         yield from visitor.build()
     except BaseException:

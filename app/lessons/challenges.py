@@ -11,6 +11,7 @@ from app.lessons.measures.quantity import QUANTITIES, checked_parameters, read_p
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, read_start
+from scenes.null_motions import has_null_motions
 from scenes.room import room_of
 from scenes.settings import LawName, specs
 
@@ -80,12 +81,17 @@ def read_challenge(table: Table, setup: Setup) -> Challenge | None:
         changes = read_changes(entry)
         within = entry.number("within", 0.05, 1e-6, 1.0)
         forecasts.append(Forecast(read_measurement(entry, run), changes, within))
-    custom_law, keep = given.flag("own_law"), given.text("keep", "", 40)
+    custom_law, keep, sliders = given.flag("own_law"), given.text("keep", "", 40), given.flag("null_motions")
+    if sliders and (run.run.scene != "solo" or run.run.path != "stay" or not has_null_motions(room_of(run.run).arms[0])):
+        raise given.fault("null_motions", "null_motions needs the scene solo, the path stay, and a robot of 7 joints.")
+    search = given.choice("search", [key for key, spec in specs().items() if not spec.choices], "") if given.has("search") else ""
+    if search and not criteria:
+        raise given.fault("search", "search plots tries against the first inequality; add [[challenge.criterion]].")
     if not criteria and not forecasts and not custom_law:
         raise given.fault("criterion", "the challenge asks for nothing; add [[challenge.criterion]] or [[challenge.forecast]].")
     no_doubles(given, "criterion", [c.measurement.id for c in criteria] + [f.measurement.id for f in forecasts])
     given.close()
-    return Challenge("", run, criteria, tuple(forecasts), custom_law, keep)
+    return Challenge("", run, criteria, tuple(forecasts), custom_law, keep, sliders, search)
 
 
 def _criterion(table: Table, setup: Setup) -> Criterion:

@@ -7,6 +7,7 @@ from time import perf_counter
 from typing import Final, Literal
 
 from app.custom_law import template
+from app.lessons import FOLDER
 from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
 from app.lessons.law_challenge import StandIn, examine, stand_in
 from app.lessons.lesson import Challenge, Lesson, LessonBook, Step, Trial
@@ -69,6 +70,10 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
     wrong = sum(walk.wrong and walk.ok for walk in walks if walk.kind in ("answer", "attempt"))
     text = f"{wrong} wrong paths fail as declared; at least {WRONG_PATHS} are asked for"
     walks.append(Walk(lesson.id, "", "lesson", "wrong paths", False, wrong >= WRONG_PATHS, text, 0.0))
+    unsaid = [name for name, text in (("Promise", lesson.promise), ("Learned", lesson.learned)) if not text]
+    if unsaid and lesson.steps[0].setup.folder == FOLDER:
+        text = f"no “### {unsaid[0]}” under the title: the list of lessons shows it"
+        walks.append(Walk(lesson.id, "", "lesson", "list", False, False, text, 0.0))
     untried = [s.id for s in lesson.steps if s.challenge is not None and not any(not t.fails for t in s.trials)]
     if untried:
         text = f"no declared attempt passes the challenge of {', '.join(untried)}"

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from app.lessons.curve_drawing import Drawing
-from app.lessons.measures.quantity import Value, shown_value
+from app.lessons.measures.quantity import Value, shown_value, significant_digits
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
 from app.settings import Language
@@ -13,7 +13,7 @@ from controllers.errors import BadSetting, LazyText
 Camera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
 
-_ALWAYS: Final = ("joints", "rates")
+_ALWAYS: Final = ("joints", "rates", "microscope")
 _OBSTACLE: Final = ("distance", "error", "lambda", *_ALWAYS, "speeds", "curve", "laws", "pairs", "stability")
 
 PLOTS: Final[dict[str, tuple[str, ...]]] = {
@@ -63,8 +63,8 @@ class Measurement:
     compare: tuple[Compared, ...] = ()
 
     def text(self, value: Value) -> str:
-        """Return a value as it is read, with its unit."""
-        return shown_value(value, self.name, self.unit, self.digits)
+        """Return a value as it is read, with two significant digits and its unit."""
+        return shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
 
 
 @dataclass(frozen=True)
@@ -156,6 +156,8 @@ class Challenge:
         criteria: all must hold.
         forecasts: all must be near enough.
         own_law: whether a controller of the student's own is to pass the six tests of `app.custom_law.trials`.
+        null_motions: whether the student has a slider for each of the arm's motions that leave the hand where it is.
+        search: key of the setting that the student looks for by trying, so that the tries are plotted; "" if none is.
         keep: name under which the student's motion is kept for a later step; "" if it is not.
     """
 
@@ -165,6 +167,8 @@ class Challenge:
     forecasts: tuple[Forecast, ...]
     custom_law: bool
     keep: str
+    null_motions: bool = False
+    search: str = ""
 
 
 @dataclass(frozen=True)
@@ -242,6 +246,7 @@ class Lesson:
         language: of its texts.
         equations: of the paper, as a person reads them, such as "1–6".
         minutes: how long it takes.
+        promise, learned: what a student will be able to say, and what they have learned at the end; "" if the file does not say it.
         steps: at least one.
     """
 
@@ -253,6 +258,8 @@ class Lesson:
     goal: str
     equations: str
     minutes: int
+    promise: str
+    learned: str
     steps: tuple[Step, ...]
 
 

@@ -10,8 +10,8 @@ from typing import Final
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Lesson, LessonBook, LessonProblem, Step
-from app.lessons.markdown import Fault, Sheet, StepPart, read_items, read_sheet
-from app.lessons.steps import check_head, read_lesson, read_step, step_texts
+from app.lessons.markdown import Chapter, Fault, Sheet, read_items, read_sheet
+from app.lessons.steps import check_head, head_texts, read_lesson, read_step, step_texts
 from app.settings import Language
 from app.text.picture import picture_problems
 from scenes.files import read_file
@@ -129,7 +129,11 @@ def _read(path: Path, number: int, id: str) -> Lesson:
         if any(other.id == step.id for other in steps):
             raise Fault(part.line, f"two steps are called {step.id}; give one of them another id.")
         steps.append(step)
-    return Lesson(id, number, path.name, "en", sheet.head.title, sheet.head.text, common.equations, common.minutes, tuple(steps))
+    head = sheet.head
+    promise, learned = head_texts(head)
+    return Lesson(
+        id, number, path.name, "en", head.title, head.text, common.equations, common.minutes, promise, learned, tuple(steps)
+    )
 
 
 def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[LessonProblem]) -> Lesson:
@@ -145,7 +149,17 @@ def _translated(folder: Path, lesson: Lesson, language: Language, problems: list
     except Fault as fault:
         problems.append(LessonProblem(path.name, fault.line, fault.message))
         return lesson
-    return replace(lesson, language=language, title=sheet.head.title, goal=sheet.head.text, steps=steps)
+    head = sheet.head
+    promise, learned = head_texts(head)
+    return replace(
+        lesson,
+        language=language,
+        title=head.title,
+        goal=head.text,
+        promise=promise or lesson.promise,
+        learned=learned or lesson.learned,
+        steps=steps,
+    )
 
 
 def _compare(sheet: Sheet, lesson: Lesson) -> None:
@@ -157,7 +171,7 @@ def _compare(sheet: Sheet, lesson: Lesson) -> None:
             raise Fault(part.blocks[0].line, f"a translation carries texts only; the blocks stay in {lesson.file}.")
 
 
-def _with_texts(step: Step, part: StepPart) -> Step:
+def _with_texts(step: Step, part: Chapter) -> Step:
     texts = step_texts(part, step)
     question = step.question
     if question is not None:

@@ -7,6 +7,9 @@ from typing import Final
 SECTIONS: Final = ("Goal", "Predict", "Do", "Observe", "Explain", "Challenge", "Hints")
 """Headings within a step, in their order."""
 
+HEAD_SECTIONS: Final = ("Promise", "Learned")
+"""Headings under a lesson's title, in their order."""
+
 _FENCE: Final = re.compile(r"^ {0,3}(`{3,}|~{3,})\s*([\w-]*)\s*$")
 _HEADING: Final = re.compile(r"^(#{1,6})\s+(.*?)\s*#*\s*$")
 ITEM: Final = re.compile(r"^ {0,3}(\d{1,3})[.)]\s+(\S.*)$")
@@ -52,8 +55,8 @@ class SheetPart:
 
 
 @dataclass
-class StepPart(SheetPart):
-    """A step: what stands before its first section, and the sections by name."""
+class Chapter(SheetPart):
+    """A step, or what stands under the title: the text before its first section, and the sections by name."""
 
     sections: dict[str, SheetPart] = field(default_factory=dict)
 
@@ -62,8 +65,8 @@ class StepPart(SheetPart):
 class Sheet:
     """A whole file: what stands under the title, and the steps."""
 
-    head: SheetPart
-    steps: list[StepPart]
+    head: Chapter
+    steps: list[Chapter]
 
 
 @dataclass(frozen=True)
@@ -81,8 +84,8 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
     Raises:
         Fault: a heading is missing or out of place, or a fence is left open.
     """
-    head: SheetPart | None = None
-    steps: list[StepPart] = []
+    head: Chapter | None = None
+    steps: list[Chapter] = []
     here: SheetPart | None = None
     fence, block, opened = "", None, 0
     for number, line in enumerate(text.splitlines(), 1):
@@ -102,7 +105,7 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
             fence, opened = found[1], number
             if found[2] == marker:
                 block = DataBlock(number + 1)
-                (steps[-1] if steps else here).blocks.append(block)
+                (steps[-1] if steps else head or here).blocks.append(block)
             else:
                 here.lines.append(line)
             continue
@@ -119,14 +122,14 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
         if level == 1:
             if head is not None:
                 raise Fault(number, "there is a second title; a file holds one lesson, its steps begin with ##.")
-            here = head = SheetPart(title, number)
+            here = head = Chapter(title, number)
         elif head is None:
             raise Fault(number, "a step stands before the title; begin the file with a line like “# Title”.")
         elif level == 2:
-            here = StepPart(title, number)
+            here = Chapter(title, number)
             steps.append(here)
         elif level == 3:
-            here = _section(steps, title, number)
+            here = _section(steps[-1] if steps else head, SECTIONS if steps else HEAD_SECTIONS, title, number)
         elif here is not None:
             here.lines.append(line)
     if fence:
@@ -138,18 +141,15 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
     return Sheet(head, steps)
 
 
-def _section(steps: list[StepPart], title: str, number: int) -> SheetPart:
-    if not steps:
-        raise Fault(number, f"“### {title[:40]}” stands outside any step; begin a step with ##.")
-    step = steps[-1]
-    if title not in SECTIONS:
-        raise Fault(number, f"there is no section “{title[:40]}”; choose from {', '.join(SECTIONS)}.")
-    if title in step.sections:
-        raise Fault(number, f"the section “{title}” is there twice; a step has each once.")
-    if step.sections and SECTIONS.index(title) < max(SECTIONS.index(name) for name in step.sections):
-        raise Fault(number, f"“{title}” comes too late; the order is {', '.join(SECTIONS)}.")
-    step.sections[title] = SheetPart(title, number)
-    return step.sections[title]
+def _section(chapter: Chapter, known: tuple[str, ...], title: str, number: int) -> SheetPart:
+    if title not in known:
+        raise Fault(number, f"there is no section “{title[:40]}” here; choose from {', '.join(known)}.")
+    if title in chapter.sections:
+        raise Fault(number, f"the section “{title}” is there twice; write each once.")
+    if chapter.sections and known.index(title) < max(known.index(name) for name in chapter.sections):
+        raise Fault(number, f"“{title}” comes too late; the order is {', '.join(known)}.")
+    chapter.sections[title] = SheetPart(title, number)
+    return chapter.sections[title]
 
 
 def read_items(part: SheetPart) -> tuple[str, tuple[Item, ...]]:

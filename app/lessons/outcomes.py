@@ -1,6 +1,6 @@
 """What came out: measured numbers, verdicts on predictions, judgements on challenges. Pure functions of evidence."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from app.i18n.catalogue import words_of
@@ -9,7 +9,7 @@ from app.lessons.curve_drawing import true_curve
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of, label_text
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
-from app.lessons.measures.quantity import Value, measure
+from app.lessons.measures.quantity import Value, measure, shown_value
 from app.lessons.reference_runs import comparisons, drawn, measured, wanted
 from app.lessons.runs import Pairs, Setup, changes_text, settings_text, value_text
 from app.lessons.texts import Measured
@@ -45,13 +45,17 @@ class StepOutcome:
         """Return the values by the identity of their measurement."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 
-    def lines(self, step: Step, language: Language) -> tuple[str, ...]:
-        """Return every number with its name as a person reads it, and what has to be said about the run."""
+    def lines(self, step: Step, language: Language, tabled: Collection[str] = ()) -> tuple[str, ...]:
+        """Return every number with its name as a person reads it, and what has to be said about the run.
+
+        Args:
+            tabled: identities of measurements whose comparisons are read in a table elsewhere.
+        """
         lines, words = list[str](), words_of(language)
         for m, found in zip(step.measurements, self.values, strict=True):
             parts = [f"{label_of(m, language)}: {m.text(found[0])}"]
             for compared, value in zip(m.compare, found[1:], strict=True):
-                if value is not None:
+                if value is not None and m.id not in tabled:
                     differs = compared_text(compared, language)
                     parts.append(words(N_("with {settings}: {value}"), settings=differs, value=m.text(value)))
             lines.append("; ".join(parts) + ".")
@@ -208,7 +212,7 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
 def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
     if m.name == "setting" and value is not None:
         return value_text(str(dict(m.parameters)["key"]), setting_value(str(dict(m.parameters)["key"]), value))
-    return Measurement(m.id, m.name, m.parameters, m.unit, m.digits if digits is None else digits).text(value)
+    return shown_value(value, m.name, m.unit, m.digits if digits is None else digits)
 
 
 def setting_value(key: str, value: float) -> object:

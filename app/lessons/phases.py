@@ -40,6 +40,13 @@ def first_phase(step: Step, done: StepProgress) -> Phase:
     return Phase.DO if phases[0] is Phase.PREDICT and done.predicted else phases[0]
 
 
+def is_finished(step: Step, done: StepProgress) -> bool:
+    """Return whether a step is finished: its challenge is passed, or without one its outcome has been seen."""
+    if step.challenge is not None:
+        return done.passed
+    return done.outcome is not None or (not step.measurements and not done.untouched)
+
+
 def furthest_phase(step: Step, done: StepProgress) -> Phase:
     """Return the last phase that a student has reached."""
     phases = phases_of(step)

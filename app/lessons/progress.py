@@ -3,7 +3,7 @@
 import json
 import math
 from dataclasses import asdict, dataclass, field
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import Attempt, Judgement, StepOutcome
@@ -17,6 +17,27 @@ VERSION: Final = 1
 MOST_WORDS: Final = 4000
 """Characters of a student's own words in a step."""
 
+LONGEST_REASON: Final = 200
+"""Characters of the reason that a student gives for a prediction."""
+
+
+MOST_TRIES: Final = 30
+"""Newest tries of a search that are remembered."""
+
+
+class Try(NamedTuple):
+    """One try at a challenge that asks for the value of a setting.
+
+    Attributes:
+        setting: its value, SI.
+        measured: what the first inequality is about, SI.
+        met: whether it held.
+    """
+
+    setting: float
+    measured: float
+    met: bool
+
 
 @dataclass
 class StepProgress:
@@ -29,6 +50,9 @@ class StepProgress:
         hints: how many are open.
         attempts: how often the challenge was tried.
         last: the newest attempt.
+        words: of the student, about the whole step.
+        because: the student's reason for the prediction.
+        tries: at a challenge that asks for the value of a setting, oldest first.
     """
 
     choice: int | None = None
@@ -39,6 +63,8 @@ class StepProgress:
     passed: bool = False
     last: Attempt | None = None
     words: str = ""
+    because: str = ""
+    tries: tuple[Try, ...] = ()
     drawing: Curve = ()
 
     @property
@@ -110,6 +136,8 @@ def from_json(text: str) -> Progress:
                 entry.get("passed") is True,
                 _attempt(entry.get("last")),
                 str(entry.get("words") or "")[:MOST_WORDS],
+                str(entry.get("because") or "")[:LONGEST_REASON],
+                _tries(entry.get("tries")),
                 _curve(entry.get("drawing")),
             )
     return progress
@@ -160,6 +188,12 @@ def _pairs(data: object) -> Pairs:
         and isinstance(pair[1], (str, int, float))
         and (not known[pair[0]].choices or pair[1] in known[pair[0]].choices)
     )
+
+
+def _tries(data: object) -> tuple[Try, ...]:
+    found = [row for row in data if isinstance(row, list) and len(row) == 3] if isinstance(data, list) else []
+    numbers = [(_value(setting), _value(measured), met is True) for setting, measured, met in found[-MOST_TRIES:]]
+    return tuple(Try(a, b, met) for a, b, met in numbers if a is not None and b is not None)
 
 
 def _attempt(data: object) -> Attempt | None:

@@ -13,13 +13,17 @@ from app.lessons.room_places import RoomPlace, ball_centre
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.autopilot import quintic
+from scenes.null_motions import NullMotions
 from scenes.roles import TargetSource
 from scenes.room import BALL_RADIUS, POINT_RADIUS
 from scenes.simulation import Simulation
-from scenes.targets import BallTarget, HandTarget, Target
+from scenes.targets import BallTarget, HandTarget, JointTarget, Target
 
 Motion = Callable[[float], Target]
 """The target at a time [s]."""
+
+POSTURES: Final = 150
+"""Postures on the way along one null-space motion."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +114,24 @@ def elbow_to(simulation: Simulation, angle: float = 0.4, period: float = 8.0) ->
     return motion
 
 
+def null_motions(
+    simulation: Simulation, swing: float = 0.5, x: float = 0.0, y: float = 0.0, z: float = 0.0, seconds: float = 3.0
+) -> Motion:
+    """The arm goes along its null-space motions one after another and stays there, while the hand stays where it is.
+
+    Parameters: swing of the elbow; x, y, z, turns of the hand about these axes [rad]; seconds for each of the four [s].
+    """
+    motions = NullMotions(simulation.room, simulation.avoiding, simulation.positions)
+    shares = [quintic(i / POSTURES)[0] for i in range(1, POSTURES + 1)]
+    postures = [motions.joints]
+    postures += [motions.go(i, way * share) for i, way in enumerate((swing, x, y, z)) for share in shares]
+
+    def motion(time: float) -> Target:
+        return JointTarget(postures[min(round(max(time, 0.0) / max(seconds, 1e-3) * POSTURES), len(postures) - 1)])
+
+    return motion
+
+
 def ball_to(simulation: Simulation, place: RoomPlace, speed: float = 0.2, after: float = 0.0) -> Motion:
     """The ball goes straight to a place at a constant speed, and stays there.
 
@@ -174,6 +196,7 @@ SCRIPTS: Final[dict[str, ScriptEntry]] = {
     "hand_to": ScriptEntry(hand_to, ("hold", "master_slave", "solo")),
     "hand_circle": ScriptEntry(hand_circle, ("hold", "master_slave", "solo")),
     "elbow_to": ScriptEntry(elbow_to, ("solo",)),
+    "null_motions": ScriptEntry(null_motions, ("solo",)),
     "ball_to": ScriptEntry(ball_to, ("ball",)),
     "ball_push": ScriptEntry(ball_push, ("ball",)),
     "ball_circle": ScriptEntry(ball_circle, ("ball",)),

@@ -5,17 +5,22 @@ from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
+from app.lessons.contrast import Contrast, contrast_of
 from app.lessons.curve_drawing import DrawnCurves, judge_drawing
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
-from app.lessons.phases import Phase, phases_of
-from app.lessons.progress import StepProgress
+from app.lessons.phases import Phase, is_finished, phases_of
+from app.lessons.progress import StepProgress, Try
 from app.lessons.runs import settings_text
-from app.lessons.texts import asks_for_numbers, filled
+from app.lessons.texts import asks_for_numbers, filled, tabled
 from app.settings import Language
 
 _AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
 """Texts that are read after the run."""
+
+
+PLOTTED_TRIES: Final = 3
+"""So many tries at a search are plotted."""
 
 
 @dataclass(frozen=True)
@@ -28,16 +33,20 @@ class StepView:
         texts: (phase or "goal", text), those that may be seen by now, in order.
         choices: the answers; empty where nothing is asked.
         chosen: index of the answer given.
+        because: the student's reason for it, as it was typed.
         drawing: what is drawn, beside the truth once the outcome is known; None where no curve is asked for.
         locked: whether Run is locked, because nothing is predicted yet.
         verdict: what is said to the answer, once the outcome is known.
         outcome: lines with what was measured.
         why_outcome: lines with what was measured in the run that shows why the answer is wrong.
         why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
+        contrast: in what that run differs, while it is on.
         challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
+        tries: at a challenge that asks for the value of a setting, once there are enough of them to be plotted.
         forecasts: what the student has to say beforehand, one line each.
         hints: those that are open; `more_hints` if there are others.
         yours: whether the student moves.
+        lesson_finished: whether this is the end of the lesson's last step, and the step is finished.
         can_next, can_back: whether there is something in that direction.
     """
 
@@ -50,6 +59,7 @@ class StepView:
     texts: tuple[tuple[str, str], ...]
     choices: tuple[str, ...]
     chosen: int | None
+    because: str
     drawing: DrawnCurves | None
     locked: bool
     verdict: AnswerVerdict | None
@@ -57,14 +67,17 @@ class StepView:
     why_outcome: tuple[str, ...]
     why: bool
     showing: bool
+    contrast: Contrast | None
     challenge: bool
     attempts: int
     passed: bool
     attempt: Attempt | None
+    tries: tuple[Try, ...]
     forecasts: tuple[str, ...]
     hints: tuple[str, ...]
     more_hints: bool
     yours: bool
+    lesson_finished: bool
     can_next: bool
     can_back: bool
 
@@ -110,6 +123,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         texts=tuple((name, fill(step, text, outcome if name in _AFTER else None, language)) for name, text in texts),
         choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
         chosen=done.choice,
+        because=done.because,
         drawing=drawn_curves(at),
         locked=at.phase is Phase.PREDICT and not done.predicted,
         verdict=verdict(at),
@@ -117,14 +131,17 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
         why=has_why(at),
         showing=at.showing,
+        contrast=contrast(at),
         challenge=challenge is not None,
         attempts=done.attempts,
         passed=done.passed,
         attempt=done.last,
+        tries=done.tries if len(done.tries) >= PLOTTED_TRIES else (),
         forecasts=tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else (),
         hints=step.hints[: done.hints],
         more_hints=done.hints < len(step.hints),
         yours=yours,
+        lesson_finished=step is at.lesson.steps[-1] and at.phase is phases[-1] and not at.showing and is_finished(step, done),
         can_next=can_next,
         can_back=can_back,
     )
@@ -140,6 +157,14 @@ def has_why(at: StepPosition) -> bool:
     if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
         return False
     return question.choices[choice].why is not None
+
+
+def contrast(at: StepPosition) -> Contrast | None:
+    """Return in what the run that shows why the answer is wrong differs from the step's own; None while it is not on."""
+    question, choice = at.step.question, at.done.choice
+    if not at.showing or question is None or choice is None:
+        return None
+    return contrast_of(at.step.setup, question.choices[choice], at.lesson.language)
 
 
 def drawn_curves(at: StepPosition) -> DrawnCurves | None:
@@ -159,7 +184,7 @@ def verdict(at: StepPosition) -> AnswerVerdict | None:
     right = done.choice == question.right
     reply = fill(at.step, question.choices[done.choice].reply, done.outcome, language)
     headline = words_of(language)(N_("You predicted it.") if right else N_("Not quite."))
-    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language))
+    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language, tabled(at.step.observe)))
 
 
 def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:

@@ -21,7 +21,7 @@ from app.lessons.lesson import (
     Question,
     Step,
 )
-from app.lessons.markdown import ITEM, Fault, Sheet, SheetPart, StepPart, read_items
+from app.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, Sheet, read_items
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.runs import Pairs, Setup
 from app.lessons.setups import read_changes, read_setup
@@ -61,15 +61,21 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
     return common
 
 
-def check_head(head: SheetPart, folder: Path) -> None:
-    """Complain of a picture in a lesson's title or goal, which are shown as a line.
+def check_head(head: Chapter, folder: Path) -> None:
+    """Complain of a picture in what stands under a lesson's title, which is shown as lines of text.
 
     Raises:
         Fault: there is one.
     """
-    for number, line in enumerate((head.title, *head.lines), head.line):
-        for problem in picture_problems(line, folder, False):
-            raise Fault(number, problem)
+    for part in (head, *head.sections.values()):
+        for number, line in enumerate((part.title, *part.lines), part.line):
+            for problem in picture_problems(line, folder, False):
+                raise Fault(number, problem)
+
+
+def head_texts(head: Chapter) -> tuple[str, ...]:
+    """Return what a lesson promises and what was learned in it, "" for what the file does not say."""
+    return tuple(head.sections[name].text if name in head.sections else "" for name in HEAD_SECTIONS)
 
 
 def step_id(title: str) -> str:
@@ -77,7 +83,7 @@ def step_id(title: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_")[:40].lstrip("0123456789_") or "step"
 
 
-def read_step(part: StepPart, common: Common) -> Step:
+def read_step(part: Chapter, common: Common) -> Step:
     """Return a step.
 
     Raises:
@@ -131,7 +137,7 @@ def read_step(part: StepPart, common: Common) -> Step:
     return step
 
 
-def _question(part: StepPart, table: Table, setup: Setup, measurements: tuple[Measurement, ...]) -> Question | None:
+def _question(part: Chapter, table: Table, setup: Setup, measurements: tuple[Measurement, ...]) -> Question | None:
     section = part.sections.get("Predict")
     if section is None:
         for key in ("right", "expects", "ratio", "why"):
@@ -183,7 +189,7 @@ def _range(table: Table, values: list[Any]) -> tuple[float, float]:
     return float(values[0]), float(values[1])
 
 
-def step_texts(part: StepPart, step: Step) -> dict[str, str]:
+def step_texts(part: Chapter, step: Step) -> dict[str, str]:
     """Return the texts of a step in another language, checked to be complete.
 
     Raises:
@@ -198,7 +204,7 @@ def step_texts(part: StepPart, step: Step) -> dict[str, str]:
     return texts
 
 
-def _checked_texts(part: StepPart, question: Question | None, challenge: Challenge | None) -> dict[str, str]:
+def _checked_texts(part: Chapter, question: Question | None, challenge: Challenge | None) -> dict[str, str]:
     names = ("Goal", "Do", "Observe", "Explain", "Challenge")
     texts = {name: part.sections[name].text if name in part.sections else "" for name in names}
     needed = ["Goal", "Do", *(["Explain"] if question is not None else []), *(["Challenge"] if challenge is not None else [])]
@@ -210,7 +216,7 @@ def _checked_texts(part: StepPart, question: Question | None, challenge: Challen
     return texts
 
 
-def _hints(part: StepPart, challenge: Challenge | None) -> tuple[str, ...]:
+def _hints(part: Chapter, challenge: Challenge | None) -> tuple[str, ...]:
     section = part.sections.get("Hints")
     if section is None:
         if challenge is not None:
@@ -222,7 +228,7 @@ def _hints(part: StepPart, challenge: Challenge | None) -> tuple[str, ...]:
     return tuple(item.text for item in items)
 
 
-def _check_lines(part: StepPart, step: Step) -> None:
+def _check_lines(part: Chapter, step: Step) -> None:
     folder = step.setup.folder
     for problem in picture_problems(part.title, folder, False):
         raise Fault(part.line, problem)

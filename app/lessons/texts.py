@@ -1,5 +1,5 @@
 """Numbers inside the texts, filled in when they are shown: `{measured:drift}`, `{measured:drift:1}` (its first comparison),
-`{measured:drift:ratio}`, `{measured:margin:side}` ("3 mm below") and `{setting:dm}`."""
+`{measured:drift:ratio}`, `{measured:margin:side}` ("3 mm below"), `{setting:dm}`, and on a line of its own `{table:drift}`."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -10,10 +10,11 @@ from app.i18n.speaking import N_
 from app.lessons.lesson import Measurement, Step
 from app.lessons.measures.quantity import Value
 from app.lessons.runs import Setup, page_value
+from app.lessons.series import series_table
 from app.settings import Language, Settings
 from scenes.settings import specs, values
 
-_HOLE: Final = re.compile(r"\{(measured|setting):([^{}]*)\}")
+_HOLE: Final = re.compile(r"\{(measured|setting|table):([^{}]*)\}")
 
 Measured = Mapping[str, tuple[Value, ...]]
 """Identity of a measurement → its value, then those of its comparisons."""
@@ -27,7 +28,12 @@ def _parts(name: str) -> tuple[str, str, bool]:
 
 
 def asks_for_numbers(text: str) -> bool:
-    return any(kind == "measured" for kind, _ in _HOLE.findall(text))
+    return any(kind in ("measured", "table") for kind, _ in _HOLE.findall(text))
+
+
+def tabled(text: str) -> frozenset[str]:
+    """Return the identities of the measurements that a text shows in tables."""
+    return frozenset(id for kind, name in _HOLE.findall(text) if kind == "table" for id in name.split(","))
 
 
 def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterator[str]:
@@ -41,6 +47,9 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
         if kind == "setting":
             if name not in specs(Settings):
                 yield f"{{setting:{name}}}: there is no such setting; choose from {', '.join(specs(Settings))}."
+            continue
+        if kind == "table":
+            yield from _table_problems(name, line, by_id, before)
             continue
         id, number, _ = _parts(name)
         if id not in by_id:
@@ -67,6 +76,18 @@ def without_outcome(text: str, step: Step) -> str:
     return _HOLE.sub(fill, text)
 
 
+def _table_problems(name: str, line: str, by_id: Mapping[str, Measurement], before: bool) -> Iterator[str]:
+    found = [by_id[id] for id in name.split(",") if id in by_id]
+    if len(found) < len(name.split(",")):
+        yield f"{{table:{name}}}: a table is of measurements of the step; choose from {', '.join(by_id) or 'none: add [[measure]]'}."
+    elif not found[0].compare or any(m.compare != found[0].compare for m in found):
+        yield f"{{table:{name}}}: a table needs further runs to compare with, the same for all its measurements."
+    elif line.strip(" \t>") != f"{{table:{name}}}":
+        yield f"{{table:{name}}} stands on a line of its own."
+    elif before:
+        yield f"{{table:{name}}} gives the answer away before the run; put it under Observe or Explain."
+
+
 def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured, setup: Setup, language: Language) -> str:
     """Return a text with its numbers in it; what is not known yet is a dash."""
     by_id, words = {m.id: m for m in measurements}, words_of(language)
@@ -76,6 +97,9 @@ def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured,
         if kind == "setting":
             found = values(setup.settings(Settings()))
             return page_value(name, found[name], language) if name in found else "–"
+        if kind == "table":
+            shown = [by_id[id] for id in name.split(",") if id in by_id]
+            return series_table(shown, [measured.get(m.id, ()) for m in shown], setup, language)
         id, number, side = _parts(name)
         known = measured.get(id, ())
         if number == "ratio":

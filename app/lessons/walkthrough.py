@@ -16,7 +16,7 @@ from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement, StepOutcome, observed, reference
 from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
-from app.lessons.progress import MOST_WORDS, Progress, StepProgress, from_json, to_json
+from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, Progress, StepProgress, Try, from_json, to_json
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
@@ -26,6 +26,7 @@ from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.roles import TargetSource
+from scenes.settings import values
 from scenes.simulation import Simulation
 
 LIVE_ROWS: Final = 2
@@ -73,6 +74,10 @@ class Walkthrough:
     @property
     def step(self) -> Step:
         return self._at.step
+
+    @property
+    def step_index(self) -> int:
+        return self._at.step_index
 
     @property
     def phases(self) -> tuple[Phase, ...]:
@@ -198,6 +203,10 @@ class Walkthrough:
         """Keep what the student writes about a step: the present one, or that of a name."""
         self._progress.at(lesson or self.lesson.id, step or self.step.id).words = words[:MOST_WORDS]
 
+    def give_reason(self, reason: str, lesson: str, step: str) -> None:
+        """Keep the reason that the student gives for a prediction, in the step of a name."""
+        self._progress.at(lesson, step).because = reason.strip()[:LONGEST_REASON]
+
     # ---- the run -----------------------------------------------------------------------------------------------------------
 
     @property
@@ -282,6 +291,9 @@ class Walkthrough:
         )
         if attempt.passed and challenge.keep and person is not None:
             self._kept[challenge.keep] = person
+        if challenge.search and not attempt.note and (value := attempt.judgements[0].value) is not None:
+            setting = float(values(simulation.settings)[challenge.search])
+            self.done.tries = (*self.done.tries, Try(setting, value, attempt.judgements[0].passed))[-MOST_TRIES:]
         self._note(attempt)
         return attempt
 

@@ -13,6 +13,7 @@ from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import HOTKEYS
 from app.page.panels.link_box import LinkBox
+from app.page.panels.microscope_buttons import MicroscopeButtons
 from app.page.panels.plot_chooser import DetailsChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.view import View
@@ -45,8 +46,9 @@ class Operation:
             if self._keep is not None:
                 self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
         self._chooser = DetailsChooser(client.gui, view.lessons, view.plots_tab, self.post)
-        self._gizmos = Gizmos(client.scene, session, view.lessons, self.post)
-        self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._notify)
+        self._microscope = MicroscopeButtons(client.gui, session, view)
+        self._gizmos = Gizmos(client.scene, view.stage, session, view.lessons, self.post)
+        self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._controls, self._notify)
         for hotkey in HOTKEYS:
             hotkey.add_to(client.gui, self.post)
 
@@ -98,15 +100,19 @@ class Operation:
             self._notify("This value is not possible", str(error))
             self._controls.forget(key)
 
-    def _toggle(self, what: Literal["autopilot", "avoidance", "ghost"]) -> None:
+    def _toggle(self, what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]) -> None:
         session, run, page = self._session, self._session.settings.run, self._session.settings.page
         match what:
             case "autopilot":
                 session.change("autopilot", not page.autopilot)
             case "avoidance":
                 session.change("law", "unprotected" if run.law.law == "smooth_priority" else "smooth_priority")
+            case "gizmo":
+                session.change("gizmo", not page.gizmo)
             case "ghost":
                 session.change("ghost", "frozen" if page.ghost == "off" else "off")
+            case "contact":
+                session.change("contact", not page.contact)
 
     def _in_view(self, nudge: actions.Nudge) -> np.ndarray:
         """Return a nudge (3,) in the world [m]: across the visitor's view, up, and away from them, along the floor."""
@@ -136,7 +142,16 @@ class Operation:
 
     def show(self, frame: Frame) -> None:
         """Bring controls and handles up to date."""
-        for panel in (self._controls, self._chooser, self._keep, self._link, self._desk, self._lab, self._gizmos):
+        for panel in (
+            self._controls,
+            self._chooser,
+            self._microscope,
+            self._keep,
+            self._link,
+            self._desk,
+            self._lab,
+            self._gizmos,
+        ):
             if panel is not None:
                 panel.show(frame)
 

@@ -7,6 +7,7 @@ from app.page import STATIC
 from app.page.panels.hotkeys import HOTKEYS
 from app.page.panels.replay_bar import KEY
 from app.settings import PageSettings
+from app.stage.contact_skin import contact_assets
 from app.web.index_page import MARK
 from app.web.page_assets import PageAssets, software_rendering
 
@@ -19,9 +20,19 @@ def page_assets(page: PageSettings) -> PageAssets:
     """
     scripts = (
         *("teacher_key", "without_webgl", "fast_picture", "hotkeys", "resume", "announcements", "accessible_names", "replay_box"),
-        *("drawing", "page_language", "folder_headings", "class_overlay", "copy_button", "link_box", "loading"),
+        *(
+            "drawing",
+            "page_language",
+            "folder_headings",
+            "class_overlay",
+            "copy_button",
+            "link_box",
+            "pressed_buttons",
+            "welcome",
+        ),
+        *("label_placement", "contact_chart", "contact_balance", "contact_card", "live_equations", "lit_symbols", "loading"),
     )
-    styles = ("without_webgl", "announcements", "class", "loading")
+    styles = ("without_webgl", "announcements", "class", "welcome", "loading", "contact_card")
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in HOTKEYS if hotkey.relayed},
@@ -29,7 +40,7 @@ def page_assets(page: PageSettings) -> PageAssets:
         "iconNames": ICON_NAMES,
         "loading": {"theme": page.theme, "language": page.language, "text": LOADING},
     }
-    return software_rendering() + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)
+    return software_rendering() + contact_assets() + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)
 
 
 def _files(names: tuple[str, ...], kind: str) -> tuple[Path, ...]:

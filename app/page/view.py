@@ -4,18 +4,23 @@ The controls (`app.page.operation`) are built separately: a lecture shows this t
 """
 
 from collections.abc import Callable
+from html import escape
 from time import perf_counter
 from typing import Final
 
+import numpy as np
 import viser
 
 from app.i18n.reader_language import mark_html
 from app.i18n.speaking import spoken, tr
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.lessons.session.lesson_session import LessonSession
+from app.page.camera_follow import CameraFollow
+from app.page.free_picture import LOW_CANVAS, FreePicture, free_picture
 from app.page.lessons.elbow_marks import Marks
 from app.page.lessons.lesson_camera import lesson_view
 from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
+from app.page.panels.contact_card import ContactCard
 from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout
 from app.page.panels.replay_bar import replay_style
@@ -25,26 +30,17 @@ from app.page.window_size import canvas_size
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Look, PageSettings
+from app.stage.framed_points import AHEAD
 from app.stage.stage import Stage
-from app.stage.stage_camera import place_camera, view_of
-from app.theme import BRAND, DOCK_WIDTH, NARROW, PLOTS_FRAME, plots_height, scale
+from app.stage.stage_camera import view_of
+from app.theme import BRAND, DOCK_WIDTH, NARROW, plots_height, scale
+from controllers.kinematics import Array
+from scenes.rigs import Camera
 from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
 SETTLING: Final = 6.0
 """How long a newcomer's camera is corrected when its canvas changes its shape [s of wall time]."""
-
-LOW_CANVAS: Final = 520.0
-"""On a canvas lower than this the plots begin folded up [px]."""
-
-PLOTS_BAR: Final = 60.0
-"""Height of the folded plots [CSS px]."""
-
-PHONE_ASPECT: Final = 0.62
-"""Width over height below which a canvas is a phone's."""
-
-PHONE_SHEET: Final = 0.48
-"""Share of a phone's height that the panels cover."""
 
 
 class View:
@@ -87,6 +83,7 @@ class View:
             # A folded panel takes its style sheet with it; either one keeps the other dressed.
             self._style_too = gui.add_html(style_sheet(page.profile), order=-1.0)
             gui.add_html(mark_html(spoken()), order=-1.0)
+        self._contact = ContactCard(gui, self.plots_tab)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
         plots_panel.float(x=14, y=-14, width=760)
         private = isinstance(host, viser.ClientHandle)
@@ -95,8 +92,9 @@ class View:
         self._look = page.theme, page.profile
         self._experiment = experiment_of(session.simulation)
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
+        self._cameras: dict[int, CameraFollow] = {}
         self._configure_theme()
-        self._stage = Stage(host.scene, page)
+        self.stage = Stage(host.scene, page)
         narrow = private and canvas_size(host)[0] < NARROW
         width = (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile)
         self.lesson_panel = LessonPanel(
@@ -109,6 +107,11 @@ class View:
     def _page(self) -> PageSettings:
         page = self._session.settings.page
         return page if self._own_look is None else self._own_look.of(page)
+
+    @property
+    def plots_shown(self) -> tuple[str, ...]:
+        """Names of the plots that are there."""
+        return self._plots.shown
 
     def _plots_height(self) -> int:
         # A lecture's plots are drawn for all: for the projector; the size of its window is not known here.
@@ -130,19 +133,42 @@ class View:
         self._settling[client.client_id] = perf_counter() + SETTLING, client, client.camera.aspect
 
     def look(self, client: viser.ClientHandle) -> None:
-        """Point a client's camera at the present scene."""
-        profile, (width, height) = self._page.profile, canvas_size(client)
-        panel = self._plots_height() + PLOTS_FRAME * scale(profile) if height >= LOW_CANVAS else PLOTS_BAR
-        covered = PHONE_SHEET if width / height < PHONE_ASPECT else min(panel / height, 0.6)
+        """Point a client's camera at the present scene, and have it follow what happens there."""
+        if client.client_id not in self._cameras:
+            self._cameras[client.client_id] = CameraFollow(client.camera, self._seen, self._way, lambda: self.picture(client))
+        self._cameras[client.client_id].first_view(self._simulation, perf_counter())
+
+    def _seen(self) -> Camera:
         simulation, lessons = self._simulation, self.lessons
         with_lesson = lessons.open and simulation is self._session.simulation
-        view = lesson_view(simulation, lessons.walk.step.camera) if with_lesson else view_of(simulation)
-        place_camera(client, view, covered)
+        return lesson_view(simulation, lessons.walk.step.camera) if with_lesson else view_of(simulation)
+
+    def _way(self) -> Array:
+        return self._session.way(AHEAD) if self._simulation is self._session.simulation else np.zeros((0, 3))
+
+    def picture(self, client: viser.ClientHandle) -> FreePicture:
+        """Return what is free of a client's picture."""
+        window = canvas_size(client)
+        width = max(client.camera.aspect, 0.2) * window[1]
+        return free_picture(window, width, self._page.profile, self._simulation.detector.count > 0)
+
+    def left_alone(self, client: viser.ClientHandle) -> bool:
+        """Return whether a client's visitor has moved the camera, so that it does not follow."""
+        return self._cameras[client.client_id].left_alone
+
+    def _follow(self, frame: Frame) -> None:
+        present = {client.client_id for client in self._clients()}
+        self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
+        # A view that moves under the mouse would move what is dragged; those who only watch drag nothing.
+        if frame.shown.held is None or not isinstance(self._host, viser.ClientHandle):
+            for follow in self._cameras.values():
+                follow.follow(self._simulation, frame.now)
 
     def _settle(self, now: float) -> None:
         # The docked panel narrows the canvas a moment after the page has opened, and only the browser knows by how much.
         for number, (deadline, client, aspect) in list(self._settling.items()):
-            if now > deadline:
+            follow = self._cameras.get(number)
+            if now > deadline or follow is None or follow.left_alone:
                 del self._settling[number]
             elif client.camera.aspect != aspect:
                 self.look(client)
@@ -164,9 +190,11 @@ class View:
                 self.look(client)
         self._show_lesson(frame)
         self._settle(frame.now)
-        self._stage.dress(page)
-        self._stage.show(frame)
+        self._follow(frame)
+        self.stage.dress(page)
+        self.stage.show(frame)
         self._readout.show(frame)
+        self._contact.show(frame)
         self._plots.show(frame)
 
     def _show_lesson(self, frame: Frame) -> None:
@@ -179,6 +207,8 @@ class View:
             for client in self._clients():
                 # The panel takes its room from the canvas, so that the view has to be fitted again.
                 self.welcome(client)
+        contrast = self.lesson_panel.contrast
+        self._plots.name_runs(None if contrast is None else (escape(contrast.names[0]), escape(contrast.names[1])))
 
     def _change_look(self) -> None:
         page = self._page

@@ -63,6 +63,12 @@ class Chart:
         dashes = f' stroke-dasharray="{dash}"' if dash else ""
         self._lines.append(f'<path class="{kind}" d="{path}" stroke-width="{width:g}"{dashes}/>')
 
+    def dots(self, xs: Array, ys: Array, kind: str, width: float) -> None:
+        """Add a dot at every point (points,); `kind` is a class of CSS, `width` is in px."""
+        places = [(self.frame.across(x), self.frame.down(y)) for x, y in zip(xs.tolist(), ys.tolist(), strict=True) if y == y]
+        path = "".join(f"M{px * _SIDE:.0f} {py * _SIDE:.0f}h0" for px, py in places)
+        self._lines.append(f'<path class="{kind} dots" d="{path}" stroke-width="{width:g}"/>')
+
     def level(self, y: float, kind: str, width: float, dash: str = "") -> None:
         self.line(np.array(self.frame.x), np.array([y, y]), kind, width, dash)
 

@@ -6,7 +6,8 @@ from typing import Final
 import numpy as np
 
 from app.i18n.speaking import tr
-from app.plots.time_series import COLUMNS, WINDOW, RollingSeries
+from app.plots.bins import WINDOW
+from app.plots.time_series import COLUMNS, RollingSeries
 from scenes.simulation import Simulation
 
 ROWS: Final = 7
@@ -15,7 +16,7 @@ ROWS: Final = 7
 
 def pairs_html(simulation: Simulation, buffer: RollingSeries) -> str:
     """Return the strips, and how often another pair became the closest one."""
-    times, pairs, changes = buffer.series((COLUMNS["pair"], COLUMNS["changes"]))
+    times, pairs, changes = buffer.newest([COLUMNS["pair"], COLUMNS["changes"]])
     held = Counter(int(pair) for pair in pairs.tolist() if pair >= 0.0)
     if not held:
         return '<div class="duet duet-pairs"></div>'
@@ -26,7 +27,7 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> str:
         f'<svg viewBox="0 0 {span} 1" preserveAspectRatio="none"><path d="{_runs(pairs, pair)}"/></svg></div>'
         for pair in shown
     )
-    count, others = int(np.nansum(changes)), len(held) - len(shown)
+    count, others = int(changes[-1] - changes[0]), len(held) - len(shown)
     words = _words(simulation, count, len(held))
     more = " " + tr("{count} more pairs are not shown.", count=others) if others else ""
     since = min(WINDOW, float(times[-1] - times[0]))

@@ -13,6 +13,7 @@ CHARTS: Final[dict[str, str]] = {
     "safety": "laws at equal safety",
     "pairs": "the closest pair",
     "stability": "section III: does the paper’s condition hold?",
+    "microscope": "single steps at dt and dt/2",
 }
 """Charts that are not over time → title."""
 
@@ -24,9 +25,9 @@ _TWO_OF_A_KIND: Final = frozenset({"master_slave", "imitation"})
 
 def possible_details(run: RunSettings) -> tuple[str, ...]:
     """Return the plots that an experiment offers beside the first two."""
-    details: tuple[str, ...] = ("none", "joints", "rates")
+    details: tuple[str, ...] = ("none", "joints", "rates", "microscope")
     if run.scene in OBSTACLE:
-        details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "safety", "pairs", "stability")
+        details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "safety", "pairs", "stability", "microscope")
     if run.scene in _TWO_OF_A_KIND:
         details += ("follow",)
     if run.scene == "hold":

@@ -9,16 +9,26 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from app.custom_law.custom_law import CustomLaw
 from app.i18n.sides import side
 from app.i18n.speaking import N_, tr
-from app.plots.time_series import COLUMNS, DRIVEN, JOINTS, RESTING
+from app.plots.bins import HIGH, LOW
+from app.plots.time_series import DRIVEN, JOINTS, RESTING
 from app.session.relevant_settings import both_avoid
 from app.theme import Palette
+from controllers.kinematics import Array
 from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
 """Top of the distance axis [m]: Fig. 5's."""
+
+LEAST: Final = 0.01
+"""An axis that follows the data is no shorter than this, in the unit of the axis: noise is no hill."""
+
+ROWS: Final = 300.0
+"""Half pixels that a plot is high, about."""
 
 DEGREES: Final = 180.0 / math.pi
 
@@ -42,7 +52,7 @@ _CLASSES: Final = {
 }
 """Colour of a line → class of CSS."""
 
-_RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
+_RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if"), "draft": N_("what if, coarse")}
 """Run beside the visitor's own → its name in a legend."""
 
 
@@ -103,16 +113,35 @@ class TimePlot:
     scale: float = 1.0
     positive: bool = True
 
-    def columns(self, run: str) -> tuple[int, ...]:
-        return tuple(COLUMNS[line.column] for line in self.lines if line.run == run)
+    def visible(self, stats: Array) -> float:
+        """Return the smallest change of a signal that can be seen: about half a pixel, in the unit of the signals.
 
-    def legend(self, others: Collection[str] = ()) -> tuple[LegendEntry, ...]:
-        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if")."""
+        Args:
+            stats: (bins, what is kept, signals) of all lines, see `app.plots.bins`.
+        """
+        if self.span is not None:
+            return (self.span[1] - self.span[0]) / self.scale / ROWS
+        values = stats[:, [LOW, HIGH]]
+        values = values[np.isfinite(values)]
+        low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+        return max(high - (min(low, 0.0) if self.positive else low), LEAST / self.scale) / ROWS
+
+    def legend(self, others: Collection[str] = (), names: tuple[str, str] | None = None) -> tuple[LegendEntry, ...]:
+        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if", "draft").
+
+        Args:
+            others: those runs.
+            names: of the own run and of the ghost; None for the usual ones.
+        """
         entries = [_entry(line, line.name, line.for_all) for line in self.lines if line.name]
+        if names is not None and any(line.run == "ghost" for line in self.lines):
+            entries.insert(0, _entry(self.lines[0], names[0], self.lines[0].colour.startswith("joint ")))
         for run in others:
-            line = next((line for line in self.lines if line.run == run), None)
+            drawn = "what_if" if run == "draft" else run
+            line = next((line for line in self.lines if line.run == drawn), None)
             if line is not None:
-                entries.append(_entry(line, _RUNS[run], line.colour.startswith("joint ")))
+                name = names[1] if names is not None and run == "ghost" else _RUNS[run]
+                entries.append(_entry(line, name, line.colour.startswith("joint ")))
         return tuple(entries)
 
 
@@ -162,8 +191,20 @@ def _followed(prefix: str, title: str, model: str) -> TimePlot:
 
 
 TIME_PLOTS: Final[dict[str, TimePlot]] = {
-    "hand": TimePlot('hand error <b class="e">|e|</b>', "mm", (PlotLine("e", "error", 2.2),), scale=1000.0),
-    "elbow": TimePlot("elbow angle", "°", (PlotLine("elbow", "distance", 2.2),), None, DEGREES, False),
+    "hand": TimePlot(
+        'hand error <b class="e">|e|</b>',
+        "mm",
+        (PlotLine("e", "error", 2.2), PlotLine("e", "error", 1.8, _GHOST, "ghost")),
+        scale=1000.0,
+    ),
+    "elbow": TimePlot(
+        "elbow angle",
+        "°",
+        (PlotLine("elbow", "distance", 2.2), PlotLine("elbow", "distance", 1.8, _GHOST, "ghost")),
+        None,
+        DEGREES,
+        False,
+    ),
     "lambda": TimePlot(
         'activation <b class="lam">λ</b>',
         "",

@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from app.recording.replay import Replay
 from app.session.clock import Pace
 from app.session.safety_curves import SafetyCurves
 from app.session.student_law import LawStatus
 from app.session.trade_off import TradeOffMap
 from app.settings import Settings
+from controllers.kinematics import Array
 from scenes.simulation import Simulation
 from scenes.targets import Target
 
@@ -22,7 +25,7 @@ class Past:
         file: name of the loaded file that is replayed; "" for the session's own run.
     """
 
-    ghost = held = what_if = None
+    ghost = held = what_if = magnified = None
     student_law = LawStatus()
 
     def __init__(
@@ -55,3 +58,8 @@ class Past:
 
     def target(self) -> Target | None:
         return self._replay.target
+
+    def way(self, seconds: float) -> Array:
+        """Return (0, 3): the replay goes where it is sent."""
+        del seconds
+        return np.zeros((0, 3))

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from app.plots.time_series import POINTS, WINDOW
+from app.plots.bins import POINTS, WINDOW
 from controllers.kinematics import Array
 from scenes.history import COLUMN, SCALARS, History
 from scenes.inputs import WIDTHS, Recorded, decoded

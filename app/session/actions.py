@@ -58,7 +58,7 @@ class Drag:
     """Pull at a handle of the stage.
 
     Attributes:
-        handle: its name.
+        handle: its name, or that of the node of the stage.
         phase: "start", "update" or "end".
         place: where it is pulled to (3,) [m]; None where the browser sent nothing possible.
         turn: how it is turned (3, 3); None where it cannot be, or as above.
@@ -74,9 +74,9 @@ class Drag:
 
 @dataclass(frozen=True)
 class Toggle:
-    """Switch the autopilot, the avoidance or the ghost on or off."""
+    """Switch the autopilot, the avoidance, the ghost, the arrows or what the scene shows of λ on or off."""
 
-    what: Literal["autopilot", "avoidance", "ghost"]
+    what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The ghost: a second run on the same inputs, with another law or with the settings of an earlier moment."""
+"""The ghost: a second run beside the session's, on the same inputs with another law or earlier settings, or with inputs of its own."""
 
 from dataclasses import replace
 from typing import Final
@@ -6,6 +6,7 @@ from typing import Final
 from app.session.student_law import StudentLaw
 from app.settings import Settings
 from scenes.inputs import InputsLog
+from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -23,27 +24,40 @@ class GhostRun:
     Attributes:
         simulation: its history has the same times as the session's; None while there is no ghost.
         inputs: what it was made with.
+        source: gives it inputs of its own; None while it has those of the session.
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
     """
 
     def __init__(self, run: RunSettings, law: StudentLaw) -> None:
         self.simulation: Simulation | None = None
         self.inputs = InputsLog(KEEP)
+        self.source: TargetSource | None = None
         self.frozen = run
         self._law = law
 
     def begin(self, settings: Settings, beside: Simulation) -> None:
         """Have a ghost begin where the run is now, or none."""
         self.inputs.forget()
-        self.simulation = None
+        self.simulation = self.source = None
         if settings.page.ghost != "off":
             self.simulation = Simulation(self._settings(settings))
             self.simulation.use(self._law.of_ghost)
             self.simulation.resume(beside.snapshot())
 
+    def begin_other(self, simulation: Simulation, source: TargetSource) -> None:
+        """Have another run beside the session's, with settings and inputs of its own."""
+        self.inputs.forget()
+        self.simulation, self.source = simulation, source
+
+    def catch_up(self, time: float) -> None:
+        """Simulate a run with inputs of its own up to a time [s]."""
+        simulation, source = self.simulation, self.source
+        while simulation is not None and source is not None and simulation.time < time - 0.5 * simulation.settings.dt:
+            simulation.step(source.target(simulation.time))
+
     def apply(self, settings: Settings) -> None:
-        """Take on changed settings of the run from the next step on."""
-        if self.simulation is not None:
+        """Take on changed settings of the run from the next step on; a run with inputs of its own keeps its settings."""
+        if self.simulation is not None and self.source is None:
             self.simulation.apply(self._settings(settings))
 
     def _settings(self, settings: Settings) -> RunSettings:

@@ -15,6 +15,10 @@ LONGEST_REACH: Final = 0.3
 """A key held down runs no further ahead of what it moves [m]."""
 
 
+WAY_STEP: Final = 0.5
+"""Between two points of the way ahead [s]."""
+
+
 class InputSource:
     """Gives a run its target, step by step.
 
@@ -50,6 +54,17 @@ class InputSource:
             self._active = self._chosen or simulation.source()
             self._begin = simulation.time
         return self._active.target(simulation.time - self._begin)
+
+    def way(self, simulation: Simulation, autopilot: bool, seconds: float) -> Array:
+        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m]: where the source will want it, or, where the visitor
+        is the source, where the experiment's own one would; (0, 3) if that is not known."""
+        # A person's angles are not known in advance, and say nothing of a place.
+        if self.held is not None or simulation.settings.scene == "imitation":
+            return np.zeros((0, 3))
+        source = (autopilot and (self._active or self._chosen)) or simulation.source()
+        begin = simulation.time - self._begin if source is self._active else 0.0
+        wanted = [source.target(begin + ahead) for ahead in np.arange(0.0, seconds, WAY_STEP)]
+        return np.array([one.position for one in wanted if isinstance(one, (HandTarget, BallTarget))]).reshape(-1, 3)
 
 
 def nudged(simulation: Simulation, held: Target | None, way: Array) -> Target | None:

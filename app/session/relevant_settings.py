@@ -37,9 +37,13 @@ def _several_pairs(settings: Settings) -> bool:
     return settings.run.scene != "ball" or settings.run.point == "arm"
 
 
+def _draws_circle(settings: Settings) -> bool:
+    return settings.run.scene == "solo" and settings.run.path == "circle"
+
+
 def _has_source(settings: Settings) -> bool:
     run = settings.run
-    return not (run.scene == "solo" and run.path == "circle") and not (run.scene == "ball" and run.ball == "still")
+    return not _draws_circle(settings) and not (run.scene == "ball" and run.ball == "still")
 
 
 _ONE_ROW: Final = _LAWS - {"barrier_qp", "unprotected"}
@@ -66,8 +70,9 @@ WHEN: Final[dict[str, When]] = {
     "source": When(frozenset({"imitation"})),
     "clip": When(frozenset({"imitation"}), also=lambda s: s.page.source == "clips"),
     "autopilot": When(also=_has_source),
+    "gizmo": When(_SCENES - {"imitation"}, also=lambda s: not _draws_circle(s)),
     "seed": When(also=lambda s: _has_source(s) or s.run.hardware.joint_noise > 0.0 or s.run.hardware.distance_noise > 0.0),
-    "wmax": When(_SCENES - {"imitation"}, also=lambda s: not (s.run.scene == "solo" and s.run.path == "circle")),
+    "wmax": When(_SCENES - {"imitation"}, also=lambda s: not _draws_circle(s)),
     "law": When(OBSTACLE),
     "dm": When(OBSTACLE, _LAWS - {"strict_priority", "potential_field", "unprotected"}),
     "n": When(OBSTACLE, _ORDERED),
@@ -106,5 +111,5 @@ def built_of(settings: Settings) -> tuple[object, ...]:
     run, page = settings.run, settings.page
     return (
         *(run.scene, run.robot, run.rig, run.point, run.guided, run.path, run.start),
-        *(page.language, page.theme, page.profile, page.picture, page.ghost, page.details, page.source),
+        *(page.language, page.theme, page.profile, page.picture, page.ghost, page.details, page.source, page.gizmo),
     )

@@ -12,6 +12,7 @@ from app.session.halt import Halt
 from app.session.input_source import InputSource, nudged, source_key
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.session.knob_search import WINDOW, KnobSearch
+from app.session.microscope import Magnified, Microscope
 from app.session.relevant_settings import built_of
 from app.session.safety_curves import safety_curves
 from app.session.shown import Player
@@ -70,6 +71,8 @@ class Session:
         self.safety_curves = safety_curves(studied, wake) if studied is not None else None
         """Distance against error over n and v, and law by law; None where there is no background, or a student's law runs."""
         self.knob_search = KnobSearch(studied, wake, lambda: self.settings, self.change)
+        self.microscope = Microscope(studied, wake)
+        """Which single steps are looked at."""
         self.player: Player | None = None
         """Replays in the place of the live run; None where nothing is replayed."""
         self.posts = ActionQueue()
@@ -86,7 +89,7 @@ class Session:
         self._ghost.frozen, self.halt = other._ghost.frozen, Halt(other.halt)
         self.simulation.resume(other.simulation.snapshot())
         self._ghost.begin(self.settings, self.simulation)
-        if self.ghost is not None and other.ghost is not None:
+        if self.ghost is not None and other.ghost is not None and other._ghost.source is None:
             self.ghost.resume(other.ghost.snapshot())
 
     def close(self) -> None:
@@ -94,6 +97,7 @@ class Session:
         self.law.close()
         self.studies.forget()
         self.knob_search.forget()
+        self.microscope.forget()
         for apart in (self.trade_off, self.safety_curves):
             if apart is not None:
                 apart.forget()
@@ -189,13 +193,20 @@ class Session:
     def reset(self) -> None:
         """Start the run from its beginning with the present settings."""
         self.simulation.reset()
-        if self.ghost is not None:
+        if self._ghost.source is not None:
+            self._ghost.begin(self.settings, self.simulation)
+        elif self.ghost is not None:
             self.ghost.reset()
         self.studies.forget()
         self.knob_search.forget()
+        self.microscope.forget()
         self._input.let_go()
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
+
+    def show_beside(self, simulation: Simulation, source: TargetSource) -> None:
+        """Have another run in the place of the ghost, with settings and inputs of its own, until the next reset; both begin now."""
+        self._ghost.begin_other(simulation, source)
 
     def hurry(self, until: float) -> None:
         """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
@@ -207,14 +218,19 @@ class Session:
         return self.inputs.window(seconds)
 
     @property
+    def magnified(self) -> Magnified | None:
+        """The single steps about the instant that the visitor looks at; asked for while they are shown."""
+        return self.microscope.magnify(self.simulation, self.inputs.window)
+
+    @property
     def what_if(self) -> WhatIf | None:
-        """How the last 30 s would have gone with the present settings; None unless the page asks for it and a law setting was moved."""
+        """How the last 20 s would have gone with the present settings; None unless the page asks for it and a law setting was moved."""
         return self.studies.what_if
 
     def measure_smoothness(self) -> None:
         """Make the last 10 s again in ever smaller steps, beside the run; `studies.smoothness` then tells what came out."""
         runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (self.inputs, self.settings.run)}
-        if self.ghost is not None:
+        if self.ghost is not None and self._ghost.source is None:
             runs["ghost"] = self._ghost.inputs, self.ghost.settings
         self.studies.measure_smoothness(runs)
 
@@ -250,11 +266,15 @@ class Session:
         """Return the active source's target, or None."""
         return self._input.target(self.simulation, self.settings.page.autopilot)
 
+    def way(self, seconds: float) -> Array:
+        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if unknown."""
+        return self._input.way(self.simulation, self.settings.page.autopilot, seconds)
+
     def _step_both(self) -> bool:
         """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
         target = self.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
-        if self.ghost is not None:
+        if self.ghost is not None and self._ghost.source is None:
             # The run that may have to wait for its law goes first.
             runs.insert(0 if self.law.of_ghost is not None else 1, (self.ghost, self._ghost.inputs))
         for simulation, inputs in runs:
@@ -266,6 +286,7 @@ class Session:
                 self._wish = (target,)
                 return False
         self._wish = None
+        self._ghost.catch_up(self.simulation.time)
         self.law.step_made(self.settings.run, self.settings.page.speed)
         return True
 

@@ -3,10 +3,12 @@
 from typing import Protocol
 
 from app.session.clock import Pace
+from app.session.microscope import Magnified
 from app.session.safety_curves import SafetyCurves
 from app.session.student_law import LawStatus
 from app.session.trade_off import TradeOffMap
 from app.settings import Settings
+from controllers.kinematics import Array
 from scenes.rerun import WhatIf
 from scenes.simulation import Simulation
 from scenes.targets import Target
@@ -61,6 +63,11 @@ class Shown(Protocol):
         ...
 
     @property
+    def magnified(self) -> Magnified | None:
+        """Single steps of the run; None where there are none."""
+        ...
+
+    @property
     def trade_off(self) -> TradeOffMap | None:
         """Distance against error over n and v."""
         ...
@@ -72,6 +79,10 @@ class Shown(Protocol):
 
     def target(self) -> Target | None:
         """Return the active source's target, or None."""
+        ...
+
+    def way(self, seconds: float) -> Array:
+        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m]; (0, 3) if that is not known."""
         ...
 
 

@@ -8,7 +8,7 @@ from typing import Final, Literal
 from app.runtime.job_pool import Job, JobPool
 from app.runtime.job_watch import JobWatch
 from app.settings import Settings
-from scenes.headless import Summary, summarise
+from scenes.headless import summarise
 from scenes.inputs import CHAPTER, InputsLog, Recorded
 from scenes.rerun import WHAT_IF_KEYS, WhatIf, warm, what_if
 from scenes.settings import RunSettings, values
@@ -18,11 +18,14 @@ from scenes.smoothness import SUBSTEPS, Measured, largest_step, unmeasured
 REST: Final = 0.1
 """A slider that has not moved for so long rests [s of wall time]."""
 
-WINDOW: Final = 30.0
-"""How much of the run "what if" makes again [s]."""
+WINDOW: Final = 20.0
+"""How much of the run "what if" makes again [s]: what the plots show."""
 
-DRAFT: Final = 0.25
-"""Wall time that a first answer may take [s]; if the exact one takes longer, it comes afterwards."""
+DRAFT_WINDOW: Final = 10.0
+"""How much of it is made again while a slider moves [s]."""
+
+DRAFT: Final = 0.05
+"""Wall time that such a draft takes, by coarser steps [s]. The exact answer comes when the slider rests."""
 
 SMOOTHNESS_WINDOW: Final = 10.0
 """How much of the run is made again to see whether it is smooth [s]."""
@@ -54,7 +57,7 @@ class Studies:
         wake: called, from any thread, when there is news.
 
     Attributes:
-        what_if: how the last 30 s would have gone with the present settings; None without a question, or for another run.
+        what_if: how the last part would have gone with the present settings; None without a question, or for another run.
         smoothness: as far as it is measured.
         message: why something could not be computed, for the visitor; "" if all is well.
     """
@@ -65,6 +68,7 @@ class Studies:
         self.smoothness: Smoothness | None = None
         self.message = ""
         self._rested: float | None = None
+        self._moved = False
 
     @property
     def busy(self) -> bool:
@@ -85,7 +89,9 @@ class Studies:
         elif not before.page.what_if:
             self.prepare(after)
         elif self._jobs is not None and (after.run.law, after.run.gain) != (before.run.law, before.run.gain):
-            self._rested = 0.0
+            # An exact answer that is being computed is about a value that is no longer set.
+            self._jobs.drop("what if")
+            self._rested, self._moved = 0.0, True
 
     def advance(
         self, elapsed: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
@@ -99,15 +105,30 @@ class Studies:
         """
         if self._jobs is not None:
             self._jobs.collect()
-        if self._rested is not None:
-            self._rested += elapsed
-            if self._rested >= REST:
-                self._rested = None
-                self._ask_what_if(settings, simulation, window)
+        if self._rested is None:
+            return
+        self._rested += elapsed
+        # A draft that is under way is finished, or there would be none as long as the slider moves.
+        if self._jobs is None or "draft" in self._jobs.kinds:
+            return
+        if self._moved:
+            self._moved = False
+            self._ask_what_if("draft", DRAFT_WINDOW, DRAFT, settings, simulation, window)
+        elif self._rested >= REST:
+            self._rested = None
+            self._ask_what_if("what if", WINDOW, None, settings, simulation, window)
 
-    def _ask_what_if(self, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]) -> None:
-        recorded = window(WINDOW)
-        if recorded is None:
+    def _ask_what_if(
+        self,
+        kind: str,
+        seconds: float,
+        longest: float | None,
+        settings: Settings,
+        simulation: Simulation,
+        window: Callable[[float], Recorded | None],
+    ) -> None:
+        recorded = window(seconds)
+        if recorded is None or self._jobs is None:
             return
         table = simulation.history.table(recorded.steps)
         if len(table) < recorded.steps:
@@ -116,20 +137,13 @@ class Studies:
             if recorded is None or recorded.steps > len(table):
                 return
             table = table[-recorded.steps :]
-        before = summarise(simulation, table)
-        self._submit_what_if(recorded, before, settings, DRAFT)
-
-    def _submit_what_if(self, recorded: Recorded, before: Summary, settings: Settings, longest: float | None) -> None:
-        assert self._jobs is not None
         present = values(settings.run)
         asked = {key: present[key] for key in WHAT_IF_KEYS}
 
         def done(answer: WhatIf) -> None:
             self.message, self.what_if = "", answer
-            if answer.stride > 1 and self._rested is None:
-                self._submit_what_if(recorded, before, settings, None)
 
-        self._jobs.submit("what if", done, what_if, recorded, asked, before, longest, urgent=longest is not None)
+        self._jobs.submit(kind, done, what_if, recorded, asked, summarise(simulation, table), longest, urgent=True)
 
     def measure_smoothness(self, runs: dict[Who, tuple[InputsLog, RunSettings]]) -> None:
         """Begin to measure.
@@ -180,10 +194,13 @@ class Studies:
         if self._jobs is not None:
             self._jobs.close()
         self._rested = self.what_if = self.smoothness = None
+        self._moved = False
         self.message = ""
 
     def forget_what_if(self) -> None:
         """Drop "what if" alone."""
         if self._jobs is not None:
             self._jobs.drop("what if")
+            self._jobs.drop("draft")
         self._rested = self.what_if = None
+        self._moved = False

@@ -42,16 +42,17 @@ class ArmView:
             receive_shadow=solid,
         )
         self._root = fresh(root)
-        self._links: list[viser.GlbHandle] = []
+        self.links: list[viser.GlbHandle] = []
+        """The node that turns with each joint, from the base on."""
         self._paths = [path]
         self._turns: list[tuple[Quaternion, Quaternion]] = []
         for joint, glb in zip(joint_frames(robot), glbs[1:], strict=True):
             path = f"{path}/{joint.name}"
             self._paths.append(path)
             link = scene.add_glb(path, glb, position=joint.position, wxyz=joint.rotation, cast_shadow=solid, receive_shadow=solid)
-            self._links.append(fresh(link))
+            self.links.append(fresh(link))
             self._turns.append((joint.rotation, _product(joint.rotation, (0.0, *joint.axis))))
-        self._angles = [math.nan] * len(self._links)
+        self._angles = [math.nan] * len(self.links)
 
     def show(self, positions: Array) -> None:
         """Turn the joints to q (n,) [rad]; a joint that has not moved costs nothing."""
@@ -61,7 +62,7 @@ class ArmView:
                 # Placement ∘ turn about the axis: both quaternions are known, only their shares change.
                 (a, b, c, d), (e, f, g, h) = self._turns[i]
                 u, v = math.cos(angle / 2.0), math.sin(angle / 2.0)
-                self._links[i].wxyz = (u * a + v * e, u * b + v * f, u * c + v * g, u * d + v * h)
+                self.links[i].wxyz = (u * a + v * e, u * b + v * f, u * c + v * g, u * d + v * h)
 
     def link(self, joint: int) -> str:
         """Return the name of the node that turns with a joint, 0 for the base; what hangs on it goes with it."""

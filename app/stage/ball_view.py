@@ -23,7 +23,7 @@ class BallView:
     def __init__(self, scene: viser.SceneApi, room: Room, arm: ArmView) -> None:
         assert room.ball is not None
         self._columns = room.ball
-        self._ball = scene.add_icosphere("/ball", radius=BALL_RADIUS, subdivisions=4, color=BRAND)
+        self.ball = scene.add_icosphere("/ball", radius=BALL_RADIUS, subdivisions=4, color=BRAND)
         self._point: viser.IcosphereHandle | None = None
         if room.point != "arm":
             name = f"control point at the {room.point}"
@@ -44,9 +44,9 @@ class BallView:
             self._point.color = rgb(PALETTES[page.theme].distance)
 
     def show(self, frame: Frame) -> None:
-        self._ball.position = frame.simulation.positions[self._columns]
+        self.ball.position = frame.simulation.positions[self._columns]
 
     def remove(self) -> None:
-        self._ball.remove()
+        self.ball.remove()
         if self._point is not None:
             self._point.remove()

@@ -1,4 +1,6 @@
-"""The line between the closest points, with d beside it; its colour and its width are λ."""
+"""The line between the closest points, with d on it; its colour and its width are λ."""
+
+from typing import Final
 
 import numpy as np
 import viser
@@ -7,9 +9,12 @@ from app.session.frame import Frame
 from app.settings import PageSettings
 from app.theme import PALETTES, blend, scale
 
+LABEL_ABOVE: Final = 0.02
+"""How far the number stands above the middle of the line [m]."""
+
 
 class ClosestLine:
-    """Not to be seen where nothing is near.
+    """Not to be seen where nothing is near; through everything else it is, by `contact_look.js`.
 
     Args:
         scene: where to draw.
@@ -27,7 +32,7 @@ class ClosestLine:
         self._label = scene.add_label("/closest/distance", "", anchor="bottom-center", visible=False)
 
     def dress(self, page: PageSettings) -> None:
-        self._palette, self._scale = PALETTES[page.theme], scale(page.profile)
+        self._on, self._palette, self._scale = page.contact, PALETTES[page.theme], scale(page.profile)
         self._label.font_screen_scale = 1.15 * self._scale
         for end in self._ends:
             end.color = (40, 44, 50) if page.theme == "light" else (235, 240, 245)
@@ -35,7 +40,7 @@ class ClosestLine:
     def show(self, frame: Frame) -> None:
         """Draw the pair that is closest now."""
         sample = frame.sample
-        seen = sample.pair >= 0
+        seen = self._on and sample.pair >= 0
         for part in (self._line, *self._ends, self._label):
             part.visible = seen
         if not seen:
@@ -45,10 +50,10 @@ class ClosestLine:
         for end, point in zip(self._ends, (a, b), strict=True):
             end.position = point
         lam = sample.activation
-        self._line.colors = np.tile(np.array(blend(self._palette.calm, self._palette.activation, lam), np.uint8), (1, 2, 1))
-        # The width is the second cue of λ: 2 px when the law is idle, 8 px when avoidance has full priority.
-        self._line.thickness = round((2.0 + 6.0 * lam) * self._scale * 2.0) / 2.0
-        self._label.position = (a + b) / 2.0 + np.array([0.0, 0.0, 0.06])
+        self._line.colors = np.array(blend(self._palette.calm, self._palette.activation, lam), np.uint8)
+        # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
+        self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
+        self._label.position = (a + b) / 2.0 + np.array([0.0, 0.0, LABEL_ABOVE])
         self._label.text = f"d = {sample.distance * 1000.0:.0f} mm"
 
     def remove(self) -> None:

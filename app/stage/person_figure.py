@@ -42,9 +42,11 @@ class FigureView:
     """
 
     def __init__(self, scene: viser.SceneApi) -> None:
-        self._parts: dict[str, viser.GlbHandle] = {}
+        self.parts: dict[str, viser.GlbHandle] = {}
+        """By the names of `scenes.person.body`; empty where nothing is drawn."""
         self._label: viser.LabelHandle | None = None
-        self._angles = np.full((2, 4), np.nan)
+        self.angles = np.full((2, 4), np.nan)
+        """As drawn (2, 4) [rad]; nan before a person was seen."""
         try:
             parts = body_parts()
         except MissingPackage:
@@ -53,7 +55,7 @@ class FigureView:
         for part in parts:
             path = paths[part.name] = f"{paths.get(part.parent, '/person')}/{part.name}"
             place = SCALE * part.pose.translation + (0.0 if part.parent else STAND)
-            self._parts[part.name] = fresh(scene.add_glb(path, part.glb, scale=SCALE, position=tuple(place.tolist())))
+            self.parts[part.name] = fresh(scene.add_glb(path, part.glb, scale=SCALE, position=tuple(place.tolist())))
         above = _SHOULDERS + np.array([0.0, 0.0, 0.33])
         self._label = scene.add_label(
             "/person/lost", tr("no person in view"), anchor="bottom-center", position=above, visible=False
@@ -69,13 +71,13 @@ class FigureView:
             return
         angles = frame.target.angles if isinstance(frame.target, AnglesTarget) else None
         self._label.visible = angles is None
-        if angles is None or np.array_equal(angles, self._angles):
+        if angles is None or np.array_equal(angles, self.angles):
             return
-        self._angles = angles.copy()
+        self.angles = angles.copy()
         for name, turn in body_poses(angles).items():
-            self._parts[name].wxyz = turn
+            self.parts[name].wxyz = turn
 
     def remove(self) -> None:
         if self._label is not None:
             self._label.remove()
-            self._parts["body"].remove()
+            self.parts["body"].remove()

@@ -9,7 +9,9 @@ from app.settings import PageSettings
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.closest_line import ClosestLine
+from app.stage.contact_skin import ContactSkin
 from app.stage.ghost import GhostView, WishView
+from app.stage.grip_mark import GripMark
 from app.stage.hand_path import PathLine
 from app.stage.hand_trace import STAY, TRAVEL, Trace
 from app.stage.person_figure import FigureView
@@ -58,12 +60,14 @@ class Stage:
 
     def __init__(self, scene: viser.SceneApi, page: PageSettings) -> None:
         self.scene, self._page = scene, page
+        self.yours: ArmView | BallView | FigureView | None = None
+        """What the visitor can take hold of; another one with every experiment."""
         self._room: viser.GlbHandle | None = None
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
         self._built: tuple[object, ...] | None = None
         self._lit: tuple[str, ...] | None = None
-        self._dressed: tuple[str, ...] | None = None
+        self._dressed: tuple[object, ...] | None = None
 
     def dress(self, page: PageSettings) -> None:
         """Take on a theme, a profile and a kind of picture at the next frame."""
@@ -81,7 +85,7 @@ class Stage:
             self._clear()
             self._build(simulation, page.picture == "fine")
             self._dressed = None
-        look = page.theme, page.profile
+        look = page.theme, page.profile, page.contact
         if self._dressed != look:
             self._dressed = look
             for part in self._parts:
@@ -112,7 +116,10 @@ class Stage:
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
             for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True)
         )
-        parts: list[StagePart] = [ClosestLine(self.scene)]
+        self.yours = next((view for arm, view in zip(room.arms, self._arms, strict=True) if arm is yours), None)
+        parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene)]
+        if self.yours is not None and settings.scene != "imitation":
+            parts.append(GripMark(self.scene))
         if simulation.place is not None:
             parts.append(TargetPlace(self.scene))
         moving = settings.scene == "ball" or (settings.scene == "solo" and settings.path == "circle")
@@ -121,10 +128,12 @@ class Stage:
         if moving:
             parts.append(PathLine(self.scene, circle=settings.scene == "solo"))
         if room.ball is not None:
-            parts.append(BallView(self.scene, room, self._arms[0]))
+            self.yours = BallView(self.scene, room, self._arms[0])
+            parts.append(self.yours)
         if any(mover.desired is not None for mover in simulation.roles.tasks):
             parts.append(WishView(self.scene, fine))
         parts.append(GhostView(self.scene, fine))
         if settings.scene == "imitation":
-            parts.append(FigureView(self.scene))
+            self.yours = FigureView(self.scene)
+            parts.append(self.yours)
         self._parts = tuple(parts)

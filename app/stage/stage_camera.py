@@ -1,10 +1,9 @@
-"""Where a visitor's camera stands: the scene's view, fitted into the part of the canvas that no panel covers."""
+"""What of an experiment is to be seen, and from where."""
 
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
-import viser
 
 from scenes.rigs import Camera
 from scenes.robots import FILES, Robot
@@ -54,25 +53,3 @@ def _seen(made: Robot, rig: str) -> tuple[float, float, float] | None:
     z, width, height = OTHERS["panda", rig]
     scale = max(arm_reach(made) / PANDA_REACH, 0.85)
     return z, width * scale, height * scale
-
-
-def place_camera(client: viser.ClientHandle, camera: Camera, covered: float) -> None:
-    """Move a client's camera so that everything the view must show is in the free part of its canvas.
-
-    Args:
-        covered: share of the canvas' height, at its bottom, that a panel covers.
-    """
-    slope = float(np.tan(camera.fov / 2.0))
-    distance = max(camera.height / (1.0 - covered), camera.width / max(client.camera.aspect, 0.2)) / (2.0 * slope)
-    toward = np.array(camera.toward) / np.linalg.norm(camera.toward)
-    right = np.cross([0.0, 0.0, 1.0], toward)
-    up = np.cross(toward, right / np.linalg.norm(right))
-    # Looking below the middle lifts it out of the part that is covered.
-    target = np.array(camera.centre) - up * (distance * slope * covered)
-    client.camera.up_direction = (0.0, 0.0, 1.0)
-    # viser sends nothing that equals what it last heard from the browser, which may have been said before our last move arrived there.
-    client.camera.position = target + toward * (distance + 1.0)
-    client.camera.position = target + toward * distance
-    client.camera.look_at = target
-    client.camera.fov = 0.9 * camera.fov
-    client.camera.fov = camera.fov

@@ -16,6 +16,9 @@ log = logging.getLogger("duet.lessons")
 SIZE: Final = 16.0
 """Of a formula's letters [CSS px]."""
 
+SMALLEST: Final = 14.0
+"""Of the letters of a formula that is too wide for its panel, as large as those of the text [CSS px]."""
+
 _LIGHT: Final = PALETTES["light"]
 
 _COLOURS: Final = {
@@ -57,7 +60,9 @@ def formula(tex: str, inline: bool, size: float = SIZE) -> str:
     for name, colour in _COLOURS.items():
         svg = svg.replace(f'fill="{colour}"', f'class="{name}" fill="currentColor"')
     svg = svg.replace('fill="black"', 'fill="currentColor"')
-    place = f' style="vertical-align:{below:.2f}px"' if inline else ""
+    # A wide one may shrink to the size of the text around it; beyond that its line scrolls.
+    width = float(svg.partition('width="')[2].partition('"')[0])
+    place = f' style="vertical-align:{below:.2f}px"' if inline else f' style="min-width:{SMALLEST / size * width:.0f}px"'
     return svg.replace("<svg ", f'<svg role="img" aria-label="{html.escape(plain_formula(tex))}" fill="currentColor"{place} ', 1)
 
 

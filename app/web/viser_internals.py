@@ -76,9 +76,14 @@ def request_of(client: viser.ClientHandle) -> Request | None:
 # --- elements ------------------------------------------------------------------------------------------------------------------
 
 
-def uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
-    """Return the name under which the page knows an input."""
+def uuid_of(handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle) -> str:
+    """Return the name under which the page knows an input or a button."""
     return handle._impl.uuid
+
+
+def container_uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
+    """Return the name under which the page knows the tab or folder that an input stands in."""
+    return handle._impl.parent_container_id
 
 
 class GuiRegistry:

@@ -5,12 +5,12 @@ from scenes.arm_tasks.arm_task import Memory
 from scenes.guide import Guide
 from scenes.robots import Robot
 from scenes.settings import RunSettings
-from scenes.targets import HandTarget, JointTarget, Target
+from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
 from scenes.world import World
 
 
 class GuidedTask:
-    """Follows a hand, an elbow or joint positions at no more than a person's speed; see `scenes.guide`.
+    """Follows a hand, an elbow, a pulled link or joint positions at no more than a person's speed; see `scenes.guide`.
 
     Args:
         world: where.
@@ -39,7 +39,7 @@ class GuidedTask:
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇ (n,) of the person's hand on the arm [rad/s]; the array is reused."""
         del time
-        wish = target if isinstance(target, (HandTarget, JointTarget)) else None
+        wish = target if isinstance(target, (HandTarget, JointTarget, LinkTarget)) else None
         return self._guide.follow(wish, self._positions, settings.dt, settings.hand_speed)
 
     def memory(self) -> Memory:

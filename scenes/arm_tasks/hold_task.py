@@ -9,9 +9,9 @@ from controllers.kinematics import Arm, Array, damped_solution
 from controllers.limits import bounded_task
 from controllers.tasks import TASK_DIMENSION, hold, pose_error, position_error
 from scenes.arm_tasks.arm_task import Memory
-from scenes.guide import FOLLOW_GAIN, shortened
+from scenes.guide import FOLLOW_GAIN, pull, shortened
 from scenes.settings import RunSettings
-from scenes.targets import HandTarget, Target
+from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
 from scenes.world import World
 
 Path = Callable[[float, Array], tuple[Array, Array]]
@@ -19,6 +19,9 @@ Path = Callable[[float, Array], tuple[Array, Array]]
 
 ELBOW_DAMPING: Final = 0.05
 """Damping of the elbow's pseudo-inverse [m/rad]."""
+
+SELF_MOTION_SPEED: Final = 0.6
+"""Largest |q̇₀| with which the joints are led to a posture [rad/s]: a tenth of a millimetre of the hand's error at usual gains."""
 
 
 class HoldTask:
@@ -28,7 +31,8 @@ class HoldTask:
         world: where.
         arm: which.
         path: how the place moves by itself; None if it does not.
-        movable: whether a person may move the place and pull at the elbow (q̇₀) with a `HandTarget`.
+        movable: whether a person may move the place and pull at the elbow (q̇₀) with a `HandTarget`, either with a `LinkTarget`, or lead
+            all joints (q̇₀) with a `JointTarget`, as far as that does not move the hand.
         overdriven: whether K is multiplied by the settings' `overdrive`.
     """
 
@@ -46,6 +50,8 @@ class HoldTask:
         self._overdriven = overdriven
         self._kinematics, self._arm, self._path, self._movable = world.kinematics, arm, path, movable
         self._pose = world.kinematics.hand_pose(arm)
+        # A live view.
+        self._joints = world.positions[arm.joints]
         self._box = world.bounds.part(arm.joints)
 
     def begin(self) -> None:
@@ -64,14 +70,18 @@ class HoldTask:
                 # The way begins where the hand is, whenever it is chosen.
                 self._since = time
             self.place, speed = self._path(time - self._since, self._home)
-        pull: Array | None = None
-        if self._movable and isinstance(target, HandTarget):
+        swing: Array | None = None
+        if self._movable and isinstance(target, LinkTarget):
+            swing = self._pulled(target, settings)
+        elif self._movable and isinstance(target, HandTarget):
             self._carry(target, settings)
             if target.elbow is not None:
                 elbow = kinematics.joint_point(arm.elbow)
                 J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
                 way = shortened((target.elbow - elbow) * FOLLOW_GAIN, settings.hand_speed)
-                pull = damped_solution(J_elbow, way, ELBOW_DAMPING)
+                swing = damped_solution(J_elbow, way, ELBOW_DAMPING)
+        elif self._movable and isinstance(target, JointTarget):
+            swing = shortened((target.positions - self._joints) * FOLLOW_GAIN, SELF_MOTION_SPEED)
         pose = self._pose
         error = position_error(pose, self.place) if task == "position" else pose_error(pose, self.place, self.place_rotation)
         x, y, z = error[:3].tolist()
@@ -79,7 +89,17 @@ class HoldTask:
         J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
         self.task_jacobian = J
         gain = settings.gain * settings.overdrive if self._overdriven else settings.gain
-        return bounded_task(hold(J, error, gain, speed, pull), J, self._box, settings.bounds)
+        return bounded_task(hold(J, error, gain, speed, swing), J, self._box, settings.bounds)
+
+    def _pulled(self, target: LinkTarget, settings: RunSettings) -> Array | None:
+        """Return q̇₀ (n,) of a pull at a link of the arm [rad/s]; a pull at a link of the hand moves the place instead."""
+        joint = self._arm.joint(target.joint)
+        if joint >= self._arm.wrist:
+            grip = self._kinematics.data.oMi[joint].act(target.offset)
+            self._carry(HandTarget(self._pose.translation + target.position - grip), settings)
+            return None
+        J, way = pull(self._kinematics, self._arm, target, settings.hand_speed)
+        return damped_solution(J, way, ELBOW_DAMPING)
 
     def _carry(self, target: HandTarget, settings: RunSettings) -> None:
         way = shortened((target.position - self.place) * FOLLOW_GAIN, settings.hand_speed)

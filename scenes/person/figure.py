@@ -1,7 +1,7 @@
 """A figure with wrists and elbows that can be dragged: a person without a camera."""
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,26 @@ MOST_BENT: Final = float(np.radians(150.0))
 
 TRUSTED_SINE: Final = 1e-3
 """A hand that drags holds the point exactly, so that hardly anything is remembered at a singular posture."""
+
+
+SETTLING: Final = 4
+"""How often a pull at a hand corrects the wrist for the turn of the forearm."""
+
+
+class Grasp(NamedTuple):
+    """Where an arm is held.
+
+    Attributes:
+        side: which arm.
+        forearm: whether beyond the middle of the forearm.
+        along: beyond the wrist, along the forearm [m].
+        aside: off the axis of its bone (3,), or off the elbow [m].
+    """
+
+    side: ArmName
+    forearm: bool
+    along: float
+    aside: Array
 
 
 class Figure:
@@ -80,6 +100,30 @@ class Figure:
                 return
             forearm = math.cos(MOST_BENT) * upper + math.sin(MOST_BENT) * out
         self._take(side, upper, forearm)
+
+    def grasp(self, side: ArmName, forearm: bool, point: Array) -> Grasp:
+        """Return the grasp of an upper arm or a forearm at a point (3,) [m]; a forearm near its elbow is held at the elbow."""
+        shoulder, elbow, wrist = self.points(side)
+        if not forearm:
+            upper = (elbow - shoulder) / self.proportions.upper_arm
+            way = point - shoulder
+            return Grasp(side, False, 0.0, way - upper * float(upper @ way))
+        axis = (wrist - elbow) / self.proportions.forearm
+        way = point - wrist
+        along = float(axis @ way)
+        if along < -0.5 * self.proportions.forearm:
+            return Grasp(side, False, 0.0, point - elbow)
+        return Grasp(side, True, along, way - axis * along)
+
+    def pull(self, grasp: Grasp, point: Array) -> None:
+        """Bring what is held to a point (3,) [m], or as near as the arm reaches."""
+        goal = np.asarray(point, float) - grasp.aside
+        if not grasp.forearm:
+            self.drag_elbow(grasp.side, goal)
+            return
+        for _ in range(SETTLING):
+            _, elbow, wrist = self.points(grasp.side)
+            self.drag_wrist(grasp.side, goal - (wrist - elbow) * (grasp.along / self.proportions.forearm))
 
     def _take(self, side: ArmName, upper: Array, forearm: Array) -> None:
         angles = self._angles.copy()

@@ -7,16 +7,19 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
-from app.lessons.reference_runs import person_of
+from app.lessons.reference_runs import person_of, simulated
 from app.lessons.session import lesson_actions as do
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.elbow_marks import reaches
+from app.page.lessons.lesson_html import learned_html
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
+from scenes.history import COLUMN
 from scenes.roles import NoSource
 from scenes.settings import changed, specs, values
 from scenes.targets import BallTarget, HandTarget
@@ -42,6 +45,9 @@ class Student:
 
     def finish(self) -> None:
         self.run.act(do.StartOrPause())
+        self.run_out()
+
+    def run_out(self) -> None:
         self.run._runs.wait(60.0)
         session, run = self.session, self.run
         self.frames_until(lambda: session.paused and not run.computing and (run._runs.ready or session.simulation.steps == 0))
@@ -90,10 +96,21 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     assert outcome is not None and not outcome.reference
     run.act(do.ShowWhy())
     assert run.view().showing and one.session.simulation.steps == 0
-    one.finish()
+    contrast = run.view().contrast
+    assert (
+        contrast is not None and contrast.headline == "Here you would be right: task = Hold pose" and contrast.keys == ("task",)
+    )
+    assert contrast.asked == "task = Hold position" and contrast.names == ("Hold pose", "Hold position")
+    assert not one.session.paused, "it runs without a second click"
+    one.run_out()
     assert run.view().why_outcome
+    other, asked = one.session.ghost, run.walk.step.setup
+    assert other is not None and other.settings == asked.run and other.time == pytest.approx(one.session.simulation.time)
+    assert_array_equal(other.history.table()[:, COLUMN["t"]], one.session.simulation.history.table()[:, COLUMN["t"]])
+    alone, count = simulated(asked).history, simulated(asked).steps
+    assert_array_equal(other.history.table()[:count], alone.table(), "the step's own run, with its own inputs")
     run.act(do.GoOn())
-    assert not run.view().showing
+    assert not run.view().showing and one.session.ghost is None
 
 
 @pytest.mark.parametrize("halted", [False, True])
@@ -274,3 +291,44 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
     run._runs.wait(60.0)
     student.frames_until(lambda: run.walk.phase is not Phase.DO or run.walk.yours, 0.1)
     assert not [record for record in caplog.records if record.exc_info], caplog.text
+
+
+def test_the_list_opens_lessons_and_knows_what_is_finished() -> None:
+    session = Session(Settings())
+    run = LessonSession(session, BOOK)
+    run.act(do.ListLessons())
+    assert run.listing and not run.open
+    assert not any(entry.here or any(entry.finished) or entry.step for entry in run.entries())
+    run.act(do.ListLessons())
+    assert not run.listing
+    run.act(do.GoTo(1, 0))
+    assert not run.open, "no lesson without the list"
+    run.act(do.ListLessons())
+    run.act(do.GoTo(1, 0))
+    assert run.open and not run.listing and run.walk.lesson is BOOK.lessons[1]
+
+    student = Student(1)
+    run = student.run
+    run.act(do.Choose(0))
+    student.finish()
+    run.act(do.GoOn())
+    run.act(do.GoTo(1, 1))
+    entry = run.entries()[1]
+    assert entry.here and entry.finished == (True, False, False) and entry.step == 1
+    assert [one.here for one in run.entries()].count(True) == 1
+    run.act(do.GoTo(0, 0))
+    # Where the student is not any more, the first step that is open comes next.
+    assert run.entries()[1].step == 1 and not run.entries()[1].here
+
+
+def test_what_was_learned_is_said_at_the_end_of_a_lesson() -> None:
+    student = Student(2, 2)
+    run = student.run
+    assert not run.view().lesson_finished
+    student.to_challenge()
+    assert not run.view().lesson_finished, "the challenge is not passed yet"
+    run.walk.done.passed = True
+    view = run.view()
+    assert view.lesson_finished and BOOK.lessons[2].learned and "q" in learned_html(view)
+    run.act(do.GoTo(2, 0))
+    assert not run.view().lesson_finished and learned_html(run.view()) == ""

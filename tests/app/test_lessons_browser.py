@@ -24,8 +24,8 @@ def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageA
     page = page_at(1440, 900)
     session, run = enter(page, opened, "lesson=4&step=3")
     walked = Walker(page, session, run, Clicks(page)).step()
-    assert at_the_end(run) and len(walked.said) == 2 and walked.whys == 1 and walked.challenge == "passed"
-    assert walked.said[0] != walked.said[1], "a wrong answer is answered otherwise than the right one"
+    assert at_the_end(run) and len(walked.said) == 3 and walked.whys == 2 and walked.challenge == "passed"
+    assert walked.said[0] != walked.said[2], "a wrong answer is answered otherwise than the right one"
     box = page.locator(".duet-l-head").bounding_box()
     canvas = page.evaluate("(() => { const b = __viserMutable.canvas.getBoundingClientRect(); return [b.left, b.right]; })()")
     assert box is not None and box["x"] + box["width"] <= canvas[0] + 1.0, "the panel stands beside the scene, not over it"
@@ -77,6 +77,32 @@ def test_a_picture_is_seen_in_the_colours_of_the_page(
     assert len({*colours[0], *colours[1]}) == 4, "ink and symbol differ, and both follow the theme"
 
 
+def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1024, 768)
+    session, run = enter(page, house(), "lesson=1&step=2&theme=dark")
+    question = run.walk.step.question
+    assert question is not None
+    page.get_by_text(run.walk.lesson.goal).wait_for(state="detached")
+    ask(session, lambda _: run.act(Choose(question.right)))
+    until(page, lambda: ask(session, lambda _: run.act(GoOn())) or run.walk.phase is Phase.OBSERVE, "the outcome")
+    press(page, "All lessons")
+    cards = page.locator("button.lesson")
+    cards.nth(10).wait_for()
+    assert cards.count() == len(run.book.lessons) and page.locator(".duet-l-head").count() == 0
+    assert [cards.nth(i).locator(".ticks .ok").count() for i in range(3)] == [1, 0, 0]
+    assert "continue" in cards.first.inner_text() and "continue" not in cards.nth(1).inner_text()
+    assert "Say why a computed hand drifts" in cards.nth(1).inner_text() and "15 min" in cards.nth(1).inner_text()
+    named(page)
+    screenshot(page, "lesson-list")
+    cards.nth(1).focus()
+    page.keyboard.press("Enter")
+    page.locator(".duet-l-head").get_by_text("A computer moves in steps.").wait_for()
+    assert (run.walk.lesson.number, run.walk.step_index) == (2, 0) and cards.count() == 0
+    press(page, "All lessons")
+    cards.first.click()
+    until(page, lambda: (run.walk.lesson.number, run.walk.step_index) == (1, 0), "the first step that is not finished")
+
+
 def test_an_elbow_swung_and_numbers_said_by_keys_alone(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1024, 768)
@@ -125,7 +151,7 @@ def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, bro
         place = hand(session)
         page.keyboard.press("ArrowUp")
         until(page, lambda: hand(session)[2] > place[2] + 0.01, "a hand that goes up")
-        assert float(page.locator(".duet-tiles b").first.inner_text()) >= 0.0
+        assert float(page.locator("#duet-contact .gap b").inner_text()) >= 0.0
         ask(session, lambda s: s.change("lang", "auto"))
         note.get_by_text("WebGL ist in diesem Browser ausgeschaltet").wait_for()
         box = note.bounding_box()

@@ -5,7 +5,7 @@ from typing import get_args
 import pytest
 
 from app.lessons.room_places import RoomPlace, Start, start_positions
-from app.page.panels.readout import promise_html
+from app.page.panels.promise_pills import promise_html
 from controllers.laws.situation import FIRM_LEVER
 from scenes.promise import Condition, missing_now
 from scenes.settings import LawName

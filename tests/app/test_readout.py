@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.page.panels.rate_budget import MISSED, budget_lines, live_html, wanted_rate
-from app.page.panels.readout import status_html, tiles_html, tip_html
+from app.page.panels.rate_budget import MISSED, Term, budget_terms, error_step, missed, wanted_rate
+from app.page.panels.readout import error_html, status_html, tiles_html, tip_html
 from app.plots.stability_section import section_html, task_error
 from app.session.clock import Pace
 from app.session.contact import Contact, contact
@@ -62,11 +62,9 @@ def text(html: str) -> str:
     return re.sub(r"<[^>]+>", "", html).replace("&lt;", "<").replace("&gt;", ">")
 
 
-def value(formula: str) -> float:
-    """The value of a formula with numbers."""
-    plain = text(formula).replace("−", "-").replace("·", "*").replace("Σ", "")
-    assert re.fullmatch(r"[-+*(),. \dmax]+", plain), plain
-    return float(eval(plain, {"__builtins__": {}, "max": max}))
+def shares(terms: list[Term]) -> str:
+    """What opens the gap and what closes it, as a formula."""
+    return " ".join(f"{'−' if term.kind in ('u', 'w') else '+'}{text(term.symbol)}" for term in terms if term.kind != "lost")
 
 
 VARIANTS = ("", "&avoid=both", "&avoid=both&coupled=1", "&avoid=guided", "&ff=1", "&pairs=single")
@@ -83,31 +81,31 @@ def test_the_budget_is_what_happens(scene: str, law: str) -> None:
     for variant in VARIANTS:
         simulation, sample, now = seen(f"scene={scene}&law={law}&dm=0.2&n=2&d0=0.5&v=0.2{variant}")
         rate = wanted_rate(simulation, sample, now)
-        formula, numbers = budget_lines(simulation, sample, now)
-        # Rounded to two digits: a hundredth for every term, and what multiplies it.
-        assert value(numbers) == pytest.approx(rate, abs=0.03)
-        assert "nan" not in numbers and not re.search(r"\d\.\d", text(formula))
+        terms = budget_terms(simulation, sample, now)
+        assert sum(term.value for term in terms) == pytest.approx(now.change, abs=MISSED)
+        lost = sum(term.value for term in terms if term.kind == "lost")
+        assert sum(term.value for term in terms) - lost == pytest.approx(rate, abs=1e-9), variant
         levers = [now.square] if sample.second is None else [now.square, now.second_square]
         if min(levers) < AUTHORITY**2 or simulation.bound_bites or law in LEAVES_SOME:
             continue
-        assert now.change == pytest.approx(rate, abs=1e-9), variant
+        assert now.change == pytest.approx(rate, abs=1e-9) and lost == 0.0, variant
         if sample.second is not None:
             lam, both = sample.activation, sample.pull + sample.second.pull
             if law == "smooth_priority":
-                assert text(formula) == "2λv − (1−λ)(u1+u2)"
+                assert shares(terms) == "−(1−λ)(u1+u2) +2λv"
                 assert rate == pytest.approx(2.0 * lam * 0.2 - (1.0 - lam) * both, abs=1e-12)
         else:
             assert now.rate == pytest.approx(simulation.law.line_rate(now.distance, now.pull, now.approach, now.square), abs=1e-9)
 
 
 def test_a_law_that_gets_less_than_it_asks_for_says_so() -> None:
-    poor = simulation, sample, now = seen("scene=hold&law=null_space_avoidance&dm=0.3&d0=0.6")
-    assert abs(now.change - wanted_rate(simulation, sample, now)) > MISSED
-    words = text(live_html(*poor))
-    assert "the hand comes first" in words
-    assert value(words.partition("really ")[2].partition(":")[0]) == pytest.approx(now.change, abs=6e-4)
-    # In place of another line, so that nothing below moves.
-    assert live_html(*poor).count("<br>") == live_html(*seen("scene=hold&dm=0.05")).count("<br>") == 2
+    simulation, sample, now = seen("scene=hold&law=null_space_avoidance&dm=0.3&d0=0.6")
+    (lost,) = [term for term in budget_terms(simulation, sample, now) if term.kind == "lost"]
+    assert lost.value == pytest.approx(now.change - wanted_rate(simulation, sample, now)) and abs(lost.value) > MISSED
+    assert missed(simulation, now) == "the hand comes first"
+    assert not [term for term in budget_terms(*seen("scene=hold&dm=0.05")) if term.kind == "lost" and term.value]
+    assert shares(budget_terms(*seen("scene=hold&ff=1"))) == "−w −(1−λ)u +λ(v+w)"
+    assert shares(budget_terms(*seen("scene=hold&law=barrier_qp"))) == "−w −u +c"
 
 
 @pytest.mark.parametrize(
@@ -120,8 +118,8 @@ def test_a_law_that_gets_less_than_it_asks_for_says_so() -> None:
     ],
 )
 def test_the_arm_alone_says_what_k_dt_does(query: str, words: str) -> None:
-    simulation, sample, now = seen(f"scene=solo&path=circle&{query}", 0.1)
-    assert words in text(live_html(simulation, sample, now))
+    simulation, sample, _ = seen(f"scene=solo&path=circle&{query}", 0.1)
+    assert words in text(error_step(simulation.settings))
     unstable = simulation.settings.gain * simulation.settings.overdrive * simulation.settings.dt >= 2.0
     assert ("unstable" in status_html(RUNNING, simulation, sample)) == unstable
     assert ("class=bad" in tiles_html(simulation, sample)) == unstable
@@ -132,24 +130,21 @@ def tile_values(html: str) -> list[str]:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_four_tiles_of_every_experiment(scene: str) -> None:
+def test_the_error_of_every_experiment(scene: str) -> None:
     simulation, sample, _ = seen(f"scene={scene}")
     tiles = tile_values(tiles_html(simulation, sample))
-    assert len(tiles) == 4
     if scene == "solo":
+        assert len(tiles) == 4 and error_html(simulation, sample) == ""
         assert float(tiles[0]) == pytest.approx(1000.0 * sample.error, abs=0.06) and float(tiles[1]) == 4.0
         return
-    assert float(tiles[0]) == pytest.approx(1000.0 * sample.distance, abs=0.51)
-    assert float(tiles[1]) == pytest.approx(sample.activation, abs=0.006)
+    assert tiles == []
     errors = [sample.error] if sample.second is None else [sample.error, math.sqrt(sample.second.squared_error)]
-    shown = [float(part) for part in tiles[2].split()]
+    words = text(error_html(simulation, sample))
+    shown = [float(number) for number in re.findall(r"[\d.]+", words)]
     scale = 180.0 / math.pi if simulation.error_unit == "rad²" else 1000.0
-    if scene == "imitation":
-        assert sorted(shown) == pytest.approx(sorted(scale * e for e in errors), abs=0.51)
-    else:
-        assert shown == pytest.approx([scale * errors[0]], abs=0.51)
-    fourth = sample.approach if sample.second is None else sample.pull + sample.second.pull
-    assert float(tiles[3]) == pytest.approx(fourth, abs=0.0051)
+    expected = sorted(scale * e for e in errors) if scene == "imitation" else [scale * errors[0]]
+    assert sorted(shown) == pytest.approx(expected, abs=0.51)
+    assert words.endswith("mm") == (simulation.error_unit == "m²")
 
 
 @pytest.mark.parametrize(
@@ -161,18 +156,13 @@ def test_the_trace_of_n_counts_what_the_hand_leaves_free(robot: str, task: str, 
     assert float(tile_values(tiles_html(simulation, simulation.sample()))[1]) == free
 
 
-def test_the_ghost_has_a_second_number_in_every_tile() -> None:
+def test_the_ghost_has_an_error_beside_the_runs() -> None:
     own, ghost = played("v=0.1&dm=0.16", 4.5), played("v=0.1&dm=0.16&law=unprotected", 4.5)
-    html = tiles_html(own, own.sample(), ghost)
-    ghosts = [float(text(part).removeprefix("ghost ").replace("−", "-")) for part in re.findall(r"<small>(.*?)</small>", html)]
-    shown = [float(part) for part in tile_values(html)]
-    assert len(ghosts) == len(shown) == 4
-    assert ghosts[0] == round(1000.0 * ghost.sample().distance) < shown[0] - 8.0 and ghosts[1] == 0.0
-    assert "<small>" not in tiles_html(own, own.sample())
-    # Below d_m a tile turns red.
-    assert ghost.sample().distance < 0.16 < own.sample().distance
-    red = [tiles_html(one, one.sample()) for one in (own, ghost)]
-    assert ["&lt; d<sub>m</sub>" in html for html in red] == [False, True] and "class=bad" in red[1]
+    words = text(error_html(own, own.sample(), ghost))
+    assert re.fullmatch(r"\|e\| \d+ mm \(ghost \d+ mm\)", words)
+    errors = [float(number) for number in re.findall(r"\d+", words)]
+    assert errors == [round(1000.0 * one.sample().error) for one in (own, ghost)]
+    assert "ghost" not in error_html(own, own.sample())
 
 
 def test_every_reason_for_missing_authority_of_either_arm_is_named() -> None:
@@ -254,7 +244,7 @@ def test_the_numbers_leave_the_run_alone() -> None:
         watched.step(person.target(watched.time))
         sample = watched.sample()
         now = contact(watched, sample)
-        shown = live_html(watched, sample, now), section_html(watched, sample, now), tiles_html(watched, sample)
+        shown = budget_terms(watched, sample, now), section_html(watched, sample, now), error_html(watched, sample)
         assert all(shown)
     assert watched.history.table().tobytes() == played(query).history.table().tobytes()
 

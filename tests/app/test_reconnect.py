@@ -18,7 +18,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
-from tests.app.conftest import HAND, Join, OpenHouse, ask, lecture_of, live_sessions
+from tests.app.conftest import Join, OpenHouse, ask, lecture_of, live_sessions
 from tests.app.page.helpers import buttons, click, page_label
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, until, wait_ready
@@ -129,7 +129,7 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(hou
     begin = one.session.simulation.time
     one.visitor.wait_for(lambda _: one.session.simulation.time > begin + 1.0, 60.0)
     session, time = one.session, one.session.simulation.time
-    one.visitor.move_gizmo(HAND, phase="start")
+    one.visitor.pull(max(one.visitor.mirror.grabbable, key=len), "start", [0.3, 0.0, 1.0], [0.3, 0.0, 1.1])
     one.visitor.wait_for(lambda _: session.held is not None, 60.0)
     one.cut()
     one.come()
@@ -196,7 +196,7 @@ def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_a
     ask(session, lambda s: [s.change("dm", 0.21), s.change("ghost", "frozen"), s.toggle_pause()])
     state = ask(session, lambda s: (s.settings, s.simulation.steps))
     for turn in range(2):
-        wait_ready(page, HAND)
+        wait_ready(page, "/room")
         if turn == 1:
             page.reload()
         else:

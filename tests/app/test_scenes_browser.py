@@ -12,7 +12,7 @@ from scenes.room import BALL_RADIUS
 from scenes.settings import RunSettings, SceneName, specs
 from scenes.targets import BallTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
-from tests.app.page.by_hand import LATE_UPDATE, drag_through, hand, visit
+from tests.app.page.by_hand import LATE_UPDATE, PULLED, drag_through, hand, visit
 from tests.browser import PageAt, screenshot, until, wait_frames, world_position, world_to_px
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
@@ -20,9 +20,6 @@ KEYS = dict(zip(SCENES, "12345", strict=True))
 NAMES = dict(zip(specs(RunSettings)["scene"].choices, specs(RunSettings)["scene"].choice_labels, strict=True))
 BALL_ARROW = 0.2
 """Length of the ball's arrows [m]."""
-
-# Said by viser's page whenever a node that may be pulled is taken.
-PULLED = r"Unable to preventDefault inside passive event listener"
 
 
 def enter(page: Page, session: Session, scene: SceneName) -> None:
@@ -56,7 +53,7 @@ def let_go(page: Page, session: Session, what: str) -> None:
 
 def test_every_scene_is_entered_and_its_ball_or_figure_pulled(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(960, 720, expect=(LATE_UPDATE, PULLED))
-    session = visit(page, house(), "autopilot=0&speed=2")
+    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
     page.mouse.click(300, 90)
 
     def are_there(*nodes: str) -> bool:
@@ -88,17 +85,16 @@ def test_every_scene_is_entered_and_its_ball_or_figure_pulled(house: OpenHouse, 
         enter(page, session, scene)
         until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the hand")
     enter(page, session, "imitation")
-    ask(session, lambda s: s.change("source", "figure"))
-    page.wait_for_function("__viserMutable.nodeRefFromName['/gizmo/left_wrist']")
-    wait_frames(page, 6)
     q = ask(session, lambda s: s.simulation.positions.copy())
-    pull_pixels(page, world_to_px(page, world_position(page, "/gizmo/left_wrist")), (32, -64))
+    elbow = world_position(page, "/person/body/left_upper_arm/left_forearm")
+    pull_pixels(page, world_to_px(page, elbow), (32, -64))
+    until(page, lambda: session.settings.page.source == "figure", "the figure as the person")
     until(page, lambda: np.abs(ask(session, lambda s: s.simulation.positions.copy()) - q).max() > 0.15, "robots that follow")
     screenshot(page, "scene-figure-dragged")
     page.mouse.up()
 
     enter(page, session, "hold")
-    assert are_there(HAND) and not are_there("/person/body", "/gizmo/left_wrist")
+    assert are_there(HAND) and not are_there("/person/body")
 
 
 def test_two_makes_are_drawn_where_they_are_and_one_gives_way(house: OpenHouse, page_at: PageAt) -> None:

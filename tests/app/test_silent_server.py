@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
-from tests.app.conftest import HAND, Arrive, OpenHouse
+from tests.app.conftest import Arrive, OpenHouse
 from tests.app.web.conftest import get
 from tests.browser import PageAt, free_port, wait_ready
 
@@ -53,7 +53,7 @@ def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(server: Server
     page = page_at(700, 500, locale="de-DE")
     page.add_init_script(WATCH)
     page.goto(url)
-    wait_ready(page, HAND)
+    wait_ready(page, "/room")
     note = page.locator("#duet-connection")
 
     def answers(more: int) -> None:

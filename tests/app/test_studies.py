@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
+from app.page.panels.compare import what_if_html
 from app.session.session import Session
-from app.session.studies import REST, SMOOTHNESS_WINDOW
+from app.session.studies import DRAFT_WINDOW, REST, SMOOTHNESS_WINDOW, WINDOW
 from app.settings import PageSettings, Settings
 from scenes import rerun as rerun_module
 from scenes.headless import summarise
@@ -36,11 +37,12 @@ def running(desk: Inline, seconds: float = 5.0, **page: Any) -> Session:
     return session
 
 
-def rest_at(session: Session, key: str, value: Any) -> None:
-    """Move a slider and let it rest, until the question about it is put."""
+def rest_at(desk: Inline, session: Session, key: str, value: Any) -> None:
+    """Move a slider, give the draft, and let the slider rest, until the question about it is put."""
     session.change(key, value)
-    session.advance(REST)
     session.advance(0.0)
+    assert desk.work("draft") == ["draft"]
+    session.advance(REST)
 
 
 def answered(desk: Inline, session: Session) -> WhatIf:
@@ -50,22 +52,32 @@ def answered(desk: Inline, session: Session) -> WhatIf:
     return session.what_if
 
 
-def test_the_answer_comes_when_the_slider_rests(desk: Inline) -> None:
+def test_a_draft_comes_while_the_slider_moves_and_the_exact_answer_when_it_rests(desk: Inline) -> None:
     session = running(desk)
     session.toggle_pause()
     for d_m in (0.14, 0.13, 0.12):
         session.change("dm", d_m)
         session.advance(REST * 0.6)
         assert session.studies.busy and not desk.waiting("what if")
-    session.advance(REST * 0.6)
+    # The draft under way is not dropped for a newer value, or there would be none as long as the slider moves.
+    (job,) = desk.waiting("draft")
+    assert job.urgent and job.arguments[1]["dm"] == 0.14
+    desk.work("draft")
+    session.advance(0.0)
+    draft = session.what_if
+    assert draft is not None and draft.settings.law.critical_distance == 0.14 and not desk.waiting("what if")
+    (job,) = desk.waiting("draft")
+    assert job.arguments[1]["dm"] == 0.12
+    desk.work("draft")
+    session.advance(REST)
     (job,) = desk.waiting("what if")
-    assert job.urgent and session.studies.busy and session.what_if is None
+    assert job.urgent and session.studies.busy
     answer = answered(desk, session)
     assert not session.studies.busy and answer.stride == 1
     assert answer.settings == session.settings.run and answer.settings.law.critical_distance == 0.12
     # The curves are of the run's own clock, and what they are compared with is the run itself.
     table = session.simulation.history.table()
-    recorded = session.recorded(30.0)
+    recorded = session.recorded(WINDOW)
     assert recorded is not None and recorded.steps == len(table) == 1000
     assert answer.times.tobytes() == table[:, COLUMN["t"]].tobytes()
     again = rerun(recorded, {"dm": 0.12})
@@ -75,18 +87,26 @@ def test_the_answer_comes_when_the_slider_rests(desk: Inline) -> None:
     assert answer.summary.d_min < answer.before.d_min - 0.01
 
 
-def test_a_slow_answer_is_a_draft_first(desk: Inline, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_draft_is_coarse_and_shorter(desk: Inline, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rerun_module, "perf_counter", itertools.count(1.0).__next__)
-    session = running(desk, 3.0)
-    rest_at(session, "v", 0.6)
-    draft = answered(desk, session)
-    assert draft.stride == 4 and session.studies.busy
+    session = running(desk, 13.0)
+    session.change("v", 0.6)
+    session.advance(0.0)
+    desk.work("draft")
+    session.advance(0.0)
+    draft = session.what_if
+    assert draft is not None and draft.stride == 4 and session.studies.busy
+    assert DRAFT_WINDOW - 0.1 < draft.seconds <= DRAFT_WINDOW + CHAPTER
+    assert "in steps of 20 ms" in what_if_html(draft)
+    session.advance(REST)
+    # Moving on drops the exact answer that is being computed.
     (job,) = desk.waiting("what if")
-    assert not job.urgent
+    rest_at(desk, session, "v", 0.7)
+    assert job.state == "dropped"
     exact = answered(desk, session)
-    assert exact.stride == 1 and not session.studies.busy
-    assert exact.before == draft.before and len(exact.times) > 3 * len(draft.times)
-    assert exact.times[0] == draft.times[0]
+    assert exact.stride == 1 and not session.studies.busy and "in steps" not in what_if_html(exact)
+    assert exact.settings.law.nominal_velocity == 0.7 and len(exact.times) > 5 * len(draft.times)
+    assert exact.times[-1] >= draft.times[-1]
 
 
 def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Inline, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,9 +115,8 @@ def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Inline, monk
     session.reset()
     for _ in range(50):
         session.advance(0.1)
-    session.change("dm", 0.1)
     session.toggle_pause()
-    session.advance(REST)
+    rest_at(desk, session, "dm", 0.1)
     answer = answered(desk, session)
     assert 700 - 2.0 * CHAPTER / 0.005 < len(answer.times) <= 700
     assert answer.times[-1] == session.simulation.history.last().time
@@ -111,7 +130,7 @@ def test_only_the_law_and_k_are_asked_about(desk: Inline, key: str, value: Any) 
     session.change(key, value)
     for _ in range(5):
         session.advance(REST)
-    assert not session.studies.busy and not desk.waiting("what if")
+    assert not session.studies.busy and not desk.waiting("what if") and not desk.waiting("draft")
 
 
 def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) -> None:
@@ -150,27 +169,30 @@ def test_an_answer_about_another_run_is_dropped(desk: Inline, end: str, stage: s
     session = running(desk, 1.5)
     session.change("dm", 0.12)
     if stage != "asked":
-        session.advance(REST)
         session.advance(0.0)
-        assert len(desk.waiting("what if")) == 1
+        assert len(desk.waiting("draft")) == 1
+    if stage == "answered":
+        desk.work("draft")
+        session.advance(REST)
     if stage == "answered":
         answered(desk, session)
     ENDS[end](session)
     session.advance(1.0)
-    assert session.what_if is None and not session.studies.busy and not desk.waiting("what if")
+    assert session.what_if is None and not session.studies.busy
+    assert not desk.waiting("what if") and not desk.waiting("draft")
 
 
 def test_moving_on_replaces_the_question_and_what_fails_is_named(desk: Inline) -> None:
     session = running(desk, 1.5)
-    rest_at(session, "k", 3.0)
+    rest_at(desk, session, "k", 3.0)
     (old,) = desk.waiting("what if")
-    rest_at(session, "k", 4.0)
+    rest_at(desk, session, "k", 4.0)
     (job,) = desk.waiting("what if")
     assert old.state == "dropped" and job is not old
     job.state, job.message = "failed", "The computation was ended from outside; ask for it again."
     session.advance(0.0)
-    assert session.studies.message == job.message and session.what_if is None and not session.studies.busy
-    rest_at(session, "k", 5.0)
+    assert session.studies.message == job.message and not session.studies.busy
+    rest_at(desk, session, "k", 5.0)
     assert answered(desk, session).settings.gain == 5.0 and session.studies.message == ""
 
 

@@ -17,7 +17,7 @@ from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS, build_alone, build_ball_room, build_room
 from scenes.simulation import Simulation
-from scenes.targets import BallTarget, HandTarget
+from scenes.targets import BallTarget, HandTarget, JointTarget
 from tests.scenes.helpers import given_settings
 
 PLACE = RoomPlace("goal", (0.0, 0.0, 1.0), 0.3)
@@ -46,9 +46,10 @@ def test_every_script_is_smooth_enough_the_same_every_time_and_moves_something(n
             row = []
             for time in times:
                 target = person.target(time)
-                assert isinstance(target, (HandTarget, BallTarget))
+                assert isinstance(target, (HandTarget, BallTarget, JointTarget))
                 elbow = target.elbow if isinstance(target, HandTarget) else None
-                row.append(target.position if elbow is None else elbow)
+                place = target.positions if isinstance(target, JointTarget) else target.position
+                row.append(place if elbow is None else elbow)
                 simulation.step(target)
             paths.append(np.array(row))
         assert_array_equal(paths[0], paths[1])

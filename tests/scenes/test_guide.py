@@ -16,7 +16,7 @@ from controllers.proximity import ProximityDetector
 from scenes.guide import TURN_SPEED, Guide
 from scenes.room import build_room
 from scenes.settings import ArmName, RigName, RobotName
-from scenes.targets import HandTarget
+from scenes.targets import HandTarget, LinkTarget
 from tests.scenes.helpers import RIG_NAMES
 
 DT = 0.005
@@ -34,7 +34,7 @@ class Led:
         self.guide = Guide(self.kinematics, self.arm, self.robot, self.box, room.start[joints])
         self.kinematics.update(self.q)
 
-    def step(self, target: HandTarget | None, dt: float = DT, top_speed: float = TOP_SPEED) -> Array:
+    def step(self, target: HandTarget | LinkTarget | None, dt: float = DT, top_speed: float = TOP_SPEED) -> Array:
         joints = self.arm.joints
         self.box.update(self.q[joints])
         dq = self.guide.follow(target, self.q[joints], dt, top_speed).copy()
@@ -42,7 +42,7 @@ class Led:
         self.kinematics.update(self.q)
         return dq
 
-    def fastest(self, targets: Iterable[HandTarget | None], dt: float = DT, top_speed: float = TOP_SPEED) -> float:
+    def fastest(self, targets: Iterable[HandTarget | LinkTarget | None], dt: float = DT, top_speed: float = TOP_SPEED) -> float:
         """Top speed of all points along the axes of the capsules [m/s], by finite differences, while targets are followed."""
         fastest, before = 0.0, self.axis()
         for target in targets:

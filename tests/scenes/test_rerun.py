@@ -20,7 +20,7 @@ from scenes.rerun import COARSEST, LOOK, WHAT_IF_KEYS, Stopped, between, newest_
 from scenes.settings import LawName, RunSettings, SceneName, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, Measured, Verdict, largest_step, unmeasured
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, scene_settings
 
 
@@ -210,6 +210,13 @@ def test_between_two_of_the_other_kinds(share: float) -> None:
     for kind, shape in ((JointTarget, 3), (BallTarget, 3), (AnglesTarget, (2, 4))):
         target = between(kind(np.zeros(shape)), kind(np.ones(shape)), share)
         assert isinstance(target, kind) and np.allclose(np.array(target[0]), share)
+    first = LinkTarget(4, np.ones(3), np.zeros(3))
+    pulled = between(first, first._replace(position=np.ones(3)), share)
+    assert isinstance(pulled, LinkTarget) and (pulled.joint, pulled.offset.tolist()) == (4, [1.0, 1.0, 1.0])
+    assert np.allclose(pulled.position, share)
+    # Another point, or another link, is taken hold of at once.
+    assert between(first, first._replace(joint=5), share) is first
+    assert between(first, first._replace(offset=np.zeros(3)), share) is first
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,11 @@ class Clicks:
     def say(self, label: str, text: str) -> None:
         self.page.get_by_label(label, exact=True).fill(text)
 
+    def slide(self, label: str, text: str) -> None:
+        row = self.page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
+        row.locator("input[type=text]").last.fill(text)
+        self.page.locator(".duet-l-head").click()
+
     def set(self, key: str, value: Any) -> None:
         tab, label, entered = control_of(key, value)
         self.page.get_by_role("tab", name=tab, exact=True).click()
@@ -85,6 +90,14 @@ class Keys:
         self._tab_to(lambda: self._focused("getAttribute('aria-label')") == label, f"the box “{label}”")
         self._enter(text)
 
+    def slide(self, label: str, text: str) -> None:
+        self._to_input(label)
+        self._enter(text)
+
+    def _to_input(self, label: str) -> None:
+        names = ("getAttribute('aria-label')", "labels?.[0]?.textContent")
+        self._tab_to(lambda: self._focused("tagName") == "INPUT" and label in map(self._focused, names), f"“{label}”")
+
     def set(self, key: str, value: Any) -> None:
         tab, label, entered = control_of(key, value)
         tabs = {name for name, _, _ in TABS}
@@ -92,8 +105,7 @@ class Keys:
         self._press_until("ArrowRight", lambda: self._focused("innerText") == tab, f"the tab “{tab}”")
         self.page.keyboard.press("Enter")
         self.page.locator("[role=tab][aria-selected=true]").get_by_text(tab, exact=True).wait_for()
-        names = ("getAttribute('aria-label')", "labels?.[0]?.textContent")
-        self._tab_to(lambda: self._focused("tagName") == "INPUT" and label in map(self._focused, names), f"“{label}”")
+        self._to_input(label)
         if SPECS[key].choices:
             marked = "document.getElementById(document.activeElement?.getAttribute('aria-activedescendant') ?? '')?.innerText"
             self._press_until("ArrowDown", lambda: str(self.page.evaluate(marked)).strip() == entered, f"the choice “{entered}”")

@@ -10,6 +10,7 @@ from playwright.sync_api import Page
 from app.lessons.lesson import Trial
 from app.lessons.room_places import start_positions
 from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.null_motion_sliders import LABELS
 from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.settings import values
@@ -55,6 +56,14 @@ class LessonMoves:
             self.settings(trial)
             self._fresh_run()
             self._swing()
+        elif trial.setup.input.name == "null_motions":
+            self._fresh_run()
+            ways = dict(trial.setup.input.parameters)
+            for label, way in zip(LABELS, (ways.get(name, 0.0) for name in ("swing", "x", "y", "z")), strict=True):
+                if way:
+                    self.hands.slide(label, f"{np.degrees(way):.0f}")
+            until(page, lambda: bool(np.abs(session.simulation.velocities).max() > 0.01), "a motion")
+            until(page, lambda: bool(np.abs(session.simulation.velocities).max() < 1e-3), "the end of it", LONG)
         else:
             # In slow motion, at the other hand, until it is 10 mm nearer than d_m.
             self.settings(trial, wmax=FAST)

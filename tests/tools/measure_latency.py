@@ -79,7 +79,7 @@ def measure(page: Page, host: PrivateHost) -> list[float]:
 
 def main() -> None:
     """Measure and print."""
-    settings, _ = from_query({"autopilot": "0"}, Settings())
+    settings, _ = from_query({"autopilot": "0", "gizmo": "1"}, Settings())
     house = start_app("127.0.0.1", 0, settings)
     assert isinstance(house.host, PrivateHost)
     try:

@@ -1,6 +1,7 @@
 """One hand and its elbow, eqs (1)–(8): freedom, drift and error."""
 
 import numpy as np
+import pinocchio as pin
 
 from app.lessons.evidence import Evidence
 from app.lessons.measures.quantity import Value, quantity
@@ -59,6 +60,16 @@ def elbow_travel(evidence: Evidence) -> Value:
         return None
     places = evidence.along(evidence.elbow)
     return max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places)
+
+
+@quantity("largest turn of the hand", "rad", "deg", 0)
+def hand_turned(evidence: Evidence) -> Value:
+    """Return the largest angle by which the hand was turned from how it was at the start [rad]."""
+    if not evidence.whole:
+        return None
+    first = evidence.kinematics_at(0).hand_pose(evidence.arm).rotation.copy()
+    poses = (evidence.kinematics_at(row).hand_pose(evidence.arm) for row in evidence.sampled_rows())
+    return max(float(np.linalg.norm(pin.log3(first.T @ pose.rotation))) for pose in poses)
 
 
 @quantity("elbow's smallest distance from the mark at {angle}", "m", "mm", 0)

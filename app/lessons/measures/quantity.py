@@ -154,6 +154,14 @@ def shown_value(value: Value, name: str, unit: str, digits: int) -> str:
     return text + sign if sign in ("°", "%") else f"{text} {sign}".rstrip()
 
 
+def significant_digits(value: Value, name: str, unit: str, digits: int) -> int:
+    """Return how many digits after the point show two significant ones: at most one more than usual, and none of a whole number."""
+    if not digits or value is None or not math.isfinite(value) or value == 0.0:
+        return digits
+    exponent = int(f"{value * UNITS[QUANTITIES[name].unit, unit][0]:.1e}".partition("e")[2])
+    return min(max(1 - exponent, 0), digits + 1)
+
+
 _SHOWN: Final[dict[str, tuple[str, str]]] = {
     "angle": ("rad", "deg"),
     "distance": ("m", "mm"),

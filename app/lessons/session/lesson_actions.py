@@ -30,6 +30,11 @@ class GoTo:
 
 
 @dataclass(frozen=True)
+class ListLessons:
+    """Show the list of lessons, or close it."""
+
+
+@dataclass(frozen=True)
 class GoOn:
     """Go to the next phase or step; a run that is to be measured runs to its end first."""
 
@@ -74,4 +79,6 @@ class Leave:
     """Close the lessons."""
 
 
-LessonAction = Choose | Draw | GoTo | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+LessonAction = (
+    Choose | Draw | GoTo | ListLessons | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+)

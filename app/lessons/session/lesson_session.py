@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from app.custom_law.examination import NO_FILE, ExaminationProgress
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
+from app.lessons.lesson_list import LessonEntry, lesson_entries
 from app.lessons.phases import Phase
 from app.lessons.session import lesson_actions
 from app.lessons.session.further_runs import FurtherRuns
@@ -32,12 +33,13 @@ class LessonSession:
 
     Attributes:
         open: whether a lesson is open; otherwise the page is the visitor's own.
+        listing: whether the list of lessons stands in the lesson's place.
         version: goes up with every change that the page has to show.
         notes: (title, text) of notices for the visitor; the page that shows them removes them.
     """
 
     def __init__(self, session: Session, book: LessonBook) -> None:
-        self.book, self.open, self.version = book, False, 0
+        self.book, self.open, self.listing, self.version = book, False, False, 0
         self.notes: deque[tuple[str, str]] = deque(maxlen=8)
         self._said: dict[tuple[str, str], list[float | None]] = {}
         self._session = session
@@ -67,6 +69,7 @@ class LessonSession:
         if not self.book.lessons:
             self.notes.append(("There are no lessons", "The folder of lessons holds none that can be read."))
             return
+        self.listing = False
         try:
             if lesson is not None:
                 self.walk.go(lesson, step)
@@ -80,6 +83,8 @@ class LessonSession:
 
     def leave(self) -> None:
         """Close the lessons: the visitor's own settings are restored, and the experiment restarts with them."""
+        self.listing = False
+        self.version += 1
         if not self.open:
             return
         self._waiting = None
@@ -151,6 +156,14 @@ class LessonSession:
 
     def act(self, action: lesson_actions.LessonAction) -> None:
         """Do what the student asks for; an action at the wrong moment does nothing."""
+        if isinstance(action, lesson_actions.ListLessons):
+            self.listing = bool(self.book.lessons) and not self.listing
+            self.version += 1
+            return
+        if isinstance(action, lesson_actions.GoTo) and self.listing and not self.open:
+            self.enter(action.lesson, action.step)
+            return
+        self.listing = False
         if not self.open:
             return
         self._waiting = None
@@ -196,7 +209,9 @@ class LessonSession:
             case lesson_actions.StartOrPause():
                 self._run()
             case lesson_actions.ShowWhy():
-                walk.show_why()
+                if walk.show_why():
+                    self._begin()
+                    session.halt.go_on()
             case lesson_actions.ShowHint():
                 walk.hint()
             case lesson_actions.Check():
@@ -326,6 +341,10 @@ class LessonSession:
             self._session.player.leave()
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
+
+    def entries(self, book: LessonBook | None = None) -> tuple[LessonEntry, ...]:
+        """Return the list of lessons. `book`: see `view`."""
+        return tuple(lesson_entries(self.walk, book))
 
     def translate(self, book: LessonBook) -> None:
         """Go on with the same lessons in another language."""

@@ -4,17 +4,21 @@ from dataclasses import replace
 
 from app.i18n.speaking import N_
 from app.lessons.phases import Phase
+from app.lessons.reference_runs import begin as begin_run
+from app.lessons.reference_runs import person_of
 from app.lessons.walkthrough import Walkthrough
 from app.session.session import Session
 from app.settings import Look, Settings
 from controllers.errors import BadSetting
 from scenes.settings import values
+from scenes.simulation import Simulation
 
 
 def with_look(settings: Settings, session: Session) -> Settings:
     """Return settings with the look that the page has now: a lesson does not change how the visitor likes to see it."""
     page = session.settings.page
-    return replace(settings, page=Look(page.theme, page.profile, page.picture, page.language).of(settings.page))
+    look = Look(page.theme, page.profile, page.picture, page.language)
+    return replace(settings, page=replace(look.of(settings.page), gizmo=page.gizmo))
 
 
 def apply_settings(session: Session, settings: Settings) -> str:
@@ -53,6 +57,11 @@ def begin(session: Session, walk: Walkthrough) -> None:
         session.change("autopilot", False)
     else:
         session.set_source(walk.target_source(session.simulation))
+    if walk.showing:
+        asked = walk.step.setup
+        beside = Simulation(asked.run)
+        begin_run(beside, asked)
+        session.show_beside(beside, person_of(beside, asked, walk.kept))
     # A hand that is the visitor's answers at once; anything else waits for Run.
     session.halt.go_on()
     session.halt.set("lesson", walk.locked or not walk.yours)
@@ -64,5 +73,5 @@ def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
         return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
     if not walk.yours and not session.settings.page.autopilot:
-        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn when the handles are there.")
+        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn where the step asks you to pull.")
     return None

@@ -24,7 +24,7 @@ class HandHandle(TransformHandle):
     """Sits on the hand that one moves, or, where a hand is drawn to its place, on the place."""
 
     def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
-        super().__init__(scene, session, post, "hand", scale=0.22)
+        super().__init__(scene, session, post, "hand", 0.22)
         self._turns = True
 
     def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
@@ -32,6 +32,7 @@ class HandHandle(TransformHandle):
 
     def show(self) -> None:
         """Put it where it belongs, unless it is being dragged."""
+        super().show()
         simulation = self._session.simulation
         self._turns = not keeps_place(simulation) or simulation.settings.task == "pose"
         self._handle.disable_rotations = not self._turns
@@ -45,7 +46,7 @@ class ElbowHandle(TransformHandle):
 
     def __init__(self, scene: viser.SceneApi, session: Session, post: Callable[[Action], None]) -> None:
         arc = {"disable_axes": True, "active_axes": (False, True, True), "opacity": 0.9}
-        super().__init__(scene, session, post, "elbow", scale=0.26, **arc)
+        super().__init__(scene, session, post, "elbow", 0.26, **arc)
         self._start: tuple[Array, Array, Array, HandTarget] | None = None
 
     def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
@@ -62,25 +63,27 @@ class ElbowHandle(TransformHandle):
         angle = pin.log3(turn.dot(frame.T)).dot(frame[:, 0])
         return hand._replace(elbow=centre + pin.exp3(frame[:, 0] * angle).dot(out))
 
-    def swing(self, angle: float) -> None:
-        """Have the elbow pulled on by an angle [rad], or, where it is not dragged, away from where it is; the hand stays where it is."""
-        session, simulation = self._session, self._session.simulation
-        frame, centre = swivel_frame(simulation)
-        out = simulation.kinematics.joint_point(simulation.guided.elbow) - centre
-        held = session.held if isinstance(session.held, HandTarget) else None
-        ahead = 0.0
-        if held is not None and held.elbow is not None:
-            there = held.elbow - centre
-            ahead = math.atan2(float(frame[:, 0].dot(np.cross(out, there))), float(out.dot(there)))
-        turned = min(max(ahead + angle, -FARTHEST_SWING), FARTHEST_SWING)
-        session.hold((held or _hand_kept(simulation))._replace(elbow=centre + pin.exp3(frame[:, 0] * turned).dot(out)))
-
     def show(self) -> None:
         """Put it where the elbow is, unless it is being dragged."""
+        super().show()
         simulation = self._session.simulation
         if not self.dragged:
             frame, _ = swivel_frame(simulation)
             put(self._handle, simulation.kinematics.joint_point(simulation.guided.elbow), frame)
+
+
+def swing_elbow(session: Session, angle: float) -> None:
+    """Have the elbow pulled on by an angle [rad], or, where it is not pulled, away from where it is; the hand stays where it is."""
+    simulation = session.simulation
+    frame, centre = swivel_frame(simulation)
+    out = simulation.kinematics.joint_point(simulation.guided.elbow) - centre
+    held = session.held if isinstance(session.held, HandTarget) else None
+    ahead = 0.0
+    if held is not None and held.elbow is not None:
+        there = held.elbow - centre
+        ahead = math.atan2(float(frame[:, 0].dot(np.cross(out, there))), float(out.dot(there)))
+    turned = min(max(ahead + angle, -FARTHEST_SWING), FARTHEST_SWING)
+    session.hold((held or _hand_kept(simulation))._replace(elbow=centre + pin.exp3(frame[:, 0] * turned).dot(out)))
 
 
 def keeps_place(simulation: Simulation) -> bool:

@@ -1,4 +1,4 @@
-"""What can be taken hold of on the stage: for each experiment its own handles."""
+"""What can be taken hold of on the stage: what is the visitor's, anywhere, and, where they are asked for, arrows and arcs on it."""
 
 from collections.abc import Callable
 from typing import Final
@@ -6,12 +6,17 @@ from typing import Final
 import viser
 
 from app.lessons.session.lesson_session import LessonSession
-from app.page.handles.arm_handles import ElbowHandle, HandHandle, swivel_frame
-from app.page.handles.ball_handle import BallHandle
-from app.page.handles.figure_handles import FigureHandles
+from app.page.handles.arm_grip import ArmGrip
+from app.page.handles.arm_handles import ElbowHandle, HandHandle, swing_elbow, swivel_frame
+from app.page.handles.ball_handle import BallGrip, BallHandle
+from app.page.handles.figure_grip import FigureGrip
 from app.session.actions import Action, Drag
 from app.session.frame import Frame
 from app.session.session import Session
+from app.stage.arms import ArmView
+from app.stage.ball_view import BallView
+from app.stage.person_figure import FigureView
+from app.stage.stage import Stage
 from controllers.kinematics import Array
 
 __all__ = ["NUDGE", "SWING", "Gizmos", "swivel_frame"]
@@ -23,70 +28,98 @@ SWING: Final = 0.07
 """Angle of one key press [rad]."""
 
 
-Handle = HandHandle | ElbowHandle | BallHandle | FigureHandles
+Handle = HandHandle | ElbowHandle | BallHandle
 """A handle that is being dragged is left alone; a free one sits on what it moves, so that it snaps back when it is let go."""
 
 
 class Gizmos:
-    """All handles of one session, drawn on the scene of the client that has the controls.
+    """Grip and handles of one session, on the scene of the client that has the controls.
 
     Args:
-        lessons: an open one may move what the handles would.
+        stage: drawn on the same scene.
+        lessons: an open one may move what the visitor would.
         post: has an action done on the session's thread.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session, lessons: LessonSession, post: Callable[[Action], None]) -> None:
-        self._scene, self._session, self._lessons, self._post = scene, session, lessons, post
+    def __init__(
+        self, scene: viser.SceneApi, stage: Stage, session: Session, lessons: LessonSession, post: Callable[[Action], None]
+    ) -> None:
+        self._scene, self._stage, self._session, self._lessons, self._post = scene, stage, session, lessons, post
+        self._grip: ArmGrip | BallGrip | FigureGrip | None = None
+        self._gripped: object = None
         self._handles: tuple[Handle, ...] = ()
         self._made: tuple[object, ...] | None = None
 
     def show(self, frame: Frame) -> None:
         """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
         session, run = self._session, self._session.settings.run
-        # A replay cannot be taken hold of.
-        offered = not frame.replayed and not self._lessons.hands_off
-        figure = run.scene == "imitation" and session.settings.page.source == "figure"
-        made = run.scene, run.path, id(session.simulation.room), run.guided, figure, offered
-        if made != self._made:
-            self._made = made
-            if any(handle.dragged for handle in self._handles):
-                # A handle that is no longer there cannot be dragged.
+        # A replay cannot be taken hold of, and nothing moves a hand that draws a circle.
+        offered = not (frame.replayed or self._lessons.hands_off or (run.scene == "solo" and run.path == "circle"))
+        yours = self._stage.yours if offered else None
+        made = id(session.simulation.room), run.scene, run.guided, offered, session.settings.page.gizmo
+        if yours is not self._gripped or made != self._made:
+            if self._dragged:
+                # What is no longer there cannot be dragged.
                 session.hold(None)
+            if yours is not self._gripped:
+                self._take_up(yours)
+            self._made = made
             for handle in self._handles:
                 handle.remove()
-            self._handles = self._make(figure) if offered else ()
+            self._handles = self._make() if offered and session.settings.page.gizmo else ()
+        if self._grip is not None:
+            self._grip.show()
         for handle in self._handles:
             handle.show()
 
-    def drag(self, action: Drag) -> None:
-        """Follow a pull at a handle."""
-        for handle in self._handles:
-            handle.drag(action)
+    @property
+    def _dragged(self) -> bool:
+        return (self._grip is not None and self._grip.dragged) or any(handle.dragged for handle in self._handles)
 
-    def _make(self, figure: bool) -> tuple[Handle, ...]:
-        run, of = self._session.settings.run, (self._scene, self._session, self._post)
-        match run.scene:
+    def _take_up(self, yours: ArmView | BallView | FigureView | None) -> None:
+        if self._grip is not None:
+            self._grip.remove(nodes_stay=self._gripped is self._stage.yours)
+        self._gripped = yours
+        match yours:
+            case ArmView():
+                self._grip = ArmGrip(yours, self._session, self._post)
+            case BallView():
+                self._grip = BallGrip(yours, self._session, self._post)
+            case FigureView():
+                self._grip = FigureGrip(yours, self._session, self._post)
+            case None:
+                self._grip = None
+
+    def _make(self) -> tuple[Handle, ...]:
+        of = self._scene, self._session, self._post
+        match self._session.settings.run.scene:
             case "ball":
                 return (BallHandle(*of),)
-            case "solo" if run.path == "circle":
-                return ()
             case "imitation":
-                return (FigureHandles(*of),) if figure else ()
+                return ()
             case _:
                 return HandHandle(*of), ElbowHandle(*of)
 
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at what is the visitor's, or at a handle."""
+        if self._grip is not None:
+            self._grip.drag(action)
+        for handle in self._handles:
+            handle.drag(action)
+
     def nudge(self, way: Array) -> None:
         """Move what is yours, a hand or the ball, by (3,) [m]; nothing happens where nothing is."""
-        if self._handles:
+        if self._grip is not None:
             self._session.nudge(way)
 
     def swing(self, angle: float) -> None:
         """Swing the elbow of your arm by an angle [rad]; nothing happens where there is none to be swung."""
-        for handle in self._handles:
-            if isinstance(handle, ElbowHandle):
-                handle.swing(angle)
+        if isinstance(self._grip, ArmGrip):
+            swing_elbow(self._session, angle)
 
     def forget_drag(self) -> None:
-        """Behave as if every handle had been let go; for a reset in mid-drag."""
+        """Behave as if everything had been let go; for a reset in mid-drag."""
+        if self._grip is not None:
+            self._grip.forget_drag()
         for handle in self._handles:
             handle.forget_drag()

@@ -1,11 +1,12 @@
 """The buttons and keys of the lessons: what is operated, by one."""
 
 from collections.abc import Callable
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import viser
 
 from app.i18n.speaking import N_, tr
+from app.lessons.lesson import Lesson
 from app.lessons.phases import Phase
 from app.lessons.session import lesson_actions
 from app.lessons.session.lesson_session import LessonSession
@@ -14,12 +15,16 @@ from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.forecast_boxes import Forecasts
 from app.page.lessons.lesson_html import NEXT, choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.lessons.null_motion_sliders import NullMotionSliders
+from app.page.lessons.reason_box import ReasonBox
 from app.page.panels.choice_buttons import ChoiceButtons
+from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import LESSON_KEYS
 from app.session.actions import Action, ChooseScene, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
 from app.session.session import Session
 from app.text.lesson_text import plain
+from app.web.viser_internals import uuid_of
 
 MOST_STEPS: Final = 12
 MOST_CHOICES: Final = 6
@@ -32,6 +37,7 @@ class LessonControls:
 
     Args:
         panel: where the buttons stand.
+        controls: of the settings; those that a contrast changes flash.
     """
 
     def __init__(
@@ -40,23 +46,24 @@ class LessonControls:
         session: Session,
         run: LessonSession,
         panel: LessonPanel,
+        controls: Controls,
         notify: Callable[[str, str], None],
     ) -> None:
         self._gui, self._session, self._run, self._panel, self._notify = client.gui, session, run, panel, notify
-        self._picker: viser.GuiDropdownHandle[str] | None = None
+        self._controls = controls
+        self._list: viser.GuiButtonHandle | None = None
         self._commands: list[viser.CommandHandle] = []
         self._shown: tuple[object, ...] = ()
         self._door = client.gui.add_button(
             tr("Lessons"),
             icon=viser.Icon.SCHOOL,
             hint=tr("Eleven lessons: predict, run, compare, explain."),
-            color="gray",
             order=-4.0,
         )
 
         @self._door.on_click
         async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            session.post(run.enter, "lessons")
+            self._post(lesson_actions.ListLessons())
 
     # ---- keys --------------------------------------------------------------------------------------------------------------
 
@@ -85,12 +92,13 @@ class LessonControls:
 
     # ---- buttons -----------------------------------------------------------------------------------------------------------
 
-    def _make(self) -> viser.GuiDropdownHandle[str]:
+    def _make(self) -> viser.GuiButtonHandle:
         assert self._panel.tab is not None
-        gui, run, lessons = self._gui, self._run, self._run.book.lessons
-        names = tuple(f"{lesson.number}  {plain(lesson.title)}" for lesson in lessons)
+        gui, run = self._gui, self._run
         with self._panel.tab:
-            picker = gui.add_dropdown(tr("lesson"), names, hint=tr("Any lesson at any time."), order=1.0)
+            listing = self._button(lesson_actions.ListLessons(), 1.0)
+            self._openers = [self._opener(i, lesson) for i, lesson in enumerate(run.book.lessons)]
+            self._panel.openers = {one.id: uuid_of(b) for one, b in zip(run.book.lessons, self._openers, strict=True)}
             self._steps = ChoiceButtons(
                 gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
             )
@@ -98,8 +106,11 @@ class LessonControls:
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)
+            self._flash = gui.add_html("", order=0.0)
+            self._reason = ReasonBox(gui, self._session, run, self._panel.tab)
             self._forecasts = Forecasts(gui, self._session, run)
-            self._check = self._button(lesson_actions.Check(), ORDER["after"] + 6.0)
+            self._motions = NullMotionSliders(gui, self._session, run)
+            self._check = self._button(lesson_actions.Check(), ORDER["after"] + 8.0)
             self._hint = self._button(lesson_actions.ShowHint(), ORDER["hints"] + 1.0)
             self._next = self._button(lesson_actions.GoOn(), ORDER["hints"] + 5.0)
             self._nav = ChoiceButtons(
@@ -110,14 +121,21 @@ class LessonControls:
                 lambda i: self._post((lesson_actions.GoBack(), lesson_actions.ResetStep())[i]),
                 order=ORDER["hints"] + 6.0,
             )
-            _offer(self._button(lesson_actions.Leave(), ORDER["hints"] + 7.0), True, tr("Leave the lessons"), "gray")
+            self._leave = self._button(lesson_actions.Leave(), ORDER["hints"] + 7.0)
+        return listing
 
-        @picker.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client_id is not None and event.target.value in names:
-                self._post(lesson_actions.GoTo(names.index(event.target.value), 0))
+    def _opener(self, index: int, lesson: Lesson) -> viser.GuiButtonHandle:
+        """Add the button that opens a lesson where the student was in it; the list shows a card in its place."""
+        button = self._gui.add_button(f"{lesson.number}  {plain(lesson.title)}", visible=False, order=ORDER["list"] + 1.0)
 
-        return picker
+        def open_lesson() -> None:
+            self._run.act(lesson_actions.GoTo(index, self._run.entries()[index].step))
+
+        @button.on_click
+        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            self._session.post(open_lesson, ("lesson", lesson_actions.GoTo))
+
+        return button
 
     def _go_step(self, index: int) -> None:
         def go() -> None:
@@ -147,28 +165,52 @@ class LessonControls:
         while run.notes:
             self._notify(*run.notes.popleft())
         # An open lesson has its own button to leave it, which stays while a narrow window folds the controls up.
-        self._door.visible = bool(run.book.lessons) and not run.open
-        if not run.open:
+        self._door.visible = bool(run.book.lessons) and not (run.open or run.listing)
+        if run.open and not self._commands:
+            self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in LESSON_KEYS]
+        elif not run.open and self._commands:
             for command in self._commands:
                 command.remove()
             self._commands.clear()
+        if not (run.open or run.listing):
             self._shown = ()
             return
-        if not self._commands:
-            self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in LESSON_KEYS]
-        if self._picker is None:
-            self._picker = self._make()
+        if self._list is None:
+            self._list = self._make()
+        self._motions.show()
         walk, paused = run.walk, self._session.paused
         over = walk.finished(self._session.simulation) and not walk.yours
         state = run.version, paused, over
         if state != self._shown:
             self._shown = state
+            self._arrange_list(self._list)
+            if not run.listing:
+                view = run.view()
+                self._arrange(view, paused, over)
+                self._reason.show(view)
+                changed = view.contrast.keys if view.contrast is not None else ()
+                self._flash.content = flash_style(self._controls.places(changed))
+                self._arrange_challenge(view)
+                drawing = view.step.drawing if view.phase is Phase.PREDICT else None
+                self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
+
+    def _arrange_list(self, button: viser.GuiButtonHandle) -> None:
+        run = self._run
+        label = N_("Back to the lesson") if run.open else N_("Close the list")
+        _offer(button, True, tr(label if run.listing else N_("All lessons")), "gray")
+        for opener in self._openers:
+            opener.visible = run.listing
+        _offer(self._leave, run.open and not run.listing, tr("Leave the lessons"), "gray")
+        if run.listing:
+            self._steps.show(visible=False)
+            self._nav.show(visible=False)
             view = run.view()
-            self._picker.value = self._picker.options[run.book.lessons.index(view.lesson)]
-            self._arrange(view, paused, over)
-            self._arrange_challenge(view)
-            drawing = view.step.drawing if view.phase is Phase.PREDICT else None
-            self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
+            self._reason.show(None)
+            self._flash.content = ""
+            self._forecasts.show(view, None)
+            self._board.show((view.lesson.id, view.step.id), None, ())
+            for other in (*self._choices, self._start, self._why, self._check, self._hint, self._next):
+                other.visible = False
 
     def _arrange(self, view: StepView, paused: bool, over: bool) -> None:
         self._steps.show(view.index, tuple(range(min(view.count, MOST_STEPS))))
@@ -198,6 +240,14 @@ class LessonControls:
         _offer(self._check, there, label, disabled=running)
         label = tr("Hint {number} of {count}", number=len(view.hints) + 1, count=len(view.step.hints))
         _offer(self._hint, challenge is not None and view.more_hints, label, "gray")
+
+
+def flash_style(places: tuple[tuple[str, str], ...]) -> str:
+    """Return the style that has controls flash when it comes to the page. `places`: of each, see `Controls.places`."""
+    rows = ",".join(
+        f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
+    )
+    return f'<div class="duet-lesson-style"><style>{rows}{{animation:var(--duet-flash)}}</style></div>' if rows else ""
 
 
 def _offer(

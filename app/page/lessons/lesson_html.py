@@ -9,6 +9,7 @@ from app.lessons.labels import sentence
 from app.lessons.outcomes import Attempt
 from app.lessons.phases import Phase
 from app.lessons.step_view import StepView
+from app.page.lessons.search_plot import search_plot
 from app.text.lesson_text import inline_html, lesson_html, plain
 
 PHASES: Final[dict[str, str]] = {
@@ -23,7 +24,7 @@ PHASES: Final[dict[str, str]] = {
 NEXT: Final = {name: f"Next: {shown.lower()}" for name, shown in PHASES.items()}
 """What stands on the button that goes on to a part."""
 
-BLOCKS: Final = ("head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "hints")
+BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "learned", "hints")
 """All blocks."""
 
 
@@ -51,11 +52,17 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         "verdict": verdict_html(view, computing),
         "after": lesson_html(after, folder) if after else "",
         "attempt": attempt_html(view),
+        "learned": learned_html(view),
         "hints": "".join(f"<li>{inline_html(hint)}</li>" for hint in view.hints),
     }
     if made["hints"]:
         made["hints"] = f"<h3>{tr('Hints')}</h3><ol>{made['hints']}</ol>"
-    return {name: f'<div class="duet duet-lesson duet-l-{name}">{made[name]}</div>' if made[name] else "" for name in BLOCKS}
+    # Formulas that explain have the numbers of this moment.
+    kind = {"text": " duet-l-explain"} if view.phase is Phase.EXPLAIN else {}
+    return {
+        name: f'<div class="duet duet-lesson duet-l-{name}{kind.get(name, "")}">{made[name]}</div>' if made[name] else ""
+        for name in made
+    }
 
 
 def head_html(view: StepView) -> str:
@@ -69,8 +76,11 @@ def head_html(view: StepView) -> str:
     )
     source = f" · {tr('eq.')} {html.escape(lesson.equations)}" if lesson.equations else ""
     where = tr("Lesson {lesson} · step {step} of {count}", lesson=lesson.number, step=view.index + 1, count=view.count)
+    intro = f'<p class="lesson-title">{inline_html(lesson.title)}</p>'
+    if view.index == 0:
+        intro += f'<div class="intro">{lesson_html(lesson.goal, step.setup.folder)}</div>'
     return (
-        f'<p class="crumb">{where}{source}</p>'
+        f'<p class="crumb">{where}{source}</p>{intro}'
         f"<h2>{inline_html(step.title)}</h2>"
         f'<div class="goal"><b>{tr("Goal")}</b> {lesson_html(step.goal, step.setup.folder)}</div>'
         f'<ol class="phases">{parts}</ol>'
@@ -93,10 +103,12 @@ def verdict_html(view: StepView, computing: bool) -> str:
         return f'<p class="mine">{tr("Your prediction:")}{said}</p>{drawn}' if said or drawn else ""
     if view.phase is not Phase.OBSERVE and not view.showing:
         return ""
-    if view.showing:
+    if view.contrast is not None:
+        here, asked = html.escape(view.contrast.here), html.escape(view.contrast.asked)
         return (
-            f'<div class="card why duet-say"><b>{tr("The run that shows why")}</b>'
-            f"{_lines(view.why_outcome or (tr('Run it, and compare it with your prediction.'),))}</div>"
+            f'<div class="card why duet-say"><b>{html.escape(view.contrast.headline)}</b>{_lines(view.why_outcome)}'
+            f'<ul class="runs"><li><i></i>{tr("this run: {what}", what=here)}</li>'
+            f'<li><i class="dash"></i>{tr("the question’s run, dashed and translucent: {what}", what=asked)}</li></ul></div>'
             + (_reply(view) if view.why_outcome else "")
         )
     # A screen reader is read the card, not the numbers of the axes.
@@ -108,10 +120,11 @@ def verdict_html(view: StepView, computing: bool) -> str:
     verdict = view.verdict
     mine = view.choices[view.chosen] if view.chosen is not None else ""
     mark = "✓" if verdict.right else "↺"
+    reason = f"<dt>{tr('Because')}</dt><dd>{html.escape(view.because)}</dd>" if view.because else ""
     return (
         f'{figure}<div class="card {"right" if verdict.right else "wrong"} duet-say">{near}<p class="mark"><span>{mark}</span> '
         f"<b>{html.escape(verdict.headline)}</b></p>"
-        f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd><dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
+        f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd>{reason}<dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
         f"{_reply(view)}</div>"
     )
 
@@ -151,7 +164,20 @@ def attempt_html(view: StepView) -> str:
     headline = tr("Passed.") if attempt.passed else tr("Not yet.")
     counted = " " + tr("Attempt {number}.", number=view.attempts) if view.attempts > 1 else ""
     kind = "right" if attempt.passed else "wrong"
-    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>'
+    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>{_search(view)}'
+
+
+def _search(view: StepView) -> str:
+    challenge = view.step.challenge
+    return "" if challenge is None or not view.tries else search_plot(challenge, view.tries, view.lesson.language)
+
+
+def learned_html(view: StepView) -> str:
+    """Return what was learned in the lesson, once its last step is finished."""
+    if not view.lesson_finished or not view.lesson.learned:
+        return ""
+    learned = lesson_html(view.lesson.learned, view.step.setup.folder)
+    return f'<div class="card learned duet-say"><b>{tr("What you learned")}</b>{learned}</div>'
 
 
 def _judgements(attempt: Attempt) -> str:

@@ -6,12 +6,14 @@ from typing import Final
 import viser
 
 from app.i18n.speaking import tr
+from app.lessons.contrast import Contrast
 from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.page.lessons.custom_law_html import law_html
 from app.page.lessons.lesson_html import BLOCKS, blocks_html
+from app.page.lessons.lesson_list_html import lesson_list_html
 from app.session.frame import Frame
 
 PERIOD: Final = 0.2
@@ -55,6 +57,10 @@ class LessonPanel:
         self.panel: viser.PanelHandle | None = None
         """The panel itself; None before a lesson was opened."""
         self.tab: viser.GuiTabHandle | None = None
+        self.openers: dict[str, str] = {}
+        """Lesson id → id of the button that opens it, on the page of an operator."""
+        self.contrast: Contrast | None = None
+        """In what the run on the page differs from the one of the question; None where it does not."""
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
 
@@ -69,7 +75,9 @@ class LessonPanel:
     def show(self, frame: Frame) -> bool:
         """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
         run, panel = self._run, self.panel
-        if not run.open:
+        if not run.open or run.listing:
+            self.contrast = None
+        if not (run.open or run.listing):
             if panel is None or not panel.visible:
                 return False
             panel.visible = False
@@ -83,22 +91,34 @@ class LessonPanel:
             panel.visible = True
             panel.dock_left()
             panel.set_width(self._width)
-        state = run.version, run.computing, run.custom_law_state
-        if opened or state != self._shown or frame.now >= self._next:
+        state = run.version, run.computing, run.custom_law_state, len(self.openers)
+        if opened or state != self._shown or (run.open and not run.listing and frame.now >= self._next):
             self._next = frame.now + PERIOD
             self._shown = state
-            view = run.view(self._book)
-            numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()
-            self._style.content = self._sheet() + lesson_style(self._width, view)
-            self._fold(view.phase is not Phase.CHALLENGE)
+            blocks = self._list() if run.listing else self._step()
             if opened and self._narrow:
                 panel.expand()
-            blocks = blocks_html(view, numbers, run.computing, self._operated)
-            if run.own_tests is not None:
-                blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed)
-            for name, text in blocks.items():
-                self._blocks[name].content, self._blocks[name].visible = text, bool(text)
+            for name, block in self._blocks.items():
+                block.content, block.visible = blocks.get(name, ""), bool(blocks.get(name))
         return opened
+
+    def _list(self) -> dict[str, str]:
+        self._style.content = self._sheet() + panel_style(self._width)
+        self._fold(True)
+        made = lesson_list_html(self._run.entries(self._book), self.openers)
+        return {"list": f'<div class="duet duet-lesson duet-l-list">{made}</div>'}
+
+    def _step(self) -> dict[str, str]:
+        run = self._run
+        view = run.view(self._book)
+        self.contrast = view.contrast
+        numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()
+        self._style.content = self._sheet() + lesson_style(self._width, view)
+        self._fold(view.phase is not Phase.CHALLENGE)
+        blocks = blocks_html(view, numbers, run.computing, self._operated)
+        if run.own_tests is not None:
+            blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed)
+        return blocks
 
     def _fold(self, folded: bool) -> None:
         if self._narrow and folded != self._folded:
@@ -109,10 +129,13 @@ class LessonPanel:
                 self._gui.main_panel.expand()
 
 
+def panel_style(width: float, hidden: str = "") -> str:
+    """Return the style that makes room for the panel. `hidden`: selectors of what is not shown beside it."""
+    hide = f"{hidden}{{display:none!important}}" if hidden else ""
+    return f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hide}</style></div>'
+
+
 def lesson_style(width: float, view: StepView) -> str:
     """Return the style that makes room for the panel, and keeps the law's equation for after the experience."""
     early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
-    hidden = ".duet-tiles,.duet-live,.duet-tip" + (",.duet-eq" if early else "")
-    return (
-        f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hidden}{{display:none!important}}</style></div>'
-    )
+    return panel_style(width, ".duet-tiles,.duet-tip" + (",.duet-eq" if early else ""))

@@ -87,7 +87,7 @@ def _match_block(session: Session) -> str:
 
 
 def what_if_html(answer: WhatIf) -> str:
-    """Return how the last 30 s were, and how they would have been."""
+    """Return how the last seconds were, and how they would have been."""
     joints = EXPERIMENTS[answer.settings.scene].error_unit == "rad²"
     error = (lambda e2: f"{math.degrees(math.sqrt(e2)):.1f}°") if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
     d_m = answer.settings.law.critical_distance
@@ -98,9 +98,11 @@ def what_if_html(answer: WhatIf) -> str:
         (tr("largest step of q̇"), lambda s: f"{s.dq_step_max:.3f} rad/s"),
     )
     body = "".join(f"<tr><td>{name}</td><td>{of(answer.before)}</td><td>{of(answer.summary)}</td></tr>" for name, of in rows)
-    draft = " " + tr("A draft; the exact answer follows.") if answer.stride > 1 else ""
+    coarse = tr("Coarse, in steps of {ms} ms; the exact answer follows.", ms=f"{1000.0 * answer.settings.dt * answer.stride:g}")
+    draft = " " + coarse if answer.stride > 1 else ""
+    last = tr("last {s} s", s=f"{answer.seconds:.0f}")
     return (
-        f'<table class="duet-numbers"><tr><th>{tr("last 30 s")}</th><th>{tr("as it was")}</th><th>{tr("what if")}</th></tr>'
+        f'<table class="duet-numbers"><tr><th>{last}</th><th>{tr("as it was")}</th><th>{tr("what if")}</th></tr>'
         f'{body}</table><p class="duet-tip">{tr("With d<sub>m</sub> = {mm} mm.", mm=f"{1000.0 * d_m:.0f}")}{draft}</p>'
     )
 

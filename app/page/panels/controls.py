@@ -1,6 +1,6 @@
 """The controls, made from the settings' own declarations: a slider, a drop-down or a box for every field a visitor may change."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Final
 
 import viser
@@ -17,6 +17,7 @@ from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
+from app.web.viser_internals import container_uuid_of, uuid_of
 from scenes.setting_spec import Spec
 from scenes.settings import specs, values
 
@@ -34,12 +35,12 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
         viser.Icon.ROBOT,
         (
             *("path", "point", "ball", "source", "clip", "following", "task", "guided", "avoid", "start"),
-            *("autopilot", "wmax", "seed", "dt", "bounds", "g"),
+            *("autopilot", "gizmo", "wmax", "seed", "dt", "bounds", "g"),
         ),
     ),
     ("Robot", viser.Icon.CPU, ("dead", "lag", "qnoise", "qstep", "fps", "dnoise")),
     ("Compare", viser.Icon.GHOST, ("ghost", "whatif")),
-    ("View", viser.Icon.EYE, ("lang", "theme", "profile", "picture")),
+    ("View", viser.Icon.EYE, ("lang", "theme", "profile", "picture", "contact")),
 )
 """Where each of the others is found; `plot` and `speed` have places of their own."""
 
@@ -48,7 +49,7 @@ UNOFFERED: Final = ("pseudo",)
 
 COMPARE: Final = (
     "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm, "
-    "dashed lines in the plots, and a second number in every tile."
+    "dashed lines in the plots, and a ring on the line of contact."
 )
 
 ROBOT: Final = (
@@ -120,23 +121,22 @@ class Controls:
         )
 
     def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Handle:
-        gui = self._gui
+        gui, label = self._gui, spec.title(tr)
         if spec.choices:
             said = tr_all(spec.choice_labels)
             handle: Handle = gui.add_dropdown(
-                tr(spec.label),
+                label,
                 tuple(s for c, s in zip(spec.choices, said, strict=True) if c not in UNOFFERED or c == value),
                 initial_value=said[spec.choices.index(value)],
                 hint=tr(spec.help),
                 order=order,
             )
         elif isinstance(value, bool):
-            handle = gui.add_checkbox(tr(spec.label), value, hint=tr(spec.help))
+            handle = gui.add_checkbox(label, value, hint=tr(spec.help))
         elif isinstance(value, int):
-            handle = gui.add_number(tr(spec.label), value, min=int(spec.low), max=int(spec.high), step=1, hint=tr(spec.help))
+            handle = gui.add_number(label, value, min=int(spec.low), max=int(spec.high), step=1, hint=tr(spec.help))
         else:
             k = spec.page_scale
-            label = f"{tr(spec.label)} [{spec.page_unit}]" if spec.page_unit else tr(spec.label)
             handle = gui.add_slider(label, spec.low * k, spec.high * k, spec.step, _rounded(value * k), hint=tr(spec.help))
         self._shown[key] = value
         words = spoken()
@@ -155,6 +155,11 @@ class Controls:
             self._post(SetSetting(key, raw))
 
         return handle
+
+    def places(self, keys: Iterable[str]) -> tuple[tuple[str, str], ...]:
+        """Return for every setting by which names the page knows its control, and the tab in which that stands."""
+        handles = [self._handles[key] for key in keys if key in self._handles]
+        return tuple((uuid_of(handle), container_uuid_of(handle)) for handle in handles)
 
     def forget(self, key: str) -> None:
         """Write a setting back into its control at the next frame: the value there was refused."""

@@ -95,7 +95,11 @@ HOTKEYS: Final[tuple[Hotkey[Action], ...]] = (
     Hotkey("near", Nudge(away=-1), "Page ↓", "hand or ball 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
     Hotkey("elbow_up", SwingElbow(1), "J", "elbow 4° to one side", "J", icon=viser.Icon.ROTATE),
     Hotkey("elbow_down", SwingElbow(-1), "K", "elbow 4° to the other side", "K", icon=viser.Icon.ROTATE_CLOCKWISE),
+    Hotkey("gizmo", Toggle("gizmo"), "M", "arrows along the axes, or none", "M", icon=viser.Icon.ARROWS_MOVE),
     Hotkey("view", FirstView(), "V", "the first view again", "V", icon=viser.Icon.CAMERA),
+    Hotkey(
+        "contact", Toggle("contact"), "O", "λ in the scene on or off: line, skin and tint", "O", icon=viser.Icon.CIRCLE_DASHED
+    ),
     Hotkey("law", Toggle("avoidance"), "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
     Hotkey("ghost", Toggle("ghost"), "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),
     Hotkey("solo", ChooseScene("solo"), "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),

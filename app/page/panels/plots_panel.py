@@ -9,13 +9,15 @@ from viser import uplot
 
 from app.i18n.speaking import tr
 from app.plots.activation_curve import curve_html
+from app.plots.bins import Bins, polyline
 from app.plots.laws_chart import laws_html
+from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
 from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
 from app.plots.safety_chart import safety_html
 from app.plots.stability_section import section_html
-from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
-from app.plots.time_series import COLUMNS, Curve, RollingSeries, drawable
+from app.plots.time_plots import LEAST, PlotLine, TimePlot, colour_of, time_plot_of
+from app.plots.time_series import COLUMNS, RollingSeries, drawable
 from app.plots.trade_off_chart import map_html
 from app.session.frame import Frame
 from app.settings import Details, PageSettings
@@ -26,14 +28,17 @@ from scenes.rerun import WhatIf
 from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
+WHAT_IF: Final = ("d", "e2")
+"""Columns of "what if"."""
+
 PERIOD: Final = 0.1
 """Wall time between two refreshes of a plot over time [s] …"""
 
-MANY_LINES: Final = 8
-"""… which is twice as long from this many lines on."""
+MOST_BYTES: Final = 50_000.0
+"""… which is longer where it would be more than this [B/s]: with many lines, and while they chatter."""
 
 SLOW_PERIOD: Final = 0.2
-"""Wall time between two refreshes of anything else [s]; sentences and charts of many lines need longer to be read."""
+"""Wall time between two refreshes of anything else [s]; sentences and charts need longer to be read."""
 
 CURTAIN: Final = 0.3
 """Wall time during which no plot over time is there after another theme [s]."""
@@ -52,7 +57,7 @@ class Plots:
         self.buffer, self._ghost_buffer = RollingSeries(), RollingSeries()
         self._what_if: WhatIf | None = None
         self._answers = 0
-        self._curves: dict[str, Curve] = {}
+        self._curves = Bins(len(WHAT_IF))
         with tab:
             self._layout = gui.add_html("", order=0.0)
         self._captions: dict[str, viser.GuiHtmlHandle] = {}
@@ -60,6 +65,7 @@ class Plots:
         self._time_plots: dict[str, tuple[TimePlot, viser.GuiUplotHandle]] = {}
         self._cells: tuple[str, ...] = ()
         self._only: tuple[str, ...] = ()
+        self._names: tuple[str, str] | None = None
         self._settings: RunSettings | None = None
         self._law: Law | None = None
         self._next: dict[str, float] = {}
@@ -74,9 +80,18 @@ class Plots:
             plot.series = self._series(time_plot)
             plot.axes = self._axes()
 
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Names of the plots that are there."""
+        return self._cells
+
     def only(self, names: tuple[str, ...]) -> None:
         """Replace the first two plots by these; none for the first two again."""
         self._only = names
+
+    def name_runs(self, names: tuple[str, str] | None) -> None:
+        """Name the run and the ghost in the legends; None for the usual names."""
+        self._names = names
 
     def show(self, frame: Frame) -> None:
         """Read the newest steps, and refresh the plots that have changed and are due."""
@@ -103,7 +118,8 @@ class Plots:
         computed = tuple(0.0 if studied is None else studied.size for studied in apart)
         state = simulation.history, simulation.history.count, simulation.settings, ghost is not None, self._answers, computed
         for name in due:
-            if self._drawn.get(name) == state:
+            # The microscope also changes by its own buttons, and when finer steps are there.
+            if name != "microscope" and self._drawn.get(name) == state:
                 continue
             self._drawn[name] = state
             if name in CHARTS:
@@ -111,8 +127,9 @@ class Plots:
                 self._charts[name].content = self._chart_html(name, frame)
             else:
                 time_plot, plot = self._time_plots[name]
-                self._next[name] = now + (PERIOD if len(time_plot.columns("own")) < MANY_LINES else SLOW_PERIOD)
-                plot.data = self._data(time_plot, ghost is not None)
+                data = self._data(time_plot, ghost is not None)
+                self._next[name] = now + max(PERIOD, sum(line.nbytes for line in data) / MOST_BYTES)
+                plot.data = data
 
     def _uncover(self, visible: bool) -> None:
         for name in self._away:
@@ -157,8 +174,8 @@ class Plots:
                 self._charts[name] = self._gui.add_html("", order=order + 0.5)
                 return
             time_plot = time_plot_of(name, simulation)
-            # Without a fixed span the axis follows the data, but never closer than to a hundredth: noise is no hill.
-            soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": 0.01, "mode": 1, "pad": 0.1}}
+            # Without a fixed span the axis follows the data.
+            soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": LEAST, "mode": 1, "pad": 0.1}}
             if time_plot.positive:
                 soft["min"] = {"soft": 0.0, "mode": 1, "pad": 0.05}
             nothing = np.full(2, np.nan)
@@ -179,10 +196,9 @@ class Plots:
         if what_if is not self._what_if:
             self._what_if = what_if
             self._answers += 1
-            self._curves = {}
+            self._curves.clear()
             if what_if is not None:
-                self._curves["d"] = Curve(what_if.times, what_if.distance, smallest=True)
-                self._curves["e2"] = Curve(what_if.times, what_if.squared_error, smallest=False)
+                self._curves.take(what_if.times, np.column_stack([what_if.distance, what_if.squared_error]))
 
     def _data(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
         """Return time and all lines; a line that has nothing to show is an empty array, which costs no bytes."""
@@ -196,19 +212,26 @@ class Plots:
         return times, *lines
 
     def _lines(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, list[Array]]:
-        k, nothing = time_plot.scale, np.empty(0)
-        times, *own = self.buffer.series(time_plot.columns("own"), k)
-        columns = time_plot.columns("ghost")
-        ghosts = self._ghost_buffer.beside(self.buffer, columns, k) if with_ghost else (nothing,) * len(columns)
-        found = {"own": iter(own), "ghost": iter(ghosts)}
-
-        def values(line: PlotLine) -> Array:
-            if line.run != "what_if":
-                return next(found[line.run])
-            curve = self._curves.get(line.column)
-            return nothing if curve is None else self.buffer.along(curve, COLUMNS[line.column])
-
-        return times, [values(line) for line in time_plot.lines]
+        numbers = self.buffer.bins.numbers
+        if len(numbers) < 2:
+            # uPlot needs an extent; nothing but the axes of the second to come is drawn.
+            begin = float(self.buffer.bins.ends(numbers)[0]) if len(numbers) else 0.0
+            return np.array([begin, begin + 1.0]), [np.full(2, np.nan) for _ in time_plot.lines]
+        found: dict[int, Array] = {}
+        for run, bins in (("own", self.buffer.bins), ("ghost", self._ghost_buffer.bins), ("what_if", self._curves)):
+            places = [i for i, line in enumerate(time_plot.lines) if line.run == run]
+            if not places or (run == "ghost" and not with_ghost) or (run == "what_if" and self._what_if is None):
+                continue
+            columns = [COLUMNS[time_plot.lines[i].column] for i in places]
+            # Up to where it begins, another run was the visitor's own.
+            own = None if run == "own" else self.buffer.bins.at(numbers, columns)
+            if run == "what_if":
+                columns = [WHAT_IF.index(time_plot.lines[i].column) for i in places]
+            found |= dict(zip(places, np.moveaxis(bins.at(numbers, columns, own), 2, 0), strict=True))
+        stats = np.stack(list(found.values()), axis=2)
+        times, values = polyline(numbers, self.buffer.bins.ends(numbers), stats, time_plot.visible(stats))
+        shown = dict(zip(found, values.T * time_plot.scale, strict=True))
+        return times, [shown.get(i, np.empty(0)) for i in range(len(time_plot.lines))]
 
     def _chart_html(self, name: str, frame: Frame) -> str:
         simulation, ghost, sample, trade_off = frame.simulation, frame.ghost, frame.sample, frame.shown.trade_off
@@ -227,6 +250,11 @@ class Plots:
                 if curves is None:
                     return '<div class="duet duet-tip">' + tr("Laws are not compared while a custom law runs.") + "</div>"
                 return safety_html(curves.results(frame.settings.run), curves.size, frame.settings.run, self._height)
+            case "microscope":
+                seen = frame.shown.magnified
+                if seen is None:
+                    return '<div class="duet duet-tip">' + tr("Single steps are shown of the live run.") + "</div>"
+                return microscope_html(seen, frame.settings.run, self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
             case _:
@@ -261,9 +289,12 @@ class Plots:
         if name in CHARTS:
             return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(CHARTS[name])}</span></div>'
         plot, _ = self._time_plots[name]
-        others = [run for run, there in (("ghost", with_ghost), ("what_if", self._what_if is not None)) if there]
+        others = ["ghost"] if with_ghost else []
+        if self._what_if is not None:
+            others.append("what_if" if self._what_if.stride == 1 else "draft")
         parts = "".join(
-            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>' for symbol, kind, label in plot.legend(others)
+            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>'
+            for symbol, kind, label in plot.legend(others, self._names)
         )
         unit = f" [{plot.unit}]" if plot.unit else ""
         return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(plot.title)}{unit}</span>{parts}</div>'

@@ -1,13 +1,13 @@
-"""The one line that tells everything along the line of contact: ḋ of the present law, with the numbers of this moment."""
+"""What opens and closes the gap along the line of contact: ḋ of the present law as a sum, and what follows from it."""
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
+from app.custom_law.custom_law import CustomLaw
 from app.i18n.speaking import tr
 from app.plots.time_series import resting
 from app.session.contact import Contact
 from controllers.budget import largest_dead_time, largest_dead_time_without_overshoot, settling_time
-from controllers.laws.potential_field import PotentialField
 from controllers.laws.situation import AUTHORITY
 from scenes.history import Sample
 from scenes.settings import HardwareSettings, LawName, RunSettings
@@ -16,111 +16,120 @@ from scenes.simulation import Simulation
 MISSED: Final = 0.01
 """A distance rate that differs from the law's by more than this is worth a word [m/s]."""
 
-_BLEND: Final = "{lam}{x}{v} − {rest}{x}{u}"
-_FIRST: Final = "{v}"
-_TASK: Final = "−{u}"
+OPENING: Final = 0.008
+"""From this ḋ on a gap opens [m/s], …"""
 
-TEMPLATES: Final[dict[LawName, str]] = {
-    "smooth_priority": _BLEND,
-    "strict_priority": _FIRST,
-    "strict_switched": _TASK,
-    "null_space_avoidance": _BLEND,
-    "potential_field": "{f} − {u}",
-    "barrier_qp": "max(−{u}, −{gap})",
-    "intermediate_value": _BLEND,
-    "task_activation": _BLEND,
-    "continuous_inverse": _BLEND,
-    "set_based_task": _TASK,
-    "unprotected": _TASK,
-}
-"""J_d q̇ of each law; `strict_switched` and `set_based_task` above d_m."""
+HOLDING: Final = 0.003
+"""… and holds again below this one, so that the word does not flicker [m/s]."""
+
+BLENDS: Final[tuple[LawName, ...]] = (
+    *("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance"),
+    *("intermediate_value", "task_activation", "continuous_inverse", "unprotected"),
+)
+"""Laws that make ḋ = λ v − (1 − λ) u − w, some of them with a λ of 0 or 1 alone; the others add something to the task."""
 
 
-def live_html(simulation: Simulation, sample: Sample, now: Contact) -> str:
-    """Return the distance budget of the present law, as a formula and with numbers, and what follows from it."""
-    if sample.pair < 0:
-        lines = alone_lines(simulation)
-    else:
-        rate = wanted_rate(simulation, sample, now)
-        formula, numbers = budget_lines(simulation, sample, now)
-        lines = [
-            f"{_in('d', 'ḋ')} = {formula}",
-            f"= {numbers} = {_in('d', _fixed(rate, sign=True, digits=3))} m/s",
-            # In one place, so that the controls below do not jump.
-            missed(simulation, now, rate) or consequence(simulation, sample, now),
-        ]
-        if simulation.settings.law.law == "smooth_priority" and sample.second is None:
-            lines[0] = f"{_law_now(simulation, sample, now)}<hr>{lines[0]}"
-    return f'<div class="duet-live">{"<br>".join(lines)}</div>'
+class Term(NamedTuple):
+    """A part of ḋ.
+
+    Attributes:
+        kind: symbol that gives its colour, a class of the style sheet; "lost" for what the robot does not achieve, 0 below `MISSED`.
+        symbol: its formula, as HTML.
+        word: what it is.
+        value: what it adds to ḋ [m/s]; positive opens the gap.
+    """
+
+    kind: str
+    symbol: str
+    word: str
+    value: float
+
+
+def trend(rate: float, before: int) -> int:
+    """Return 1 if the gap opens at ḋ [m/s], −1 if it closes, 0 if it holds; `before`: what it did a moment ago."""
+    if rate * before > HOLDING:
+        return before
+    return (rate > OPENING) - (rate < -OPENING)
 
 
 def wanted_rate(simulation: Simulation, sample: Sample, now: Contact) -> float:
-    """Return ḋ [m/s] as the law wants it."""
+    """Return ḋ [m/s] as the law wants it; of a student's law, what it is."""
     law, second = simulation.law, sample.second
+    if isinstance(law, CustomLaw):
+        return now.change
     rate = law.line_rate(now.distance, now.pull, now.approach, now.square)
     if second is None:
         return rate - now.approach
     return rate + law.line_rate(now.distance, second.pull, second.law_approach, now.second_square)
 
 
-def budget_lines(simulation: Simulation, sample: Sample, now: Contact) -> tuple[str, str]:
-    """Return ḋ as a formula, and the same with this moment's numbers, as HTML."""
+def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[Term]:
+    """Return the parts of ḋ: what the obstacle does, the task, what is lost, and the law; their sum is the ḋ of this moment, but for
+    less than `MISSED`."""
     law, second = simulation.settings.law, sample.second
-    template = TEMPLATES[law.law]
-    if law.law == "strict_switched" and sample.activation > 0.0:
-        template = _FIRST
-    if law.law == "set_based_task" and sample.activation > 0.0:
-        template = "max(−{u}, {back})"
-    if second is not None:
-        # Either arm retreats by a row of its own: two of each, and what one does the other need not count as an approach.
-        blends = "{lam}" in template
-        template = "2" + template.replace("{lam}", "{x}{lam}", 1) if blends else template.replace("{v}", "2{x}{v}")
-        if template.startswith("max"):
-            template = "{one} + {other}"
-    elif now.approach != 0.0 or not law.coupled:
-        template += " − {w}"
-    faster = law.feed_forward and law.law == "smooth_priority"
-    v, w, u = _in("v", "v"), _in("w", "w"), _in("u", "u")
-    lam, speed = sample.activation, law.nominal_velocity + (now.approach if faster else 0.0)
-    line_rate = simulation.law.line_rate
-    one = line_rate(now.distance, now.pull, now.approach, now.square)
-    other = line_rate(now.distance, second.pull, second.law_approach, now.second_square) if second is not None else 0.0
-    share = _in("lam", "a²" if law.law == "task_activation" else "λ")
-    parts = {
-        "x": ("", "·"),
-        "lam": (share, _in("lam", f"{lam:.2f}")),
-        "rest": (f"(1−{share})", _in("lam", f"{1.0 - lam:.2f}")),
-        "v": (f"({v}+{w})" if faster else v, _in("v", _term(speed))),
-        "u": (
-            u if second is None else f"({u}<sub>1</sub>+{u}<sub>2</sub>)",
-            _in("u", _term(now.pull if second is None else now.pull + second.pull)),
-        ),
-        "w": (w, _in("w", _term(now.approach))),
-        "f": (("" if second is None else "Σ") + "|J<sub>d</sub>|²f", f"{_push(simulation, now):.2f}"),
-        "gap": (
-            f"γ({_in('d', 'd')}−{_in('dm', 'd<sub>m</sub>')})",
-            _term(law.barrier_gain * (now.distance - law.critical_distance)),
-        ),
-        "back": (
-            f"k<sub>r</sub>({_in('dm', 'd<sub>m</sub>')}−{_in('d', 'd')})" + (f"+{w}" if law.feed_forward else ""),
-            _term(law.restoring_gain * (law.critical_distance - now.distance) + (now.approach if law.feed_forward else 0.0)),
-        ),
-        "one": (f"max(−{u}<sub>1</sub>, …)", _term(one)),
-        "other": (f"max(−{u}<sub>2</sub>, …)", _term(other)),
-    }
-    symbols, numbers = ({name: pair[i] for name, pair in parts.items()} for i in (0, 1))
-    return template.format(**symbols), template.format(**numbers)
+    wanted, pull = wanted_rate(simulation, sample, now), now.pull + (0.0 if second is None else second.pull)
+    terms: list[Term] = []
+    # What one of two arms does the other need not count as an approach.
+    if second is None and (now.approach != 0.0 or not law.coupled):
+        terms.append(Term("w", _in("w", "w"), tr("approach"), -now.approach))
+    if isinstance(simulation.law, CustomLaw):
+        return [*terms, Term("v", "J<sub>d</sub>q̇", tr("your law"), wanted - sum(term.value for term in terms))]
+    u = _in("u", "u") if second is None else f"({_in('u', 'u')}<sub>1</sub>+{_in('u', 'u')}<sub>2</sub>)"
+    if law.law not in BLENDS:
+        terms.append(Term("u", u, tr("task"), -pull))
+        added = wanted - sum(term.value for term in terms)
+        if law.law == "potential_field":
+            return [*terms, Term("lam", "|J<sub>d</sub>|²f", tr("push"), added), *_lost(simulation, now, wanted)]
+        return [*terms, *_lost(simulation, now, wanted), Term("v", "c", tr("held back"), added)]
+    lam, share = _share(law.law, sample.activation)
+    if law.law != "strict_priority":
+        terms.append(Term("u", (f"(1−{_in('lam', share)})" if share else "") + u, tr("task"), -(1.0 - lam) * pull))
+    terms += _lost(simulation, now, wanted)
+    if law.law == "unprotected":
+        return terms
+    knows_w = law.feed_forward and law.law == "smooth_priority"
+    v, w = _in("v", "v"), _in("w", "w")
+    symbol = _in("lam", share) + (f"({v}+{w})" if knows_w else v)
+    retreat = lam * (law.nominal_velocity + (now.approach if knows_w else 0.0))
+    if second is None:
+        return [*terms, Term("v", symbol, tr("retreat"), retreat)]
+    retreat += lam * (law.nominal_velocity + (second.law_approach if knows_w else 0.0))
+    return [*terms, Term("v", symbol if knows_w else f"2{symbol}", tr("both retreat"), retreat)]
 
 
-def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
-    """Return what becomes of it, in a few words, as HTML."""
-    run, law = simulation.settings, simulation.settings.law
-    match law.law:
+def _share(law: LawName, activation: float) -> tuple[float, str]:
+    """Return λ of a law that blends and how it is written; "" if it is 0 or 1 alone."""
+    match law:
+        case "strict_priority":
+            return 1.0, ""
+        case "strict_switched":
+            return float(activation > 0.0), ""
+        case "unprotected":
+            return 0.0, ""
+        case "task_activation":
+            return activation, "a²"
+        case _:
+            return activation, "λ"
+
+
+def _lost(simulation: Simulation, now: Contact, wanted: float) -> list[Term]:
+    lost = now.change - wanted
+    seen = simulation.history.count > 0 and abs(lost) >= MISSED
+    return [Term("lost", "", tr("not achieved"), lost if seen else 0.0)]
+
+
+def allowed_rate(run: RunSettings, distance: float) -> float:
+    """Return the fastest approach γ (d − d_m) that a barrier allows at a distance [m/s], nan under another law."""
+    law = run.law
+    return law.barrier_gain * (distance - law.critical_distance) if law.law == "barrier_qp" else math.nan
+
+
+def consequence(run: RunSettings, sample: Sample, now: Contact) -> str:
+    """Return what becomes of it, in a few words, as HTML; "" if the resting distance says it."""
+    match run.law.law:
         case "smooth_priority" | "intermediate_value":
             rest = resting(run, now.pull, now.approach, None if sample.second is None else sample.second.pull)
-            text = tr("no rest, w &gt; v") if rest != rest else tr("far away") if rest > 1.0 else f"{rest * 1000.0:.0f} mm"
-            rests = tr("rests at {d} = {text}", d=_in("rest", "d*"), text=_in("rest", text))
-            return f"{rests}{_late_text(run, now, sample)}"
+            return (tr("no rest, w &gt; v") if rest != rest else "") + _late_text(run, now, sample)
         case "null_space_avoidance":
             return tr("as far as the hand leaves the joints free")
         case "strict_priority":
@@ -130,8 +139,8 @@ def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
         case "potential_field":
             return tr("no distance is promised")
         case "barrier_qp":
-            allowed = max(law.barrier_gain * (now.distance - law.critical_distance), 0.0)
-            return tr("may come nearer at {speed} m/s", speed=f"{allowed:.2f}")
+            # The page fills the number in.
+            return tr("may come nearer at γ(d − d<sub>m</sub>) at most") + '<span data-allowed=""></span>'
         case "task_activation":
             return tr("as it activates, the hand takes its share")
         case "continuous_inverse":
@@ -157,75 +166,40 @@ def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
         words = tr("never settles")
     else:
         words = tr("overshoots") if largest_dead_time_without_overshoot(settling) < T else tr("calm")
-    return f", a T = {T / settling:.2f}: {words}"
+    return f"a T = {T / settling:.2f}: {words}"
 
 
-def missed(simulation: Simulation, now: Contact, rate: float) -> str:
-    """Return why ḋ really is another one; "" if it is not."""
-    if abs(now.change - rate) < MISSED:
-        return ""
+def missed(simulation: Simulation, now: Contact) -> str:
+    """Return why ḋ is another one than the law wants."""
     law = simulation.settings.law.law
     if simulation.bound_bites:
-        why = tr("a joint is at its bound")
-    elif law == "barrier_qp":
-        why = tr("other pairs count, too")
-    elif law == "null_space_avoidance":
-        why = tr("the hand comes first")
-    elif law in ("task_activation", "continuous_inverse"):
-        why = tr("the hand takes its share")
-    elif simulation.settings.hardware != HardwareSettings():
-        why = tr("the robot is not ideal")
-    elif now.square < AUTHORITY**2:
-        why = tr("hardly a joint moves this point")
-    else:
-        why = tr("a moment behind")
-    return tr("really {d}: {why}", d=_in("d", _fixed(now.change, sign=True, digits=3)), why=why)
+        return tr("a joint is at its bound")
+    if law == "barrier_qp":
+        return tr("other pairs count, too")
+    if law == "null_space_avoidance":
+        return tr("the hand comes first")
+    if law in ("task_activation", "continuous_inverse"):
+        return tr("the hand takes its share")
+    if simulation.settings.hardware != HardwareSettings():
+        return tr("the robot is not ideal")
+    if now.square < AUTHORITY**2:
+        return tr("hardly a joint moves this point")
+    return tr("a moment behind")
 
 
-def alone_lines(simulation: Simulation) -> list[str]:
-    """Return what becomes of the error of an arm that stands alone, step by step."""
-    run = simulation.settings
-    gain = run.gain * run.overdrive
-    k = gain * run.dt
+def error_step(run: RunSettings) -> str:
+    """Return what a step makes of the error of an arm that stands alone, as HTML."""
+    k = run.gain * run.overdrive * run.dt
     e = _in("e", "e")
     if k == 0.0:
-        words = tr("nothing brings e back: the hand drifts")
-    elif k < 1.0:
-        words = tr("{e} shrinks by {share} % a step", e=e, share=f"{100.0 * k:.{0 if k >= 0.1 else 1}f}")
-    elif k < 2.0:
-        words = tr("{e} changes its sign at every step, and shrinks", e=e)
-    else:
-        words = tr("K dt ≥ 2: {e} grows at every step", e=e)
-    return [f"{e} ← (1 − K dt) {e}", f"K dt = {gain:.3g}·{run.dt:.3g} = {k:.3g}", words]
-
-
-def _law_now(simulation: Simulation, sample: Sample, now: Contact) -> str:
-    law = simulation.settings.law
-    lam, sharp = _in("lam", f"{sample.activation:.2f}"), "J<sub>d</sub><sup>#</sup>"
-    v = law.nominal_velocity + (now.approach if law.feed_forward else 0.0)
-    return f"q̇ = {sharp}·{lam}·{_in('v', _term(v))} + (I − {lam}·{sharp}J<sub>d</sub>) q̇<sub>n</sub>"
-
-
-def _push(simulation: Simulation, now: Contact) -> float:
-    """Return |J_d|² f(d), of both arms together if both keep clear [m/s]."""
-    law = simulation.law
-    return (now.square + now.second_square) * law.push(now.distance) if isinstance(law, PotentialField) else 0.0
+        return tr("nothing brings e back: the hand drifts")
+    if k < 1.0:
+        return tr("{e} shrinks by {share} % a step", e=e, share=f"{100.0 * k:.{0 if k >= 0.1 else 1}f}")
+    if k < 2.0:
+        return tr("{e} changes its sign at every step, and shrinks", e=e)
+    return tr("K dt ≥ 2: {e} grows at every step", e=e)
 
 
 def _in(symbol: str, text: str) -> str:
-    """Return text in the colour of a symbol."""
-    return f'<b class="{symbol}">{text}</b>'
-
-
-def _term(value: float) -> str:
-    """Return a number that may stand after a sign: a negative one in brackets."""
-    text = _fixed(value)
-    return f"({text})" if text.startswith("−") else text
-
-
-def _fixed(value: float, sign: bool = False, digits: int = 2) -> str:
-    """Return a number without the minus of a rounded zero, and with a true minus sign."""
-    text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
-    if not text.strip("+-0."):
-        text = text.lstrip("+-")
-    return text.replace("-", "−")
+    """Return text in the colour of a symbol; "" stays empty."""
+    return f'<b class="{symbol}">{text}</b>' if text else ""

@@ -1,4 +1,4 @@
-"""What is said in numbers and words: the tip, the status, the promise, four tiles, the law's equation, and the budget of this moment."""
+"""What is said in numbers and words: the tip, the status, the promise, the error, and the law's equation."""
 
 import math
 from html import escape
@@ -6,9 +6,8 @@ from typing import Final, NamedTuple
 
 import viser
 
-from app.i18n.sides import side
 from app.i18n.speaking import tr
-from app.page.panels.rate_budget import live_html
+from app.page.panels.promise_pills import pills_html, promise_html
 from app.session.clock import Pace
 from app.session.elbow_swivel import Swivel
 from app.session.frame import Frame
@@ -17,34 +16,14 @@ from app.session.shown import Shown
 from app.session.student_law import LawStatus
 from app.text.equations import equation_html
 from controllers.kinematics import DAMPING, null_space_projector
-from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
 from controllers.tasks import TASK_DIMENSION
 from scenes.history import Sample
-from scenes.promise import Condition, makes_promise, missing_now
-from scenes.settings import LawName, RunSettings
+from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-
-BELOW: Final = 1e-3
-"""So far below d_m a distance counts as lost [m]; a time step alone makes less."""
 
 PERIOD: Final = 0.15
 """Wall time between two refreshes [s]; a number that changes faster cannot be read."""
-
-SHARES: Final[dict[LawName, str]] = {
-    "smooth_priority": "λ",
-    "strict_priority": "priority",
-    "strict_switched": "priority",
-    "null_space_avoidance": "λ",
-    "potential_field": "push, of 1",
-    "barrier_qp": "1 − allowed",
-    "intermediate_value": "λ",
-    "task_activation": "a²",
-    "continuous_inverse": "λ",
-    "set_based_task": "active",
-    "unprotected": "λ",
-}
-"""What the law's activation is called."""
 
 RETREATING: Final = (
     *("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance"),
@@ -61,21 +40,19 @@ class Tile(NamedTuple):
         value: as text.
         label: under it, as HTML.
         bad: whether it is one to worry about.
-        ghost: the ghost's value, "" if there is none.
     """
 
     kind: str
     value: str
     label: str
     bad: bool = False
-    ghost: str = ""
 
 
 class Readout:
-    """Tip, status, promise and tiles, equation and budget, one block each."""
+    """Tip, status, promise, numbers and equation, one block each."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._tip, self._status, self._tiles, self._equation, self._live = (gui.add_html("") for _ in range(5))
+        self._tip, self._status, self._numbers, self._equation = (gui.add_html("") for _ in range(4))
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
 
@@ -88,14 +65,14 @@ class Readout:
         self._tip.content = f'<div class="duet duet-tip">{tip_html(shown)}</div>'
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample) + custom_law_html(shown.student_law)
         self._status.content = f'<div class="duet duet-status" role="status">{pills}</div>'
-        promise = promise_html(simulation, sample, shown.student_law.file is not None)
-        self._tiles.content = f'<div class="duet">{promise}{tiles_html(simulation, sample, frame.ghost)}</div>'
+        pills = promise_html(simulation, sample, shown.student_law.file is not None) + error_html(simulation, sample, frame.ghost)
+        numbers = f'<div class="duet-status">{pills}</div>' if pills else tiles_html(simulation, sample)
+        self._numbers.content = f'<div class="duet">{numbers}</div>'
         if shown.student_law.file is not None:
             law = f'<div class="duet-eq">q̇ = law(situation)</div>{escape(shown.student_law.file)}'
             self._equation.content = f'<div class="duet">{law}</div>'
             return
         self._equation.content = f'<div class="duet">{equation_html(frame.settings.run)}</div>'
-        self._live.content = f'<div class="duet">{live_html(simulation, sample, frame.contact)}</div>'
 
 
 def replay_html(shown: Shown) -> str:
@@ -128,51 +105,35 @@ def custom_law_html(law: LawStatus) -> str:
 # --- tiles ---------------------------------------------------------------------------------------------------------------------
 
 
-def tiles_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> str:
-    """Return the four numbers of an experiment as tiles, the ghost's below them."""
-    tiles = _alone_tiles(simulation, sample) if sample.pair < 0 else _tiles(simulation, sample)
-    if ghost is not None and sample.pair >= 0:
-        others = _tiles(ghost, ghost.sample())
-        tiles = [tile._replace(ghost=other.value) for tile, other in zip(tiles, others, strict=True)]
-    return '<div class="duet-tiles">' + "".join(_tile_html(tile) for tile in tiles) + "</div>"
+def tiles_html(simulation: Simulation, sample: Sample) -> str:
+    """Return the numbers of an arm that stands alone as tiles; nothing where the card of the line of contact has them."""
+    if sample.pair >= 0:
+        return ""
+    return '<div class="duet-tiles">' + "".join(_tile_html(tile) for tile in _alone_tiles(simulation, sample)) + "</div>"
 
 
 def _tile_html(tile: Tile) -> str:
-    second = f"<small>{tr('ghost')} {tile.ghost}</small>" if tile.ghost else ""
-    return (
-        f'<div{" class=bad" if tile.bad else ""}><b class="{tile.kind}">{tile.value}</b><span>{tile.label}</span>{second}</div>'
-    )
+    return f'<div{" class=bad" if tile.bad else ""}><b class="{tile.kind}">{tile.value}</b><span>{tile.label}</span></div>'
 
 
-def _tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
-    run, law = simulation.settings, simulation.settings.law
-    below = sample.distance < law.critical_distance - 1e-4
-    tiles = [
-        Tile("d", f"{sample.distance * 1000.0:.0f}".replace("-", "−"), "d, mm" + (" &lt; d<sub>m</sub>" if below else ""), below),
-        Tile("lam", f"{sample.activation:.2f}", tr(SHARES[law.law])),
-        _error_tile(simulation, sample),
-    ]
-    if both_avoid(run):
-        pull = sample.pull + (sample.second.pull if sample.second is not None else 0.0)
-        tiles.append(Tile("u", _speed(pull), "u<sub>1</sub>+u<sub>2</sub>, m/s"))
-    elif law.law in RETREATING and not law.feed_forward:
-        faster = sample.approach > law.nominal_velocity
-        tiles.append(Tile("w", _speed(sample.approach), tr("w of v {v}", v=f"{law.nominal_velocity:.2f}"), faster))
-    else:
-        tiles.append(Tile("w", _speed(sample.approach), "w, m/s"))
-    return tiles
+def error_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> str:
+    """Return |e| of an arm with an obstacle as a pill, and the ghost's; nothing of an arm that stands alone."""
+    if sample.pair < 0:
+        return ""
+    beside = "" if ghost is None else f" ({tr('ghost')} {_error_text(ghost, ghost.sample())})"
+    return f'<span><b class="e">|e|</b> {_error_text(simulation, sample)}{beside}</span>'
 
 
-def _error_tile(simulation: Simulation, sample: Sample) -> Tile:
+def _error_text(simulation: Simulation, sample: Sample) -> str:
     if simulation.error_unit != "rad²":
-        return Tile("e", f"{sample.error * 1000.0:.0f}", "|e|, mm")
+        return f"{sample.error * 1000.0:.0f} mm"
     error = math.degrees(sample.error)
     if simulation.settings.scene == "imitation" and sample.second is not None:
         left, right = error, math.degrees(math.sqrt(sample.second.squared_error))
         if simulation.avoiding.name == "right":
             left, right = right, left
-        return Tile("e", f"{left:.0f} {right:.0f}", tr("|e|, ° L R"))
-    return Tile("e", f"{error:.1f}", "|e|, °")
+        return tr("{left}° left, {right}° right", left=f"{left:.0f}", right=f"{right:.0f}")
+    return f"{error:.1f}°"
 
 
 def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
@@ -190,11 +151,6 @@ def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
     ]
 
 
-def _speed(value: float) -> str:
-    """Return a speed without the minus of a rounded zero, and with a true minus sign."""
-    return f"{value:.2f}".replace("-", "−") if abs(value) >= 0.005 else "0.00"
-
-
 # --- words ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -202,9 +158,8 @@ def tip_html(session: Shown) -> str:
     """Return one or two sentences on what to do and what to watch."""
     if session.replay_time is not None:
         return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
-    run, simulation = session.settings.run, session.simulation
+    run = session.settings.run
     itself = session.settings.page.autopilot and session.held is None
-    yours, other = side(simulation.guided.name), side(simulation.avoiding.name)
     match run.scene:
         case "solo":
             return _solo_tip(run, itself)
@@ -214,43 +169,44 @@ def tip_html(session: Shown) -> str:
             crosses = itself and run.ball == "cross"
             return f"{does} {tr('The ball crosses the path by itself; drag it.') if crosses else tr('Drag the ball.')}"
         case "hold":
-            keeps = _hold_words(run, other)
+            keeps = _hold_words(run)
             if itself:
-                return f"{tr('The autopilot moves the orange {side} arm; take its hand at the arrows.', side=yours)} {keeps}"
-            return f"{tr('Drag the orange {side} arm at the arrows, or its elbow at the arc.', side=yours)} {keeps}"
+                return f"{tr('The autopilot moves the orange arm; pull it anywhere to take over.')} {keeps}"
+            return f"{tr('Pull the orange arm anywhere.')} {keeps}"
         case "master_slave":
             follows = (
-                tr("The silver {side} arm follows it in a mirror, and {avoids}.", side=other, avoids=_who_avoids(run))
+                tr("The silver arm follows it in a mirror, and {avoids}.", avoids=_who_avoids(run))
                 if run.following == "mirrored"
-                else tr("The silver {side} arm follows it joint by joint, and {avoids}.", side=other, avoids=_who_avoids(run))
+                else tr("The silver arm follows it joint by joint, and {avoids}.", avoids=_who_avoids(run))
             )
             does = (
-                tr("The autopilot moves the orange {side} arm, the master; take its hand at the arrows.", side=yours)
+                tr("The autopilot moves the orange arm, the master; pull it anywhere to take over.")
                 if itself
-                else tr("Drag the orange {side} arm, the master, at the arrows or the arc.", side=yours)
+                else tr("Pull the orange arm, the master, anywhere.")
             )
             return f"{does} {follows}"
         case _:
-            return tr(
+            does = tr(
                 "Both arms follow the person by four angles each, and {avoids}. See-through: where they ought to be.",
                 avoids=_who_avoids(run),
             )
+            return f"{does} {tr('Pull the arms of the figure anywhere.')}"
 
 
 def _solo_tip(run: RunSettings, itself: bool) -> str:
     if run.path == "circle":
         return tr("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt &gt; 2.")
-    drag = tr("Drag the elbow at the arc, or the hand at the arrows.")
-    does = tr("The autopilot swings the elbow; take the arc or the arrows.") if itself else drag
+    drag = tr("Pull the arm at its elbow, or its hand to another place.")
+    does = tr("The autopilot swings the elbow; pull the arm anywhere to take over.") if itself else drag
     return f"{does} {tr('The elbow moves in the null space of the hand: |e| stays small.')}"
 
 
-def _hold_words(run: RunSettings, other: str) -> str:
+def _hold_words(run: RunSettings) -> str:
     if run.avoid == "guided":
-        return tr("It keeps clear of the silver {side} arm, whose hand stays in the ring.", side=other)
+        return tr("It keeps clear of the silver arm, whose hand stays in the ring.")
     if run.avoid == "both":
-        return tr("The silver {side} arm keeps its hand in the ring, and both keep clear.", side=other)
-    return tr("The silver {side} arm keeps its hand in the ring, and keeps clear.", side=other)
+        return tr("The silver arm keeps its hand in the ring, and both keep clear.")
+    return tr("The silver arm keeps its hand in the ring, and keeps clear.")
 
 
 def _who_avoids(run: RunSettings) -> str:
@@ -274,7 +230,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
         reason = authority_text(Authority(sample.authority), sample.joint, simulation)
         if reason:
             pills.append(("alarm", reason))
-        return _pills_html(pills)
+        return pills_html(pills)
     pills += [("alarm", tr("out of authority: {why}", why=reason)) for reason in _reasons(simulation, sample)]
     if law.law == "unprotected":
         pills.append(("halt", tr("avoidance is off")))
@@ -283,57 +239,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
         pills.append(("alarm", faster))
     if sample.distance < 0.0:
         pills.append(("alarm", tr("the arm overlaps the ball") if run.scene == "ball" else tr("the arms overlap")))
-    return _pills_html(pills)
-
-
-def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> str:
-    """Return whether d ≥ d_law ≥ d_m is promised at this moment, or which conditions are missing, and the lever s of every arm that
-    keeps clear, as pills; nothing where there is nothing to meet.
-
-    Args:
-        custom: whether a student's law runs.
-    """
-    if sample.pair < 0:
-        return ""
-    bound = "d ≥ d<sub>law</sub> ≥ d<sub>m</sub>"
-    lost = missing_now(simulation.settings, simulation.history)
-    if custom or not makes_promise(simulation.settings.law):
-        pill = ("", tr("this law does not promise {bound}", bound=bound))
-    elif lost:
-        why = ", ".join(_condition_text(condition, simulation, sample) for condition in lost)
-        pill = ("alarm", tr("{bound} may fail: {why}", bound=bound, why=why))
-    elif sample.law_distance < simulation.settings.law.critical_distance - BELOW:
-        pill = ("halt", tr("below d<sub>m</sub>, but d falls no further: every condition is met"))
-    else:
-        pill = ("go", tr("{bound} stands", bound=bound))
-    levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
-    weak = min(levers) < FIRM_LEVER
-    lever = ("halt" if weak else "", tr("lever s = {s}", s=", ".join(f"{s:.2f}" for s in levers)))
-    return f'<div class="duet-status">{_pills_html([lever, pill])}</div>'
-
-
-def _condition_text(condition: Condition, simulation: Simulation, sample: Sample) -> str:
-    match condition:
-        case Condition.SPEED:
-            return "w &gt; v"
-        case Condition.LEVER:
-            s = sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
-            return tr("no lever (s = {s})", s=f"{s:.2f}")
-        case Condition.BOUND:
-            second = sample.second
-            if second is None or sample.authority in (Authority.STOP, Authority.SPEED):
-                joint = simulation.joint_label(sample.joint)
-            else:
-                joint = simulation.joint_label(second.joint, second=True)
-            return tr("{joint} at its limit", joint=tr(joint))
-        case Condition.ROBOT:
-            return tr("the robot is not ideal")
-        case Condition.PAIRS:
-            return tr("between two pairs")
-
-
-def _pills_html(pills: list[tuple[str, str]]) -> str:
-    return "".join(f'<span class="{kind}">{text}</span>' for kind, text in pills)
+    return pills_html(pills)
 
 
 def _reasons(simulation: Simulation, sample: Sample) -> list[str]:

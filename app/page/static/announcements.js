@@ -17,7 +17,7 @@ addEventListener("DOMContentLoaded", () => {
     live.textContent = text;
   };
   const scrollToTop = () => {
-    const head = document.querySelector(".duet-l-head");
+    const head = document.querySelector(".duet-l-head, .duet-l-list");
     const shown = head ? head.innerHTML : "";
     const phone = innerWidth < PHONE_WIDTH;
     if (shown !== part) {
@@ -27,8 +27,7 @@ addEventListener("DOMContentLoaded", () => {
     }
     if (scrolls === 0) return;
     scrolls--;
-    const top = phone ? head : (head.closest("[data-dock-leaf]")?.querySelector("input") ?? head);
-    top.scrollIntoView({ block: "start" });
+    head.scrollIntoView({ block: "start" });
   };
   setInterval(() => {
     announce();

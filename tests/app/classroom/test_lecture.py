@@ -19,7 +19,7 @@ from app.web.audiences import MOVED_CODE
 from app.web.index_page import ROOM_IS_FULL
 from scenes.settings import values
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
-from tests.app.page.helpers import bodies, buttons, click, shown
+from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.blocking_client import BlockingClient
 
 BOOK, NOTES = load_lessons(), load_notes()
@@ -89,7 +89,7 @@ class Class:
         self.host = lecture_of(self.opened)
         self.teacher = come(self.opened, key=KEY)
         self.students: dict[str, BlockingClient] = {}
-        click(self.teacher, "Lessons")
+        open_lessons(self.teacher)
         sees(self.teacher, "Lesson 1 · step 1")
 
     def come(self, *names: str) -> list[BlockingClient]:
@@ -153,7 +153,7 @@ def test_alone_the_key_opens_the_notes_and_another_one_says_so(house: OpenHouse,
     opened = house(key=KEY)
     visitors = come(opened, key=KEY), come(opened, "ann"), come(opened, "bo", "key=chal")
     for visitor in visitors:
-        click(visitor, "Lessons")
+        open_lessons(visitor)
         sees(visitor, "Lesson 1 · step 1")
     sees(visitors[0], "Usually believed")
     visitors[2].wait_for(lambda _: "This is not the teacher's key" in everything(visitors[2]).replace("\\'", "'"), WAIT)
@@ -232,12 +232,12 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
         return ask(session, lambda s: (s.settings, s.paused, s.held))
 
     stage, his = state(), state(b)
-    ann.set_value("d_m [mm]", 70.0)
+    ann.set_value("critical distance d_m [mm]", 70.0)
     command(ann, "Pause or go on")
     ann.wait_for(lambda _: host.sessions[a].paused and host.sessions[a].settings.run.law.critical_distance == 0.07, WAIT)
     assert state(b) == his and state() == stage
-    bo.set_value("d_m [mm]", 200.0)
-    click(bo, "Lessons")
+    bo.set_value("critical distance d_m [mm]", 200.0)
+    open_lessons(bo)
     bo.wait_for(lambda _: values(host.sessions[b].settings)["scene"] == "solo", WAIT)
     assert room.critical_distance("ann") == 0.07 and state() == stage
     ask(host.session, lambda s: s.change("dm", 0.25))

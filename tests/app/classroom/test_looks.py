@@ -10,7 +10,7 @@ from app.settings import Language
 from app.text.lesson_text import plain
 from app.theme import PALETTES
 from app.web.audiences import MOST
-from tests.app.conftest import HAND, Join, OpenHouse, ask, lecture_of
+from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import Client, bodies, buttons, click, shown
 from tests.blocking_client import BlockingClient
 
@@ -32,7 +32,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     opened = house(lecture=True)
     host = lecture_of(opened)
     teacher = join(opened, f"resume={'1' * 32}", language="en")
-    teacher.wait_for(lambda v: HAND in v.mirror.nodes, WAIT)
+    teacher.wait_for(lambda v: v.mirror.grabbable, WAIT)
     english, german = join(opened, language="en"), join(opened, "lang=de&picture=fast")
     screen = join(opened, "screen=1&profile=projector&theme=dark&lang=de")
     slovene = join(opened, language="sl, de;q=0.5")

@@ -7,11 +7,13 @@ from app.page.panels.hotkeys import HOTKEYS
 from app.session.session import Session
 from app.settings import Settings
 from app.web.index_page import KEY_LATER
-from tests.app.conftest import ELBOW, HAND, Join, OpenHouse, ask, lecture_of
-from tests.app.page.helpers import bodies, buttons, click, hotkey_uuid
+from tests.app.conftest import Join, OpenHouse, ask, lecture_of
+from tests.app.page.by_hand import WRIST
+from tests.app.page.helpers import bodies, buttons, click, hotkey_uuid, open_lessons
 from tests.blocking_client import BlockingClient
 
 LEADER = f"resume={'1' * 32}"
+LINK = f"/arms/right{WRIST}"
 
 
 def has_controls(visitor: BlockingClient) -> bool:
@@ -19,7 +21,7 @@ def has_controls(visitor: BlockingClient) -> bool:
     return bool(
         operated & {element["type"] for element in list(visitor.mirror.gui.values())}
         or visitor.mirror.commands
-        or {HAND, ELBOW} & set(visitor.mirror.nodes)
+        or visitor.mirror.grabbable
     )
 
 
@@ -27,7 +29,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     opened = house(lecture=True)
     host, session = lecture_of(opened), lecture_of(opened).session
     first = join(opened, LEADER)
-    first.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS) and HAND in v.mirror.nodes)
+    first.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS) and LINK in v.mirror.grabbable)
     second = join(opened, "dm=0.3")
     assert session.settings == Settings()
     for visitor in (first, second):
@@ -35,11 +37,11 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     first.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(first, "pause")})
     first.wait_for(lambda _: session.paused)
     assert has_controls(first) and not has_controls(second)
-    assert host.operator == int(first.mirror.nodes[HAND]["owner"])
+    assert host.operator == int(first.mirror.nodes[LINK]["owner"])
 
     # The second one knows all the names, and it is of no use.
-    click(first, "Lessons")
-    first.wait_for(lambda v: any(label.startswith("1 ") for label in buttons(v)))
+    open_lessons(first)
+    first.wait_for(lambda v: "Run (predict first)" in buttons(v))
 
     def state(s: Session) -> tuple[object, ...]:
         room, lessons = host.room, host.lessons
@@ -47,11 +49,10 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
 
     before, elements = ask(session, state), list(first.mirror.gui.values())
     for owner in (str(host.operator), "", str(int(host.operator or 0) + 1)):
-        target = {"name": HAND, "owner": owner}
-        second.send({"type": "TransformControlsDragStartMessage", **target})
-        pose = {"position": [0.0, 0.0, 1.0], "wxyz": [1.0, 0.0, 0.0, 0.0]}
-        second.send({"type": "TransformControlsUpdateMessage", **target, **pose})
-        second.send({"type": "TransformControlsDragEndMessage", **target})
+        target = {"type": "SceneNodeDragMessage", "name": LINK, "owner": owner, "instance_index": None, "button": "left"}
+        places = {"start_position": [0.3, 0.0, 1.0], "end_position": [0.0, 0.0, 1.0], "modifier": None}
+        for phase in ("start", "update", "end"):
+            second.send({**target, **places, "phase": phase, "start_screen_pos": [0.5, 0.5], "end_screen_pos": [0.5, 0.5]})
     values = {
         "GuiSliderMessage": [50.0],
         "GuiButtonGroupMessage": ["Reset", "Reset step", "Explore freely"],
@@ -69,12 +70,12 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     assert ask(session, state) == before
     # The first one can.
     click(first, "Leave the lessons")
-    first.wait_for(lambda v: HAND in v.mirror.nodes)
-    first.set_value("d_m [mm]", 50.0)
+    first.wait_for(lambda v: LINK in v.mirror.grabbable)
+    first.set_value("critical distance d_m [mm]", 50.0)
     first.wait_for(lambda _: session.settings.run.law.critical_distance == 0.05)
 
     # It leaves in mid-drag: the hand is let go, and neither who is there nor who comes now takes over.
-    first.move_gizmo(HAND, phase="start")
+    first.pull(LINK, "start", [0.3, 0.0, 1.0], [0.3, 0.0, 1.1])
     first.wait_for(lambda _: session.held is not None)
     operator = host.operator
     first.close()
@@ -84,11 +85,11 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     assert host.operator is None and session.held is None and not has_controls(second) and not has_controls(third)
     # It is back, before its next connection breaks off is noticed, too.
     again = join(opened, LEADER)
-    again.wait_for(lambda v: HAND in v.mirror.nodes and len(v.mirror.commands) >= len(HOTKEYS))
+    again.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(HOTKEYS))
     back = join(opened, LEADER)
-    back.wait_for(lambda v: HAND in v.mirror.nodes and len(v.mirror.commands) >= len(HOTKEYS))
-    assert host.operator == int(back.mirror.nodes[HAND]["owner"]) != operator
-    back.set_value("d_m [mm]", 100.0)
+    back.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(HOTKEYS))
+    assert host.operator == int(back.mirror.nodes[LINK]["owner"]) != operator
+    back.set_value("critical distance d_m [mm]", 100.0)
     back.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(back, "pause")})
     back.wait_for(lambda _: session.settings.run.law.critical_distance == 0.1 and session.paused)
     assert not has_controls(second) and not has_controls(third)

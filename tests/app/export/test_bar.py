@@ -78,7 +78,7 @@ def bring(page: Page, name: str, content: bytes) -> None:
 def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])
-    session, bar = enter(page, opened, "picture=fast&dm=0.12")
+    session, bar = enter(page, opened, "picture=fast&dm=0.12&gizmo=1")
     until(page, lambda: session.simulation.time > 1.0, "a second of the run")
     look_back(page, session, bar)
     run = export(page, session)
@@ -169,6 +169,8 @@ def load_files(page: Page, run: bytes) -> None:
 def report(page: Page, opened: App) -> None:
     written = "Four ways are left,\nI counted them. <b>"
     page.get_by_role("button", name="Lessons", exact=True).click()
+    page.locator("button.lesson").first.click()
+    page.locator(".duet-l-head").wait_for()
     for key, phase in (("", "Predict"), ("3", "Do"), ("n", "Observe"), ("n", "Explain")):
         press_key(page, key)
         page.locator(f".duet-l-head .now:text-is('{phase}')").wait_for()

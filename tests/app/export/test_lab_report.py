@@ -17,7 +17,7 @@ from app.hosting.resume import open_link
 from app.hosting.session_store import SessionStore, VisitorRecord
 from app.lessons.loading import load_lessons
 from app.lessons.phases import Phase
-from app.lessons.progress import MOST_WORDS
+from app.lessons.progress import LONGEST_REASON, MOST_WORDS
 from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_actions import Choose, Draw, ResetStep, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
@@ -37,7 +37,7 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0h1
 
 def full(text: str) -> str:
     entry = ReportEntry(
-        text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text, text, text, SVG, SVG, text
+        text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text, text, text, SVG, SVG, text, text
     )
     return report_html(text, [entry, ReportEntry(text)], Settings(), about=text)
 
@@ -50,7 +50,7 @@ def test_no_text_becomes_a_tag(text: str) -> None:
 
 
 def test_a_nasty_text_is_shown_as_it_was_written() -> None:
-    assert HtmlReader(full(NASTY)).text.count(NASTY) == 15
+    assert HtmlReader(full(NASTY)).text.count(NASTY) == 16
     assert LOCKED in full(NASTY)
 
 
@@ -121,6 +121,7 @@ def run() -> LessonSession:
         run._session.advance(0.05)
         run.decide()
     run.walk.write(f"I did not expect that.\n{NASTY}")
+    run.walk.give_reason(f"no joint is locked {NASTY}", "redundancy", "freedom")
     return run
 
 
@@ -147,6 +148,11 @@ def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession) -> 
     ):
         assert part in page.replace("&#x27;", "'")
     assert page.count("<figure>") == 1 and "hand error" in page and "elbow angle" in page
+    assert "because" not in made((replace(done, progress=replace(done.progress, because="")),)).casefold()
+    reason, _, measured = page.partition('<div class="beside"><div><b>Because</b><p>no joint is locked &lt;script&gt;')[
+        2
+    ].partition("<b>")
+    assert reason and measured.startswith("Measured</b><ul><li>Ways to move"), "reason and outcome stand side by side"
     assert LOCKED in page and NASTY not in page and not re.search(r"""(src|href)=["']?(https?:)?//""", page)
 
 
@@ -218,7 +224,10 @@ def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: Lesso
     back = LessonSession(Session(Settings()), BOOK)
     assert open_link(back, query, store.find(query)) == ()
     assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
+    assert back.walk.done.because == run.walk.done.because != ""
     back.act(ResetStep())
-    assert back.walk.done.words == run.walk.done.words and back.walk.done.choice is None
+    assert back.walk.done.words == run.walk.done.words and back.walk.done.choice is None and not back.walk.done.because
+    back.walk.give_reason("y" * (LONGEST_REASON + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)
+    assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).because) == LONGEST_REASON
     back.walk.write("x" * (MOST_WORDS + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)
     assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).words) == MOST_WORDS

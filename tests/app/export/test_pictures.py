@@ -14,7 +14,8 @@ from PIL import Image
 from app.export import csv_table as table_module
 from app.export.csv_table import changes, csv_bytes, csv_suffix, newest
 from app.export.plot_pictures import Kind, caption, embedded, inline_svg, mathtext, picture_bytes
-from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, POINTS, Curves, Panel, plain, thinned
+from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, Curves, Panel, plain
+from app.export.thinning import POINTS, thinned
 from app.plots.plot_choice import possible_details
 from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries
@@ -77,7 +78,7 @@ def test_curves_are_what_the_page_plots(scene: str) -> None:
         simulation.step(target)
         buffer.feed(simulation)
         # The newest bin holds the newest step; d and e² are the extremes in it.
-        newest_bin = buffer.series(tuple(range(len(NAMES))))
+        newest_bin = buffer.newest(list(range(len(NAMES))))
         row = rows[round(float(newest_bin[0][-1]), 9)]
         if simulation.steps % 100 == 0 and len(newest_bin[0]) > 1:
             seen += 1
@@ -104,15 +105,19 @@ def test_d_m_follows_its_changes() -> None:
         curves.column("mood")
 
 
-def test_thinning_keeps_every_dip_and_every_peak() -> None:
+def test_thinning_keeps_every_dip_every_peak_and_every_jump() -> None:
     table = np.zeros((5 * POINTS, 40))
     table[:, COLUMN["t"]] = np.arange(len(table))
     table[:, COLUMN["d"]] = 1.0
     table[4321, COLUMN["d"]], table[77, COLUMN["e2"]], table[500, COLUMN["e2_b"]] = 0.1, 9.0, 5.0
-    rows, ends = thinned(table)
-    assert len(rows) == POINTS and ends[-1] == len(table) - 1
-    assert (rows[:, COLUMN["d"]].min(), rows[:, COLUMN["e2"]].max(), rows[:, COLUMN["e2_b"]].max()) == (0.1, 9.0, 5.0)
-    assert np.searchsorted(ends, 4321) == rows[:, COLUMN["d"]].argmin()
+    table[6543:, 30] = 2.0
+    table[9000:9900:2, 35] = 1.0
+    rows, chosen = thinned(table)
+    assert rows.tobytes() == table[chosen].tobytes() and len(rows) <= POINTS and chosen[-1] == len(table) - 1
+    assert {77, 500, 4321, 6542, 6543} <= set(chosen.tolist())
+    # Chatter is a band: both ends of it in every bin.
+    chatter = rows[(chosen > 9000) & (chosen < 9900), 35]
+    assert np.count_nonzero(chatter == 1.0) > 20 and np.count_nonzero(chatter == 0.0) > 20 and len(chatter) < 450
     few, ends = thinned(table[:10])
     assert few.tobytes() == table[:10].tobytes() and ends.tolist() == list(range(10))
 

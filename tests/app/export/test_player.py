@@ -45,6 +45,7 @@ def test_a_still_scene_goes_through_viser_s_format() -> None:
     names = {message.get("name") for _, message in content["messages"]}
     assert {"/room", "/floor", f"/arms/left{WRIST}", "/closest/line", "/place/ball"} <= names
     assert {"/room", f"/arms/left{WRIST}", f"/arms/right{WRIST}"} <= set(filmed("hold").bodies) <= names
+    assert any("/skin_of_right" in name for name in names if name)
     assert {time for time, _ in content["messages"]} == {0.0} and not any("Gui" in m["type"] for _, m in content["messages"])
 
 

@@ -16,7 +16,7 @@ from app.recording import replay as replay_module
 from app.recording.replay import PERIOD, Replay, film
 from scenes.history import COLUMN
 from scenes.inputs import encoded
-from tests.app.conftest import HAND, Arrive, Join, OpenHouse, ask
+from tests.app.conftest import Arrive, Join, OpenHouse, ask
 from tests.app.export.runs import SCENES, piece
 
 
@@ -101,7 +101,7 @@ def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
     for time in (5.5, 2.0, 5.0):
         replay.seek(time)
         buffer.feed(replay.simulation)
-        times, distances = buffer.series((COLUMNS["d"],))
+        times, distances = buffer.newest([COLUMNS["d"]])
         assert times[-1] == pytest.approx(time, abs=0.02) and times[0] < 0.2
         live = table[: replay.step]
         # As many bins as the page had then, and the smallest distance in every one of them.
@@ -138,7 +138,7 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
     assert isinstance(opened.host, LectureHost)
     session = opened.host.session
     first = join(opened)
-    first.wait_for(lambda v: HAND in v.mirror.nodes)
+    first.wait_for(lambda v: v.mirror.grabbable)
     second = join(opened)
     first.wait_for(lambda _: session.simulation.time > 0.5)
     assert not says_so(second.visitor)
@@ -146,7 +146,7 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
     for visitor in (first, second):
         visitor.wait_for(says_so)
     assert session.paused
-    first.wait_for(lambda v: HAND not in v.mirror.nodes)
+    first.wait_for(lambda v: not v.mirror.grabbable)
     operation = opened.host.controls.operation
     assert operation is not None and operation._keep is not None
     bar = operation._keep

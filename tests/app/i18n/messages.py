@@ -19,9 +19,9 @@ from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
 from app.lessons.measures.quantity import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
+from app.page.panels.contact_card import SHARES
 from app.page.panels.controls import TABS
 from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
-from app.page.panels.readout import SHARES
 from app.plots.laws_chart import LAW_NAMES
 from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS
@@ -125,7 +125,7 @@ def _has_words(found: str) -> bool:
 
 def _of_tables() -> Iterator[str]:
     for spec in specs(Settings).values():
-        yield from (spec.label, spec.help, *spec.choice_labels)
+        yield from (spec.label, spec.words, spec.help, *spec.choice_labels)
     yield from (name for name, _, _ in TABS)
     yield from (hotkey.text for hotkey in (*HOTKEYS, *LESSON_KEYS))
     for course in TIME_PLOTS.values():

@@ -9,7 +9,7 @@ from app.text.lesson_text import plain
 from scenes.settings import changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
 from tests.app.i18n.conftest import untranslated
-from tests.app.page.helpers import bodies, notes
+from tests.app.page.helpers import bodies, notes, open_lessons
 from tests.blocking_client import BlockingClient
 
 TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
@@ -72,7 +72,7 @@ def test_controls_work_in_another_language(house: OpenHouse, arrive: Arrive) -> 
 
 def test_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> None:
     visitor = arrive(house()).visitor
-    visitor.click("Lessons")
+    open_lessons(visitor)
     comes(visitor, "Leave the lessons")
     visitor.set_value("language", "Slovenščina")
     title = plain(load_lessons(language="sl").lessons[0].steps[0].title)

@@ -25,12 +25,15 @@ WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 # viser's browser side applies updates after all else that came with them, so it complains about the last one of a plot that goes.
 LATE_UPDATE = r"Tried to update non-existent component"
 
+# Said by viser's page whenever a node that may be pulled is taken.
+PULLED = r"Unable to preventDefault inside passive event listener"
+
 
 def visit(page: Page, opened: App, query: str = "") -> Session:
     before = set(live_sessions(opened))
     page.set_default_timeout(60_000)
     page.goto(f"{opened.url}/?{query}")
-    wait_ready(page, HAND)
+    wait_ready(page, HAND if "gizmo=1" in query else "/room")
     # The page may have come a second time, without the fine picture that this machine is too slow for.
     until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
     close_software_note(page)

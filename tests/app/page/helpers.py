@@ -36,8 +36,7 @@ STAGES: dict[str, dict[str, str]] = {
 
 def page_label(key: str) -> str:
     """What stands before a control."""
-    spec = SPECS[key]
-    return f"{spec.label} [{spec.page_unit}]" if spec.page_unit else spec.label
+    return SPECS[key].title()
 
 
 def bring_into_view(session: Session, key: str) -> None:
@@ -82,7 +81,7 @@ def roundtrip(guest: Guest) -> None:
     """Return when the server has acted upon all that the visitor said before: messages are read in order."""
     before = guest.session.settings.run.limit_gain
     value = before + 0.5 if before < 20.0 else before - 5.5
-    guest.visitor.set_value("g [1/s]", value)
+    guest.visitor.set_value(page_label("g"), value)
     guest.wait(lambda s: abs(s.settings.run.limit_gain - value) < 1e-9)
 
 
@@ -107,6 +106,12 @@ def click(visitor: BlockingClient, start: str) -> None:
     visitor.wait_for(lambda _: any(label.startswith(start) for label in buttons(visitor)), 60.0)
     elements = bodies(visitor, "GuiButtonMessage")
     visitor.click(next(e["label"] for e in elements if str(e["label"]).removeprefix(MARK).startswith(start)))
+
+
+def open_lessons(visitor: BlockingClient) -> None:
+    """Open the first lesson from the list."""
+    click(visitor, "Lessons")
+    click(visitor, "1  ")
 
 
 def notes(visitor: BlockingClient) -> list[str]:

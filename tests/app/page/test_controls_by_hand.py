@@ -54,7 +54,8 @@ def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> 
 
     # What is compared with it.
     operate_tab(page, session, "Compare")
-    page.locator(".duet-tiles small").nth(3).wait_for()
+    page.get_by_text("(ghost ").wait_for()
+    until(page, lambda: page.locator("#duet-contact circle.ghost").get_attribute("visibility") == "visible", "the ghost's ring")
     page.locator(".duet-caption").get_by_text("ghost", exact=True).first.wait_for()
     page.get_by_role("button", name="Measure", exact=True).click()
     page.get_by_text("Largest step of q̇").wait_for()
@@ -67,12 +68,12 @@ def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> 
 
 def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
-    session = visit(page, house())
+    session = visit(page, house(), "gizmo=1")
     ask(session, lambda s: s.toggle_pause())
     control(page, "rig").wait_for()
     see_controls(page, session, PICKER)
     tops = [place.evaluate("e => e.getBoundingClientRect().top") for place in (control(page, key) for key in PICKER)]
-    assert tops == sorted(tops) and tops[-1] < page.locator(".duet-tiles").evaluate("e => e.getBoundingClientRect().top")
+    assert tops == sorted(tops) and tops[-1] < page.locator(".duet-eq").first.evaluate("e => e.getBoundingClientRect().top")
     # The experiment last, so that the others are tried in the usual one.
     for key in reversed(PICKER):
         set_by_hand(page, session, key)
@@ -82,7 +83,9 @@ def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
             until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle at the table")
             assert session.simulation.room.rig.name == "table"
     operate_tab(page, session, "Arms")
-    # The left arm is yours now, and has the handle.
+    # The left arm is yours now, and has the handle, which was switched off among the others.
+    ask(session, lambda s: s.change("gizmo", True))
+    wait_ready(page, HAND)
     assert session.simulation.settings.scene == "hold" and session.simulation.guided.name == "left"
     until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the left hand")
     ask(session, lambda s: s.toggle_pause())

@@ -95,18 +95,18 @@ def test_wrong_types_cost_only_the_own_connection(house: OpenHouse, arrive: Arri
 def test_a_refused_value_is_named_and_written_back(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house())
     # A hair over the edge: near enough for the door, which leaves room for a browser's rounding, but not for the settings.
-    one.visitor.set_value("d_m [mm]", 300.0 * (1.0 + 5e-7))
+    one.visitor.set_value("critical distance d_m [mm]", 300.0 * (1.0 + 5e-7))
     one.visitor.wait_for(lambda _: any("dm = 0.3" in note for note in notes(one.visitor)))
-    one.visitor.wait_for(lambda v: v.mirror.labelled("d_m [mm]")["value"] == 150.0)
+    one.visitor.wait_for(lambda v: v.mirror.labelled("critical distance d_m [mm]")["value"] == 150.0)
     assert one.session.settings.run.law.critical_distance == 0.15
-    one.visitor.set_value("d_m [mm]", 300.0)
+    one.visitor.set_value("critical distance d_m [mm]", 300.0)
     one.wait(lambda s: s.settings.run.law.critical_distance == 0.3)
 
 
 @pytest.mark.parametrize("name", [HAND, ELBOW])
 def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive, name: str) -> None:
     opened = house()
-    one, witness = arrive(opened), arrive(opened)
+    one, witness = arrive(opened, "gizmo=1"), arrive(opened)
     one.visitor.move_gizmo(name, phase="start")
     one.wait(lambda s: not s.settings.page.autopilot)
     place, turn = (0.3, 0.0, 1.0), (0.5, 0.5, 0.5, 0.5)
@@ -129,7 +129,7 @@ def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive, name: str) -> N
 
 
 def test_a_reset_in_mid_drag_lets_go(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house(), "autopilot=0")
+    one = arrive(house(), "autopilot=0&gizmo=1")
     one.visitor.move_gizmo(HAND, phase="start")
     one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
     one.run_on(0.3)

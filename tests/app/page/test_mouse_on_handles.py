@@ -1,9 +1,10 @@
-"""The handles of hand and elbow under a real mouse."""
+"""The arrows of the hand and the arc of the elbow under a real mouse."""
 
 import numpy as np
 import pinocchio as pin
 
 from app.page.handles.gizmos import swivel_frame
+from app.page.handles.transform_handle import AUTOPILOT_SIZE
 from app.session.session import Session
 from scenes.history import COLUMN
 from scenes.targets import HandTarget
@@ -16,20 +17,20 @@ from tests.tools.lesson_moves import hands_of
 def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 760)
     # Slow, so that the arrow is still where the mouse goes.
-    session = visit(page, house(), "speed=0.25&wmax=0.05")
+    session = visit(page, house(), "gizmo=1&speed=0.25&wmax=0.05")
     run_on(page, session, 0.1)
     assert session.settings.page.autopilot and session.held is None
-    page.get_by_text("The autopilot moves the orange right arm").wait_for()
+    page.get_by_text("The autopilot moves the orange arm").wait_for()
     arrow, sign = best_arrow(session, np.array([0.0, 1.0, 0.0]))
     before = session.simulation.time
-    take_hold(page, lambda: hand(session) + arrow * GRIP * GIZMO, lambda: session.held is not None)
-    grip = hand(session) + arrow * GRIP * GIZMO
+    take_hold(page, lambda: hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO, lambda: session.held is not None)
+    grip = hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO
     for way in np.linspace(0.02, 0.10, 4):
         point_at(page, grip + arrow * sign * way)
     page.mouse.up()
     until(page, lambda: session.held is None and not session.settings.page.autopilot, "letting go")
     assert session.simulation.time > before
-    page.get_by_text("Drag the orange right arm").wait_for()
+    page.get_by_text("Pull the orange arm anywhere.").wait_for()
     # The control knows it, too.
     page.get_by_role("tab", name="Arms").click()
     assert not control(page, "autopilot").locator("input[type=checkbox]").is_checked()
@@ -37,7 +38,7 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
 
 def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 800)
-    session = visit(page, house(), "autopilot=0&speed=2")
+    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
     start, other = ask(session, hands_of)
     still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
     arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
@@ -67,7 +68,7 @@ def test_a_mouse_drags_the_hand_and_the_other_arm_yields(house: OpenHouse, page_
 
 def test_a_mouse_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
-    session = visit(page, house(), "autopilot=0&speed=2")
+    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
 
     def state(s: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return *swivel_frame(s.simulation), s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy()

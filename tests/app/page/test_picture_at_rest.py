@@ -15,7 +15,13 @@ TITLES = TIMES | {"λ(d)": "Fig. 2", "Laws": "what each law", "Pairs": "the clos
 def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     session = visit(page, house())
-    shows = {"Law": "d_m [mm]", "Arms": "w_max [m/s]", "Compare": "what if", "View": "colours", "Keys": "one single step"}
+    shows = {
+        "Law": "critical distance d_m [mm]",
+        "Arms": "speed limit w_max [m/s]",
+        "Compare": "what if",
+        "View": "colours",
+        "Keys": "one single step",
+    }
     for name in ("Arms", "Compare", "View", "Keys", "Law"):
         page.get_by_role("tab", name=name).click()
         for tab, text in shows.items():

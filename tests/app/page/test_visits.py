@@ -20,7 +20,7 @@ def test_fifty_visits_leave_nothing_behind_and_are_no_news(
     opened = house()
 
     def visit(number: int) -> None:
-        with BlockingClient(opened.url, query=f"seed={number}") as visitor:
+        with BlockingClient(opened.url, query=f"seed={number}&gizmo=1") as visitor:
             visitor.wait_for(lambda v: HAND in v.mirror.nodes)
             if number % 3 == 0:
                 visitor.move_gizmo(HAND, phase="start")
@@ -54,8 +54,8 @@ def test_fifty_visits_leave_nothing_behind_and_are_no_news(
 
 
 def test_an_idle_frame_sends_nothing(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
-    built, tiles_html = list[str](), readout.tiles_html
-    monkeypatch.setattr(readout, "tiles_html", lambda *given: built.append("tiles") or tiles_html(*given))
+    built, status_html = list[str](), readout.status_html
+    monkeypatch.setattr(readout, "status_html", lambda *given: built.append("status") or status_html(*given))
     one = arrive(house(), "plot=laws")
     one.ask(lambda s: s.halt.set("visitor"))
     for scene, ghost in (("hold", "frozen"), ("ball", "off"), ("imitation", "off")):

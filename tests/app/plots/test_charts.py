@@ -110,7 +110,7 @@ def test_the_strips_show_who_was_closest_when() -> None:
         simulation.step(None)
     buffer.feed(simulation)
     html = pairs_html(simulation, buffer)
-    _, pairs = buffer.series((COLUMNS["pair"],))
+    _, pairs = buffer.newest([COLUMNS["pair"]])
     shown = np.full(len(pairs), -1.0)
     order = sorted({int(pair) for pair in pairs})
     strips = re.findall(r'<path d="([^"]*)"/>', html)

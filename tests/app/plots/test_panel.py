@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from app.page.panels.plots_panel import CURTAIN
+from app.plots.bins import POINTS, WINDOW
 from app.plots.plot_choice import CHARTS, cells
-from app.plots.time_series import POINTS, WINDOW
 from app.session.session import Session
 from app.settings import PageSettings
 from scenes.history import COLUMN
@@ -81,16 +81,17 @@ def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = ShownPanel("hold")
     shown.show(2.0)
     times = shown.session.simulation.history.table()[:200, COLUMN["t"]]
-    answer: Any = SimpleNamespace(times=times, distance=np.full(200, 0.2), squared_error=np.full(200, 0.01))
+    answer: Any = SimpleNamespace(times=times, distance=np.full(200, 0.2), squared_error=np.full(200, 0.01), stride=4)
     monkeypatch.setattr(Session, "what_if", property(lambda _: answer))
     for plot, value in zip(shown.show(), (0.2, 0.01), strict=True):
         line = plot.data[-1]
         inside = plot.data[0] < times[-1] - WINDOW / POINTS
         assert (line[inside] == value).all() and np.isnan(line[-1])
-    assert shown.says("what if") == 2
+    assert shown.says("what if, coarse") == 2
     # The exact answer after the draft: other times, so that nothing can be compared element by element.
-    answer = SimpleNamespace(times=times[::2], distance=np.full(100, 0.3), squared_error=np.full(100, 0.02))
+    answer = SimpleNamespace(times=times[::2], distance=np.full(100, 0.3), squared_error=np.full(100, 0.02), stride=1)
     assert np.nanmax(shown.show()[0].data[-1]) == 0.3
+    assert shown.says("what if") == 2 and not shown.says("coarse")
     answer = None
     assert len(shown.show()[0].data[-1]) == 0 and not shown.says("what if")
 
@@ -150,7 +151,7 @@ def test_plots_of_another_look_or_made_while_paused_are_full(house: OpenHouse, a
     one.visitor.set_value(*change)
     one.visitor.wait_for(lambda _: looks(one.visitor) != old)
     count = 3 if change[0] == "more plots" else 2
-    one.visitor.wait_for(lambda _: len(plots(one.visitor)) == count and all(len(plot[0]) > 12 for plot in plots(one.visitor)))
+    one.visitor.wait_for(lambda _: len(plots(one.visitor)) == count and all(np.ptp(plot[0]) > 1.5 for plot in plots(one.visitor)))
     for times, *lines in plots(one.visitor):
         assert times[0] < 0.2 and np.isfinite(lines[0]).all()
     press(one, "step")

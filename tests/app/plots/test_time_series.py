@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.custom_law.custom_law import CustomLaw
+from app.plots.bins import HIGH, LOW, POINTS, WINDOW, bin_numbers
 from app.plots.plot_choice import CHARTS, cells, layout_html, possible_details
 from app.plots.time_plots import colour_of, time_plot_of
-from app.plots.time_series import COLUMNS, POINTS, WINDOW, Curve, RollingSeries, drawable
+from app.plots.time_series import COLUMNS, NAMES, RollingSeries, drawable
 from app.theme import PALETTES
 from scenes.autopilot import Autopilot
 from scenes.history import COLUMN
@@ -81,20 +82,20 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     own = simulation.avoiding.joints
     count = own.stop - own.start
     names = [f"q{i + 1}" for i in range(7)] + [f"dq{i + 1}" for i in range(7)]
-    series = buffer.series(tuple(COLUMNS[name] for name in names))
+    series = buffer.newest([COLUMNS[name] for name in names])
     sample = simulation.sample()
     newest = np.array([line[-1] for line in series[1:]])
     assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
     assert np.isnan(newest[count:7]).all()
     assert len(time_plot_of("joints", simulation).legend()) == len(time_plot_of("rates", simulation).legend()) == count
-    desired = [line[-1] for line in buffer.series(tuple(COLUMNS[f"qd{i + 1}"] for i in range(4)))[1:]]
+    desired = [line[-1] for line in buffer.newest([COLUMNS[f"qd{i + 1}"] for i in range(4)])[1:]]
     assert desired == sample.desired[own][:4].tolist()
 
 
 def test_bins_of_an_arm_alone_have_an_elbow_and_no_distance() -> None:
     buffer = RollingSeries()
     buffer.feed(played("solo"))
-    _, distance, elbow, error = buffer.series((COLUMNS["d"], COLUMNS["elbow"], COLUMNS["e"]))
+    _, distance, elbow, error = buffer.newest([COLUMNS["d"], COLUMNS["elbow"], COLUMNS["e"]])
     assert np.isinf(distance).all() and np.isfinite(elbow).all() and np.ptp(elbow) > 0.05
     assert error[-1] == pytest.approx(played("solo").sample().error, rel=0.5)
 
@@ -108,7 +109,7 @@ def test_changes_of_the_closest_pair_are_counted_once() -> None:
             buffer.feed(simulation)
     buffer.feed(simulation)
     pairs = simulation.history.table()[:, COLUMN["pair"]]
-    assert int(np.nansum(buffer.series((COLUMNS["changes"],))[1])) == np.count_nonzero(np.diff(pairs)) > 2
+    assert int(buffer.newest([COLUMNS["changes"]])[1][-1]) == np.count_nonzero(np.diff(pairs)) > 2
 
 
 @given(st.lists(st.sampled_from([0.3, 1.0, math.nan, math.inf]), min_size=2, max_size=12), st.booleans())
@@ -140,44 +141,21 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
     own, other = RollingSeries(), RollingSeries()
     own.feed(simulation)
     other.feed(ghost)
-    columns = (COLUMNS["d"], COLUMNS["e2"])
-    times, *lines = own.series(columns)
-    for line, beside in zip(lines, other.beside(own, columns), strict=True):
-        assert len(beside) == len(times)
-        there = times > late * 0.005 + WINDOW / POINTS
-        assert np.array_equal(line[there], beside[there])
-        before = times < late * 0.005 - 1e-6
-        assert np.array_equal(line[before], beside[before])
-    assert np.array_equal(RollingSeries().beside(own, columns), lines)
+    columns = [COLUMNS["d"], COLUMNS["e2"]]
+    numbers = own.bins.numbers
+    mine = own.bins.at(numbers, columns)
+    times, beside = own.bins.ends(numbers), other.bins.at(numbers, columns, mine)
+    there = times > late * 0.005 + WINDOW / POINTS
+    assert np.array_equal(mine[there], beside[there], equal_nan=True)
+    before = times < late * 0.005 - 1e-6
+    assert np.array_equal(mine[before], beside[before], equal_nan=True)
+    assert np.array_equal(RollingSeries().bins.at(numbers, columns, mine), mine, equal_nan=True)
     # Of a ghost whose newest bin is far away nothing is shown.
     for _ in range(4400):
         simulation.step(None)
     own.feed(simulation)
-    assert np.isnan(other.beside(own, columns)[0]).all()
-
-
-@given(st.lists(st.floats(0.0, 30.0), min_size=1, max_size=60, unique=True), st.booleans())
-def test_another_curve_keeps_the_extremes_of_its_bins(times: list[float], smallest: bool) -> None:
-    stamps = np.sort(np.array(times))
-    values = np.sin(97.0 * stamps)
-    curve = Curve(stamps, values, smallest)
-    numbers = (stamps * (POINTS / WINDOW)).astype(int)
-    for number, value in zip(curve.numbers, curve.values, strict=True):
-        inside = values[numbers == number]
-        assert value == (inside.min() if smallest else inside.max())
-    buffer = RollingSeries()
-    simulation = played(seconds=3.0)
-    buffer.feed(simulation)
-    times_shown, own = buffer.series((COLUMNS["d"],))
-    found, shown = buffer.along(curve, COLUMNS["d"]), (times_shown * (POINTS / WINDOW)).astype(int)
-    assert len(found) == len(shown)
-    for number, value, before in zip(shown.tolist(), found.tolist(), own.tolist(), strict=True):
-        inside = values[numbers == number]
-        if len(inside):
-            assert value == (inside.min() if smallest else inside.max())
-        else:
-            # What was before the curve was the run itself.
-            assert value == before if number < numbers[0] else math.isnan(value)
+    late_numbers = own.bins.numbers
+    assert np.isnan(other.bins.at(late_numbers, columns, own.bins.at(late_numbers, columns))).all()
 
 
 @pytest.mark.parametrize(("dt", "batch", "seconds"), [(0.005, 7, 31.0), (0.00125, 50, 8.0), (0.02, 1, 47.0), (0.02, 40, 47.0)])
@@ -190,34 +168,35 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
         if step % batch == 0:
             buffer.feed(simulation)
     buffer.feed(simulation)
-    times, distance, critical, resting, squared = buffer.series((1, 2, 3, 4))
     table = simulation.history.table()
+    numbers = buffer.bins.numbers
     # Bins cover the last 20 s; the oldest of them may begin a little later than the newest step minus 20 s.
     width = WINDOW / POINTS
-    oldest = int(table[-1, 0] / width) - POINTS + 1
-    shown = table[(table[:, 0] * (POINTS / WINDOW)).astype(int) >= oldest]
-    assert len(times) == min(POINTS, math.ceil(seconds / width)) <= 200
+    times = buffer.bins.ends(numbers)
+    assert len(times) == min(POINTS, math.ceil(seconds / width))
     assert (np.diff(times) > 0.0).all() and times[-1] == table[-1, 0]
     assert times[-1] - times[0] <= WINDOW
-    assert distance.min() == shown[:, COLUMN["d"]].min() and squared.max() == shown[:, COLUMN["e2"]].max()
-    numbers = (shown[:, 0] * (POINTS / WINDOW)).astype(int)
-    for i, number in enumerate(np.unique(numbers)):
-        rows = shown[numbers == number]
-        assert distance[i] == rows[:, COLUMN["d"]].min() and squared[i] == rows[:, COLUMN["e2"]].max()
-        assert times[i] == rows[-1, 0]
-    assert (critical == settings.law.critical_distance).all() and np.nanmin(resting) > 0.0
+    stats = buffer.bins.at(numbers, list(range(len(NAMES))))
+    of_rows, dq = bin_numbers(table[:, 0]), simulation.history.velocities(table)[:, simulation.avoiding.joints]
+    for number, b, end in zip(numbers.tolist(), stats, times.tolist(), strict=True):
+        rows = of_rows == number
+        for name, values in (("d", table[rows, COLUMN["d"]]), ("e2", table[rows, COLUMN["e2"]]), ("dq3", dq[rows, 2])):
+            assert (b[LOW, COLUMNS[name]], b[HIGH, COLUMNS[name]]) == (values.min(), values.max())
+        assert end == table[rows, 0][-1]
+    assert (stats[:, [LOW, HIGH], COLUMNS["d_m"]] == settings.law.critical_distance).all()
+    assert np.nanmin(stats[:, LOW, COLUMNS["d*"]]) > 0.0
 
 
 @pytest.mark.parametrize("steps", [30, 80, 400])
 @pytest.mark.parametrize("scene", ["hold", "ball"])
 def test_a_restarted_run_begins_with_empty_bins(scene: SceneName, steps: int) -> None:
     simulation, buffer = Simulation(RunSettings()), RollingSeries()
-    assert np.isnan(buffer.series((COLUMNS["d"],))[1]).all()
+    assert not len(buffer.newest([COLUMNS["d"]])[1])
     person = simulation.source()
     for _ in range(80):
         simulation.step(person.target(simulation.time))
     buffer.feed(simulation)
-    assert buffer.series((COLUMNS["d"],))[0][-1] == pytest.approx(0.395)
+    assert buffer.newest([COLUMNS["d"]])[0][-1] == pytest.approx(0.395)
     if scene == "hold":
         start = simulation.room.start.copy()
         start[simulation.guided.joints.start] += 0.1
@@ -229,6 +208,6 @@ def test_a_restarted_run_begins_with_empty_bins(scene: SceneName, steps: int) ->
     buffer.feed(simulation)
     fresh = RollingSeries()
     fresh.feed(simulation)
-    columns = (COLUMNS["d"], COLUMNS["q1"], COLUMNS["changes"])
-    for here, there in zip(buffer.series(columns), fresh.series(columns), strict=True):
+    columns = [COLUMNS["d"], COLUMNS["q1"], COLUMNS["changes"]]
+    for here, there in zip(buffer.newest(columns), fresh.newest(columns), strict=True):
         assert np.array_equal(here, there)

@@ -95,7 +95,7 @@ def test_another_person_or_place_starts_from_the_beginning(session: Session, key
     mine = session.target()
     assert type(mine) is type(person)
     if mine is not None and person is not None:
-        assert all(x is y is None or (x == y).all() for x, y in zip(mine, person, strict=True))
+        assert all(x is y is None or np.array_equal(np.asarray(x), np.asarray(y)) for x, y in zip(mine, person, strict=True))
 
 
 def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> None:

@@ -14,14 +14,14 @@ from tests.app.conftest import Arrive, Guest, OpenHouse
 from tests.blocking_client import BlockingClient
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
-BALL, GRIP = "/gizmo/ball", "/gizmo/grip"
+BALL_ARROWS = "/gizmo/ball"
 TURN = (1.0, 0.0, 0.0, 0.0)
 
 
 @pytest.fixture
 def one(house: OpenHouse, arrive: Arrive) -> Iterator[Guest]:
     """A guest whose arms rest at first."""
-    yield arrive(house(), "autopilot=0")
+    yield arrive(house(), "autopilot=0&gizmo=1")
 
 
 def change(guest: Guest, **settings: Any) -> None:
@@ -76,11 +76,8 @@ def ball(s: Session) -> Array:
 
 def pull(guest: Guest, node: str, phase: str, taken: Array, to: Array) -> None:
     """One step of pulling a node across the view."""
-    guest.visitor.wait_for(lambda visitor: node in visitor.mirror.nodes)
-    owner = guest.visitor.mirror.nodes[node].get("owner", "")
-    middle = {"start_screen_pos": [0.5, 0.5], "end_screen_pos": [0.5, 0.5], "instance_index": None, "button": "left"}
-    places = {"start_position": taken.tolist(), "end_position": to.tolist(), "modifier": None}
-    guest.visitor.send({"type": "SceneNodeDragMessage", "name": node, "owner": owner, "phase": phase, **middle, **places})
+    guest.visitor.wait_for(lambda visitor: node in visitor.mirror.grabbable)
+    guest.visitor.pull(node, phase, taken.tolist(), to.tolist())
 
 
 def drag(guest: Guest, node: str, to: Array, turn: Sequence[float] = TURN) -> None:

@@ -13,7 +13,7 @@ from playwright.sync_api import expect
 
 from app.classroom.address import find_address
 from scenes.settings import values
-from tests.app.conftest import HAND, OpenHouse, live_sessions
+from tests.app.conftest import OpenHouse, live_sessions
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot, until, wait_ready
 
@@ -86,7 +86,7 @@ def test_both_proxies_work_once_their_address_is_let_in(
     for one, folder in zip(proxies, ("/lab/duet", ""), strict=True):
         one.behind = open_to_both.server.get_port()
         page.goto(f"{one.origin}{folder}/?n=8")
-        wait_ready(page, HAND)
+        wait_ready(page, "/room")
         until(page, lambda: any(values(s.settings)["n"] == 8.0 for s in live_sessions(open_to_both).values()), "its link")
         assert page.evaluate("fetch('documents/model').then(answer => answer.status)") == 200
         link = page.locator(".duet-link input")

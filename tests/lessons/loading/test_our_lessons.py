@@ -14,7 +14,7 @@ from app.lessons import FOLDER
 from app.lessons.bookmark import Bookmark
 from app.lessons.check import check_lesson
 from app.lessons.labels import label_of
-from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS
+from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, LessonBook
 from app.lessons.loading import LANGUAGES, load_lessons, load_notes
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.notes import Notes, StepNotes, read_notes
@@ -35,11 +35,14 @@ def test_all_eleven_lessons_load_in_every_language(language: str) -> None:
     assert [str(problem) for problem in book.problems] == []
     assert [lesson.number for lesson in book.lessons] == list(range(1, 12))
     assert {lesson.language for lesson in book.lessons} == {language}
+    for lesson, english in zip(book.lessons, our_book().lessons, strict=True):
+        said = (lesson.promise == english.promise, lesson.learned == english.learned)
+        assert said == (language == "en",) * 2, lesson.file
 
 
 def test_every_lesson_is_complete() -> None:
     for lesson in our_book().lessons:
-        assert lesson.goal and lesson.equations and 5 <= lesson.minutes <= 25
+        assert lesson.goal and lesson.promise and lesson.learned and lesson.equations and 5 <= lesson.minutes <= 25
         assert any(step.question for step in lesson.steps)
         assert any(step.challenge for step in lesson.steps)
         for step in lesson.steps:
@@ -242,6 +245,15 @@ def test_bad_commands_are_named(tmp_path: Path) -> None:
         lessons(Lessons(only=("x",)))
     with pytest.raises(BadSetting, match="there is no folder"):
         lessons(Lessons(check=True, only=("lambda",), out=tmp_path / "none" / "x.json"))
+
+
+def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
+    lesson = our_book().lessons[0]
+    whole, silent = (dataclasses.replace(lesson, steps=lesson.steps[:1], promise=text) for text in (lesson.promise, ""))
+    book = LessonBook((whole,), ())
+    assert not [walk for walk in check_lesson(book, whole) if walk.name == "list"]
+    (walk,) = [walk for walk in check_lesson(book, silent) if walk.name == "list"]
+    assert not walk.ok and "### Promise" in walk.text
 
 
 def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) -> None:

@@ -79,6 +79,11 @@ class Seen:
         pin.framesForwardKinematics(model, data, np.ascontiguousarray(q))
         return (data.oMf[arm.hand].translation if what == "hand" else data.oMi[arm.elbow].translation).copy()
 
+    def turn(self, row: int) -> Array:
+        model, data = self.simulation.room.model, self.simulation.room.model.createData()
+        pin.framesForwardKinematics(model, data, np.ascontiguousarray(self.q[row]))
+        return data.oMf[self.simulation.avoiding.hand].rotation.copy()
+
     def path(self, what: str) -> Array:
         return np.array([self.place(q, what) for q in self.q])
 
@@ -206,6 +211,12 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(s.col("e2")[150:]) ** 0.5, 1e-12),
     "hand_error_at": ("tail", {"time": 7.5}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[375]))), 1e-9),
     "elbow_travel": ("elbow", {}, lambda s: float(pdist(s.path("elbow")).max()), 1e-6),
+    "hand_turned": (
+        "elbow",
+        {},
+        lambda s: max(float(np.linalg.norm(pin.log3(s.turn(0).T @ s.turn(i)))) for i in range(len(s.q))),
+        1e-6,
+    ),
     "mark_miss": ("elbow", {"angle": 0.0}, lambda s: 0.0, 1e-12),
     "drift_per_lap": ("circle", {}, lambda s: float(np.linalg.norm(circle_error(s, 16.0) - circle_error(s, 8.0))), 1e-12),
     "joint_drift_per_lap": ("circle", {}, lambda s: float(np.linalg.norm(s.q[800] - s.q[400])), 1e-12),

@@ -115,11 +115,12 @@ def test_everything_survives_a_reload(walk: Walkthrough) -> None:
     walk.attempt(simulated(walk.setup))
     walk.hint()
     walk.write("It was the tail.")
+    walk.give_reason("λ falls fast", walk.lesson.id, walk.step.id)
     text = walk.to_json()
     again = Walkthrough.from_json(walk.book, text)
     assert again.view() == walk.view() and again.done == walk.done
     assert again.to_json() == text
-    assert again.done.words == "It was the tail." and again.phase is Phase.CHALLENGE
+    assert again.done.words == "It was the tail." and again.done.because == "λ falls fast" and again.phase is Phase.CHALLENGE
 
 
 def test_an_infinite_distance_survives(walk: Walkthrough) -> None:

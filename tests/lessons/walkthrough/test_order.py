@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.lessons.contrast import Contrast
 from app.lessons.lesson import LessonBook
 from app.lessons.phases import Phase
 from app.lessons.reference_runs import begin, simulated
@@ -101,9 +102,11 @@ def test_the_run_that_shows_why(walk: Walkthrough) -> None:
     turn = walk.run_id
     assert walk.view().why and walk.show_why() and walk.run_id == turn + 1
     assert walk.settings().run.law.order == 6.0
+    contrast = walk.view().contrast
+    assert contrast == Contrast("Here, too, you are wrong: n = 6", ("n",), "n = 6", "n = 2", ("n = 6", "n = 2"))
     run_out(walk)
     assert walk.done.why is not None and walk.view().why_outcome and walk.view().showing
-    assert walk.next() and not walk.view().showing and walk.phase is Phase.OBSERVE
+    assert walk.next() and walk.view().contrast is None and walk.phase is Phase.OBSERVE
     assert walk.settings().run.law.order == 2.0
 
 

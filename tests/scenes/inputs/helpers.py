@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scenes.inputs import InputsLog, Recorded
 from scenes.inputs_file import recorded_bytes
 from scenes.settings import SceneName, changed
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import logged_run, scene_settings
 
 Arrays = st.SearchStrategy[np.ndarray]
@@ -23,7 +23,8 @@ def targets(places: Arrays, rotations: Arrays, joints: Arrays, angles: Arrays) -
     turned = rotations | rotations.map(np.asfortranarray)
     hands = st.builds(HandTarget, places, st.none() | turned, st.none() | places)
     people = st.builds(AnglesTarget, st.none() | angles.map(lambda a: a.reshape(2, 4)))
-    return st.none() | hands | st.builds(JointTarget, joints) | st.builds(BallTarget, places) | people
+    links = st.builds(LinkTarget, st.integers(1, 6), places, places)
+    return st.none() | hands | st.builds(JointTarget, joints) | st.builds(BallTarget, places) | links | people
 
 
 ROTATIONS = arrays(9).map(lambda a: a.reshape(3, 3))
@@ -35,7 +36,12 @@ def same(a: Target | None, b: Target | None) -> bool:
     """Whether two targets are the same to the last bit, layout in memory included."""
     if a is None or b is None or type(a) is not type(b) or len(a) != len(b):
         return a is b
-    fields = ([(None if x is None else (x.tobytes("A"), x.shape, x.flags.fnc)) for x in target] for target in (a, b))
+    if isinstance(a, LinkTarget) and isinstance(b, LinkTarget) and a.joint != b.joint:
+        return False
+    fields = (
+        [(None if x is None or isinstance(x, int) else (x.tobytes("A"), x.shape, x.flags.fnc)) for x in target]
+        for target in (a, b)
+    )
     return next(fields) == next(fields)
 
 

@@ -18,7 +18,7 @@ from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recor
 from scenes.packing import PackedTargets, encoded
 from scenes.rerun import rerun
 from scenes.settings import RunSettings
-from scenes.targets import HandTarget
+from scenes.targets import HandTarget, LinkTarget
 from tests.scenes.inputs.helpers import sample_file
 
 SAMPLE, DATA = sample_file()
@@ -59,6 +59,16 @@ def test_files_that_are_wrong_as_a_whole() -> None:
         else:
             with pytest.raises(BadInputFile, match="orientation"):
                 recorded_from(data, "a")
+    # A pull at a link of the arm, at one that it has not, and at none.
+    for joint, place, message in ((7, 0.0, ""), (8, 0.0, "link that no arm"), (0, 0.0, "link that no arm"), (3, 11.0, "reach")):
+        code, numbers = encoded(LinkTarget(joint, np.zeros(3), np.full(3, place)))
+        packed = PackedTargets(np.array([code], np.uint8), np.array([1], np.uint32), np.frombuffer(numbers))
+        data = recorded_bytes(Recorded(SAMPLE.snapshot, (SAMPLE.stretches[0]._replace(targets=packed),)))
+        if message:
+            with pytest.raises(BadInputFile, match=message):
+                recorded_from(data, "a")
+        else:
+            assert np.isfinite(rerun(recorded_from(data, "a")).table[:, 0]).all()
     objects = np.empty(2, object)
     objects[:] = [{"a": 1}, "b"]
     with pytest.raises(BadInputFile, match="damaged"):

@@ -102,3 +102,22 @@ def test_straight_arms_bend_somewhere(direction: Array) -> None:
     figure.drag_wrist("right", shoulder + 0.4 * direction)
     check_lengths(figure)
     assert_allclose(figure.points("right")[2], shoulder + 0.4 * direction, atol=2e-3)
+
+
+@given(bodies(arms), st.sampled_from(SIDES), st.booleans(), st.floats(0.1, 1.5), points)
+def test_what_is_held_comes_along(start: Array, side: ArmName, forearm: bool, share: float, way: Array) -> None:
+    """From the shoulder to beyond the wrist: a short pull brings the point there, or as far as its bone lets it."""
+    figure = Figure(start=start)
+    shoulder, elbow, wrist = figure.points(side)
+    first, last = (elbow, wrist) if forearm else (shoulder, elbow)
+    taken = first + min(share, 1.5 if forearm else 1.0) * (last - first)
+    grasp = figure.grasp(side, forearm, taken)
+    goal = taken + 0.02 * way
+    figure.pull(grasp, taken)
+    assert_allclose(figure.points(side), (shoulder, elbow, wrist), atol=5e-3)
+    figure.pull(grasp, goal)
+    check_lengths(figure)
+    if grasp.forearm and 0.2 < np.linalg.norm(goal - shoulder) < 0.8 * LONGEST and grasp.along <= 0.0:
+        _, elbow, wrist = figure.points(side)
+        held = wrist + (wrist - elbow) * (grasp.along / FORE) + grasp.aside
+        assert np.linalg.norm(held - goal) < 0.02

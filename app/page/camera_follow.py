@@ -1,0 +1,152 @@
+"""A visitor's camera: it shows the whole experiment first, follows what would leave the free part of the picture, and is left alone
+as soon as the visitor moves it."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+import viser
+
+from app.page.free_picture import FreePicture
+from app.stage.camera_fit import Balls, Pose, axes, fit, project
+from app.stage.framed_points import RecentWay, framed_now, joints, known_way
+from controllers.kinematics import Array
+from scenes.rigs import Camera
+from scenes.simulation import Simulation
+
+GLIDE: Final = 1.4
+"""How long the camera takes to where it shows everything again [s of wall time]."""
+
+REST: Final = 1.5
+"""How long it then stays there at least, unless something has left the free part [s of wall time]."""
+
+LOOK_EVERY: Final = 0.2
+"""Time between two looks whether everything is in the free part [s of wall time]."""
+
+NEAR_EDGE: Final = 0.04
+"""Share of the free part, at its edge, at which the camera begins to follow …"""
+
+ROOM: Final = 0.12
+"""… and that it then leaves free, so that it need not follow soon again."""
+
+STAYS: Final = 0.7
+"""The other part of the picture is taken only if everything is seen larger there by more than this share."""
+
+WAY: Final = 0.05
+"""What is shown around the way of a hand [m]."""
+
+SAME: Final = 0.004
+"""What the browser says of a camera differs from what it was sent by less than this [m]."""
+
+ECHO: Final = 5.0
+"""How long the browser may still say where its camera was sent [s of wall time]."""
+
+
+class CameraFollow:
+    """Moves the camera of one client.
+
+    Args:
+        camera: of the client.
+        view: returns what of the experiment is to be seen.
+        way: returns points (k, 3) where a hand or the ball will be soon [m].
+        picture: returns what of the client's picture is free.
+
+    Attributes:
+        left_alone: the visitor has moved the camera since the last first view.
+    """
+
+    def __init__(
+        self, camera: viser.CameraHandle, view: Callable[[], Camera], way: Callable[[], Array], picture: Callable[[], FreePicture]
+    ) -> None:
+        self._camera, self._view, self._way, self._picture = camera, view, way, picture
+        self.left_alone = False
+        self._pose: Pose | None = None
+        self._glide: tuple[float, Pose, Pose] | None = None
+        self._sent: deque[tuple[float, Array, Array]] = deque()
+        self._recent = RecentWay()
+        self._next = self._rest_until = 0.0
+        self._part: int | None = None
+
+    def first_view(self, simulation: Simulation, now: float) -> None:
+        """Show the whole experiment at once, and follow from then on. `now`: wall time [s]."""
+        self.left_alone, self._glide, self._part = False, None, None
+        self._recent.forget()
+        camera = self._camera
+        # What the browser says next may be of the time before.
+        self._sent.append((now, np.array(camera.position), np.array(camera.look_at)))
+        pose = self._fitted(simulation)
+        camera.up_direction = np.array([0.0, 0.0, 1.0])
+        # viser sends nothing that equals what it last heard from the browser, which may have been said before our last move arrived there.
+        camera.position = pose.eye + axes(pose.eye - pose.look_at)[2]
+        camera.fov = 0.9 * pose.fov
+        camera.fov = pose.fov
+        self._send(pose, now)
+        self._rest_until = now + REST
+
+    def follow(self, simulation: Simulation, now: float) -> None:
+        """Move the camera if something would leave the free part of the picture. `now`: wall time [s]."""
+        if self._pose is None or self.left_alone or (self._glide is None and now < self._next):
+            return
+        self._next = now + LOOK_EVERY
+        if self._moved_by_visitor(now):
+            return
+        self._recent.note(simulation, now)
+        if self._glide is not None:
+            self._go_on(now)
+        elif self._wants_to_move(simulation, now):
+            self._glide = now, self._pose, self._fitted(simulation)
+
+    def _moved_by_visitor(self, now: float) -> bool:
+        """Return whether the camera is where it was never sent; place and aim are compared one by one, as they may arrive so."""
+        while len(self._sent) > 1 and self._sent[1][0] < now - ECHO:
+            self._sent.popleft()
+        position, look_at = np.asarray(self._camera.position), np.asarray(self._camera.look_at)
+        known = any(np.abs(position - sent).max() < SAME for _, sent, _ in self._sent)
+        self.left_alone = not (known and any(np.abs(look_at - sent).max() < SAME for _, _, sent in self._sent))
+        return self.left_alone
+
+    def _wants_to_move(self, simulation: Simulation, now: float) -> bool:
+        assert self._pose is not None
+        picture = self._picture()
+        share = NEAR_EDGE if now >= self._rest_until else 0.0
+        seen = project(self._pose, (picture.width, picture.height), framed_now(simulation)[0])
+        return not all(picture.contains(x, y, share) for x, y in seen)
+
+    def _go_on(self, now: float) -> None:
+        assert self._glide is not None
+        begun, start, end = self._glide
+        s = min((now - begun) / GLIDE, 1.0)
+        s *= s * (3.0 - 2.0 * s)
+        self._send(Pose(start.eye + s * (end.eye - start.eye), start.look_at + s * (end.look_at - start.look_at), end.fov), now)
+        if s >= 1.0:
+            self._glide, self._rest_until = None, now + REST
+
+    def _send(self, pose: Pose, now: float) -> None:
+        self._pose = pose
+        self._sent.append((now, pose.eye, pose.look_at))
+        self._camera.position = pose.eye
+        self._camera.look_at = pose.look_at
+
+    def _fitted(self, simulation: Simulation) -> Pose:
+        """Return the nearest camera that shows the view above the panels, and the contact and the ways of the hands in a free part."""
+        view, picture = self._view(), self._picture()
+        size, toward = (picture.width, picture.height), np.array(view.toward)
+        centres, radii = framed_now(simulation)
+        ways = np.concatenate([self._way(), known_way(simulation), self._recent.points])
+        centres, radii = np.concatenate([centres, ways]), np.concatenate([radii, np.full(len(ways), WAY)])
+        corners = np.concatenate([view_corners(view), joints(simulation)])
+        whole = Balls(corners, np.zeros(len(corners)), picture.open)
+        poses = [fit(toward, view.fov, size, (Balls(centres, radii, part.inset(ROOM)), whole)) for part in picture.free]
+        away = [float(np.linalg.norm(pose.eye - view.centre)) for pose in poses]
+        if self._part is not None and self._part < len(away):
+            away[self._part] *= STAYS
+        self._part = int(np.argmin(away))
+        return poses[self._part]
+
+
+def view_corners(view: Camera) -> Array:
+    """Return the corners (4, 3) of what a view must show [m]."""
+    right, up, _ = axes(np.array(view.toward))
+    corners = [x * view.width / 2.0 * right + y * view.height / 2.0 * up for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+    return np.array(view.centre) + np.array(corners)

@@ -1,0 +1,72 @@
+"""Four sliders for the motions that an arm has left while its hand stays where it is, where a challenge offers them."""
+
+import math
+from typing import Any, Final
+
+import viser
+
+from app.i18n.speaking import N_, tr
+from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.lesson_panel import ORDER
+from app.session.session import Session
+from scenes.null_motions import MOTIONS, NullMotions
+from scenes.targets import JointTarget
+
+FARTHEST: Final = 60.0
+"""Either end of a slider [°]."""
+
+LABELS: Final = (N_("swing the elbow"), N_("turn the hand, x"), N_("turn the hand, y"), N_("turn the hand, z"))
+
+
+class NullMotionSliders:
+    """The sliders. The caller has opened their container.
+
+    Args:
+        run: the lessons; a fresh run begins with all sliders at 0.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession) -> None:
+        self._session, self._run = session, run
+        self._motions: NullMotions | None = None
+        self._of: object = None
+        self._sliders = [self._make(gui, i) for i in range(MOTIONS)]
+
+    def _make(self, gui: viser.GuiApi, motion: int) -> viser.GuiSliderHandle[float]:
+        hint = tr("Motion {number} of 4 in the null space: the hand stays where it is.", number=motion + 1)
+        place = ORDER["after"] + 2.0 + motion
+        slider = gui.add_slider(tr(LABELS[motion]), -FARTHEST, FARTHEST, 1.0, 0.0, visible=False, hint=hint, order=place)
+
+        @slider.on_update
+        async def _(event: viser.GuiEvent[Any]) -> None:
+            value = float(event.target.value)
+            if event.client_id is not None and math.isfinite(value):
+                way = math.radians(min(max(value, -FARTHEST), FARTHEST))
+                self._session.post(lambda: self._go(motion, way), ("null motion", motion))
+
+        return slider
+
+    def _go(self, motion: int, way: float) -> None:
+        """Have the arm led along a motion to a way from where the first one began [rad]."""
+        session = self._session
+        if not self._offered:
+            return
+        if self._motions is None:
+            simulation = session.simulation
+            self._motions = NullMotions(simulation.room, simulation.avoiding, simulation.positions)
+        session.hold(JointTarget(self._motions.go(motion, way)))
+
+    @property
+    def _offered(self) -> bool:
+        walk = self._run.walk
+        shown = self._run.open and not self._run.listing
+        return shown and walk.step.challenge is not None and walk.step.challenge.null_motions and walk.yours
+
+    def show(self) -> None:
+        """Offer the sliders where they belong; they go back to 0 in a fresh run, and when the arm is taken by something else."""
+        offered, of = self._offered, (self._run.walk.run_id, self._session.simulation)
+        if of != self._of or not (offered and isinstance(self._session.held, JointTarget)):
+            self._of, self._motions = of, None
+            for slider in self._sliders:
+                slider.value = 0.0
+        for slider in self._sliders:
+            slider.visible = offered

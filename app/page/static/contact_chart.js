@@ -1,0 +1,188 @@
+// The chart of the card: the obstacle, the gap as an axis in mm, λ(d) on it, and the arm's closest point as a bead below its λ.
+(() => {
+  const WIDE = { width: 330, height: 92, left: 58, right: 316, top: 10, axis: 66, bead: 8 };
+  const NARROW = { width: 214, height: 84, left: 42, right: 204, top: 8, axis: 58, bead: 7 };
+  const FACE = 'system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans","Liberation Sans",sans-serif';
+  const SMALL = `600 12px ${FACE}`;
+  const LARGE = `700 15px ${FACE}`;
+  // A λ of a name of several letters.
+  const LONG = `700 12px ${FACE}`;
+  const ROW = 14;
+  const set = duet.set;
+
+  // Boxes of a text of the row below the axis: centred at x, else moved to either side, as far as it still reaches x.
+  const along = (x, width, top, order) =>
+    order.map((shift) => ({
+      left: x + shift * (width / 2 + 4) - width / 2,
+      right: x + shift * (width / 2 + 4) + width / 2,
+      top,
+      bottom: top + ROW,
+    }));
+
+  // Builds the chart in an <svg>; returns a function that draws a state of the moment.
+  duet.contactChart = (root, words, narrow) => {
+    const g = narrow ? NARROW : WIDE;
+    root.replaceChildren();
+    set(root, { viewBox: `0 0 ${g.width} ${g.height}` });
+    const svg = (name, attributes) => duet.svg(root, name, attributes);
+    const x = (mm) => g.left + ((g.right - g.left) * Math.min(Math.max(mm, -0.12 * words.span), words.span)) / words.span;
+    const y = (share) => g.axis - (g.axis - g.top) * Math.min(Math.max(share, 0), 1);
+
+    const curve = [];
+    for (let i = 0; i < words.curve.length; i += 2) curve.push([x(words.curve[i]), y(words.curve[i + 1] / 1000)]);
+    if (curve.length > 0) {
+      const line = curve.map((point) => point.map((n) => n.toFixed(1)).join()).join(" ");
+      svg("polygon", {
+        class: "lam area",
+        "data-symbol": "lam",
+        points: `${g.left},${g.axis} ${line} ${g.right},${g.axis}`,
+      });
+      svg("polyline", { class: "lam curve", "data-symbol": "lam", points: line });
+    }
+    const dm = x(words.dm);
+    svg("line", { class: "axis", x1: g.left, x2: g.right, y1: g.axis, y2: g.axis });
+    svg("line", { class: "dm limit", "data-symbol": "dm", x1: dm, x2: dm, y1: g.top - 6, y2: g.axis + 6 });
+    const ticks = [];
+    for (let mm = 100; mm <= words.span; mm += 100) {
+      svg("line", { class: "axis", x1: x(mm), x2: x(mm), y1: g.axis, y2: g.axis + 4 });
+      ticks.push({ mm, text: svg("text", { class: "tick" }) });
+    }
+    // An obstacle that gives way itself is a bead with a λ of its own.
+    const twin = svg("g", { class: "lam", "data-symbol": "lam", visibility: words.two ? "visible" : "hidden" });
+    const twinStem = duet.svg(twin, "line", { class: "stem", x1: g.left, x2: g.left, y1: g.axis });
+    const twinTip = duet.svg(twin, "circle", { class: "tip", cx: g.left, r: 5 });
+    if (words.two) svg("circle", { class: `body ${words.obstacle[0]}`, cx: g.left, cy: g.axis, r: g.bead });
+    else
+      svg("rect", {
+        class: `body ${words.obstacle[0]}`,
+        "data-symbol": "w",
+        ...{ x: 8, y: g.axis - 26, width: g.left - 8, height: 38, rx: words.obstacle[0] === "orange" ? 9 : 5 },
+      });
+    const ghost = svg("circle", { class: "ghost", cy: g.axis, r: g.bead - 2 });
+    const rest = svg("path", { class: "rest", "data-symbol": "rest" });
+    const stem = svg("line", { class: "lam stem", "data-symbol": "lam", y1: g.axis });
+    const tip = svg("circle", { class: "lam tip", "data-symbol": "lam", r: 5 });
+    const bead = svg("circle", { class: `body ${words.arm[0]}`, "data-symbol": "d", cy: g.axis, r: g.bead });
+    const off = svg("path", { class: "off" });
+    // The bead is at the distance that the law sees; a point at the true one, where they differ.
+    const point = svg("circle", { class: "d point", "data-symbol": "d", cy: g.axis, r: 3.5 });
+    const long = words.share.length > 2;
+    const labels = {
+      dm: svg("text", { class: "dm", "data-symbol": "dm" }),
+      rest: svg("text", { class: "rest", "data-symbol": "rest" }),
+      ghost: svg("text", { class: "tick" }),
+      d: svg("text", { class: "d", "data-symbol": "d" }),
+      body: svg("text", { class: "tick" }),
+      lam: svg("text", { class: `lam ${long ? "long" : "large"}`, "data-symbol": "lam" }),
+    };
+    duet.svg(labels.dm, "tspan").textContent = "d";
+    duet.svg(labels.dm, "tspan", { dy: 3, "font-size": 9 }).textContent = "m";
+    duet.svg(labels.dm, "tspan", { dy: -3, dx: 3 }).textContent = words.dm;
+    labels.ghost.textContent = words.ghost;
+    labels.d.textContent = "d";
+    labels.body.textContent = words.obstacle[1];
+
+    const put = (label, box) => {
+      label.style.display = box ? "" : "none";
+      if (box) set(label, { x: box.left.toFixed(1), y: (box.bottom - 3).toFixed(1) });
+    };
+    const crossed = (box) =>
+      curve.some(([a, b], i) => {
+        const [c, d] = curve[i + 1] ?? [a, b];
+        return a < box.right && c > box.left && Math.min(b, d) < box.bottom && Math.max(b, d) > box.top;
+      });
+
+    return (s) => {
+      const at = x(s.law);
+      const height = y(s.lam);
+      const far = s.law > words.span;
+      set(bead, { cx: at.toFixed(1) });
+      set(stem, { x1: at.toFixed(1), x2: at.toFixed(1), y2: height.toFixed(1) });
+      set(tip, { cx: at.toFixed(1), cy: height.toFixed(1) });
+      set(twinStem, { y2: height.toFixed(1) });
+      set(twinTip, { cy: height.toFixed(1) });
+      set(off, { d: far ? `M${g.right - 2},${g.axis - 4}l4,4l-4,4` : "" });
+      const apart = Math.abs(x(s.d) - at) > g.bead + 3;
+      set(point, { cx: x(s.d).toFixed(1), visibility: apart ? "visible" : "hidden" });
+      set(ghost, { cx: x(s.ghost ?? 0).toFixed(1), visibility: s.ghost === null ? "hidden" : "visible" });
+      set(rest, { d: s.rest === null ? "" : `M${x(s.rest).toFixed(1)},${g.axis + 1}l-5,8h10z` });
+
+      // The row below the axis: d_m and d* first, then what is at the left, the ghost, and the ticks that are left free.
+      const top = g.axis + 9;
+      const close = s.rest !== null && Math.abs(x(s.rest) - dm) < 80;
+      const side = close ? Math.sign(x(s.rest) - dm) || 1 : 0;
+      const measure = (text) => duet.textWidth(text, SMALL);
+      const restText = s.rest === null ? "" : `${words.rests} ${Math.round(s.rest)}`;
+      labels.rest.textContent = restText;
+      const dmWidth = measure(`dm ${words.dm}`) + 1;
+      const dmBoxes = along(dm, dmWidth, top, close ? [-0.8 * side, -side, 0] : [0, 0.8, -0.8]);
+      const restWidth = measure(restText);
+      const restBoxes = s.rest === null ? [] : along(x(s.rest), restWidth, top, [0, side, -side, 1.3 * side, 1.6 * side]);
+      const bodyWidth = measure(words.obstacle[1]);
+      const bounds = { left: 4, right: g.width - 4, top: 0, bottom: g.height };
+      const rows = [
+        dmBoxes,
+        restBoxes,
+        [{ left: 8, right: 8 + bodyWidth, top: top + 1, bottom: top + 1 + ROW }],
+        s.ghost === null ? [] : along(x(s.ghost), measure(words.ghost), top, [0, 1, -1]),
+        apart ? along(x(s.d), measure("d"), top, [0]) : [],
+        ...ticks.map(({ mm }, i) => {
+          const text = i === ticks.length - 1 ? `${mm} mm` : `${mm}`;
+          ticks[i].text.textContent = text;
+          return along(x(mm), measure(text), top, [0]);
+        }),
+      ];
+      const boxes = duet.placeLabels(rows, bounds, []);
+      put(labels.dm, boxes[0]);
+      put(labels.rest, boxes[1]);
+      put(labels.body, boxes[2]);
+      put(labels.ghost, boxes[3]);
+      put(labels.d, boxes[4]);
+      for (const [i, tick] of ticks.entries()) put(tick.text, boxes[5 + i]);
+
+      // λ beside its point: off the curve, off the line of d_m, above the axis; the number alone where its name finds no room.
+      const body = { left: 0, right: g.left, top: g.axis - 26, bottom: g.axis + 12 };
+      const limit = { left: dm - 2, right: dm + 2, top: g.top - 6, bottom: g.axis };
+      const free = (list, taken) => duet.placeLabels([list], { ...bounds, top: narrow ? 1 : -4 }, taken)[0];
+      const beside = (text) => {
+        const width = duet.textWidth(text, long ? LONG : LARGE);
+        return [0, -10, 10, -20, 20, -30, 30, -40, 40].flatMap((rise) => {
+          const middle = Math.min(height + rise, g.axis - g.bead - 9);
+          return [at + 9, at - 9 - width].map((left) => ({ left, right: left + width, top: middle - 8, bottom: middle + 8 }));
+        });
+      };
+      const number = s.lam.toFixed(2);
+      const clear = (text) =>
+        free(
+          beside(text).filter((box) => !crossed(box)),
+          [body, limit],
+        );
+      const texts = [`${words.share} ${number}`, number];
+      const text = texts.find(clear) ?? number;
+      labels.lam.textContent = text;
+      put(labels.lam, clear(text) ?? free(beside(text), []));
+    };
+  };
+
+  // Of an arm that stands alone: its error now and after each of the next steps, every time (1 − K dt) of the one before.
+  duet.errorChart = (root, words, narrow) => {
+    const g = narrow ? NARROW : WIDE;
+    root.replaceChildren();
+    set(root, { viewBox: `0 0 ${g.width} ${g.height}` });
+    const middle = words.step < 0 ? (g.axis + g.top) / 2 : g.axis - 4;
+    const room = words.step < 0 ? (g.axis - g.top) / 2 : g.axis - 4 - g.top;
+    // Of an error that grows only as many steps as leave the first one to be seen.
+    const growth = Math.abs(words.step);
+    const count = growth > 1 ? Math.min(Math.max(Math.floor(1 + Math.log(30) / Math.log(growth)), 3), 12) : 12;
+    const largest = Math.max(1, growth ** (count - 1));
+    const place = (i) => 16 + ((g.width - 32) * i) / (count - 1);
+    duet.svg(root, "line", { class: "axis", x1: 8, x2: g.width - 8, y1: middle, y2: middle });
+    for (let i = 0; i < count; i++) {
+      const end = middle - (room * words.step ** i) / largest;
+      duet.svg(root, "line", { class: "e stem", "data-symbol": "e", x1: place(i), x2: place(i), y1: middle, y2: end });
+      duet.svg(root, "circle", { class: "e tip", "data-symbol": "e", cx: place(i), cy: end, r: i === 0 ? 6 : 4 });
+    }
+    duet.svg(root, "text", { class: "tick", x: g.width - 8, y: g.axis + 20, "text-anchor": "end" }).textContent = words.axis;
+    return () => {};
+  };
+})();

@@ -1,0 +1,99 @@
+// Writes this moment's numbers into formulas, above or below their symbols: into the law's equation, and into those that explain a step.
+addEventListener("DOMContentLoaded", () => {
+  const FORMULAS = ".duet-eq svg, .duet-l-explain .duet-formula svg";
+  const SYMBOLS = ["lam", "dm", "d", "v", "u", "w", "e"];
+  const FONT = '600 12px system-ui,-apple-system,"Segoe UI",Roboto,"Noto Sans","Liberation Sans",sans-serif';
+  const ROW = 14;
+  const live = new Map();
+
+  // One place for every symbol, whose glyphs stand side by side: {kind, box}.
+  const symbols = (svg) => {
+    const found = [];
+    let before = "";
+    for (const path of svg.querySelectorAll("path")) {
+      const kind = SYMBOLS.find((symbol) => path.classList.contains(symbol)) ?? "";
+      if (kind) {
+        const { x, y, width, height } = path.getBBox();
+        const box = { left: x, top: y, right: x + width, bottom: y + height };
+        const last = found.at(-1);
+        if (kind === before)
+          last.box = {
+            left: Math.min(last.box.left, box.left),
+            top: Math.min(last.box.top, box.top),
+            right: Math.max(last.box.right, box.right),
+            bottom: Math.max(last.box.bottom, box.bottom),
+          };
+        else found.push({ kind, box });
+      }
+      before = kind;
+    }
+    return found;
+  };
+
+  const prepare = (svg) => {
+    const [left, top, width, height] = svg.getAttribute("viewBox").split(" ").map(Number);
+    const bottom = top + height;
+    const found = symbols(svg);
+    const values = duet.symbols;
+    // λ(d*) is not the λ of this moment.
+    const elsewhere = svg.getAttribute("aria-label").includes("λ(d^*)");
+    const marked = found.filter(({ kind }) => values[kind] !== undefined && !(elsewhere && kind === "lam"));
+    const middle = (top + bottom) / 2;
+    const rows = marked.map(({ kind, box }) => {
+      const half = duet.textWidth(values[kind], FONT) / 2 + 1;
+      const x = (box.left + box.right) / 2;
+      const below = { top: bottom + 1, bottom: bottom + 1 + ROW };
+      const above = { top: top - 1 - ROW, bottom: top - 1 };
+      const first = (box.top + box.bottom) / 2 < middle - 6 ? [above, below] : [below, above];
+      return first.flatMap((row) =>
+        [0, -0.6, 0.6, -1, 1].map((shift) => ({ left: x + (shift - 1) * half, right: x + (shift + 1) * half, ...row })),
+      );
+    });
+    const bounds = { left: left - 12, right: left + width + 12, top: top - 40, bottom: bottom + 40 };
+    const boxes = duet.placeLabels(rows, bounds, []);
+    const texts = marked.map(({ kind }, i) => {
+      if (boxes[i] === null) return null;
+      const place = { x: (boxes[i].left + boxes[i].right) / 2, y: boxes[i].bottom - 3, "text-anchor": "middle" };
+      return { kind, node: duet.svg(svg, "text", { class: `${kind} live`, ...place }) };
+    });
+    // Behind the glyphs, and larger, to be met by a pointer.
+    const first = svg.firstChild;
+    for (const { kind, box } of found)
+      svg.insertBefore(
+        duet.svg(svg, "rect", {
+          ...{ class: "hit", "data-symbol": kind, tabindex: 0, fill: "transparent", rx: 3 },
+          ...{ x: box.left - 2, y: box.top - 3, width: box.right - box.left + 4, height: box.bottom - box.top + 6 },
+        }),
+        first,
+      );
+    const used = boxes.filter((box) => box !== null);
+    const high = used.some((box) => box.bottom < middle) ? ROW + 2 : 0;
+    const low = used.some((box) => box.top > middle) ? ROW + 2 : 0;
+    const wide = used.some((box) => box.left < left || box.right > left + width) ? 12 : 0;
+    duet.set(svg, {
+      viewBox: `${left - wide} ${top - high} ${width + 2 * wide} ${height + high + low}`,
+      width: width + 2 * wide,
+      height: height + high + low,
+      role: "group",
+    });
+    const least = Number.parseFloat(svg.style.minWidth);
+    if (least) svg.style.minWidth = `${(least * (width + 2 * wide)) / width}px`;
+    return texts.filter((text) => text !== null);
+  };
+
+  setInterval(() => {
+    const values = duet.symbols;
+    if (!values) return;
+    for (const svg of document.querySelectorAll(FORMULAS)) {
+      // A folded panel has no boxes.
+      if (!live.has(svg) && svg.getBoundingClientRect().width > 0) live.set(svg, prepare(svg));
+    }
+    for (const [svg, texts] of live) {
+      if (!svg.isConnected) live.delete(svg);
+      for (const { kind, node } of texts) {
+        const text = values[kind] ?? "";
+        if (node.textContent !== text) node.textContent = text;
+      }
+    }
+  }, 150);
+});

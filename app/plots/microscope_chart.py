@@ -1,0 +1,71 @@
+"""Single steps of a run about an instant, as dots, and the same steps at half the time step over them."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from app.i18n.speaking import tr
+from app.plots.chart import Chart, ChartAxes
+from app.session.microscope import Magnified, Quantity, Steps
+from scenes.experiments import EXPERIMENTS
+from scenes.settings import RunSettings
+from scenes.single_steps import AROUND
+
+_LEAST: Final = 1e-3
+"""Shortest axis, in the unit that is shown."""
+
+
+def microscope_html(seen: Magnified, run: RunSettings, height: int) -> str:
+    """Return the chart, and below it the largest step at either time step. `height`: [CSS px]."""
+    name, unit, scale, kind = _shown(seen.quantity, seen.joint, run)
+    runs = [steps for steps in (seen.finer, seen.steps) if steps is not None]
+    values = np.concatenate([steps.values for steps in runs]) * scale
+    values = values[np.isfinite(values)]
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+    reach = 1000.0 * seen.steps.dt * AROUND
+    ticks = _ticks(low, high)
+    edge = max(0.08 * (high - low), _LEAST)
+    span = (low - edge, high + edge)
+    x_ticks = tuple((x * reach, f"{x * reach:+g}" if x else "0") for x in (-1.0, -0.5, 0.0, 0.5, 1.0))
+    chart = Chart(ChartAxes((-1.04 * reach, 1.04 * reach), span, x_ticks, ticks))
+    for steps, css_class, width in zip(runs[::-1], (kind, "ghost"), (1.2, 1.0), strict=False):
+        xs = 1000.0 * (steps.times - seen.time)
+        chart.line(xs, steps.values * scale, f"{css_class} faded", width)
+        chart.dots(xs, steps.values * scale, css_class, 5.5 if css_class == kind else 3.2)
+    about = tr("over t − {t} s [ms]; largest step:", t=f"{seen.time:.3f}")
+    halves = tr("Computing …") if seen.finer is None else f"<b>•</b> {_largest(seen.finer, scale)}"
+    return (
+        f'<div class="duet">{chart.html(height - 44)}</div><div class="duet"><div class="duet-steps"><b class="{kind}">{name}</b> [{unit}] '
+        f'{about} <b class="{kind}">●</b> {_largest(seen.steps, scale)} {halves}</div></div>'
+    )
+
+
+def _largest(steps: Steps, scale: float) -> str:
+    value = f"{scale * steps.largest:.3g}"
+    return tr("{value} at {ms} ms", value=value, ms=f"{1000.0 * steps.dt:g}")
+
+
+def _shown(quantity: Quantity, joint: int, run: RunSettings) -> tuple[str, str, float, str]:
+    """Return name, unit, factor and class of CSS of a signal."""
+    match quantity:
+        case "d":
+            return "d", "mm", 1000.0, "d"
+        case "lambda":
+            return "λ", "1", 1.0, "lam"
+        case "dq":
+            return f"q̇<sub>{joint + 1}</sub>", "rad/s", 1.0, "u"
+        case _:
+            angle = EXPERIMENTS[run.scene].error_unit == "rad²"
+            return ("|e|", "°", math.degrees(1.0), "e") if angle else ("|e|", "mm", 1000.0, "e")
+
+
+def _ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
+    """Return two to six round numbers of an axis."""
+    size = max(high - low, _LEAST)
+    step = 10.0 ** math.floor(math.log10(size / 2.0))
+    step *= next(k for k in (1.0, 2.0, 5.0, 10.0) if size / (k * step) <= 5.0)
+    first = math.ceil(low / step)
+    numbers = range(first, math.floor(high / step) + 1)
+    digits = max(0, -math.floor(math.log10(step) + 1e-9))
+    return tuple((i * step, f"{i * step:.{digits}f}") for i in numbers)

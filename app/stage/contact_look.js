@@ -1,0 +1,77 @@
+// How λ looks in the scene, where viser has no option for it: skins and capsules of the contact are drawn as rims, the line of contact
+// through everything, and an arm takes on the tint of λ, which is the x of the node /tint/ARM. Without this script they are plain.
+(() => {
+  // So often the page looks whether the scene is another one [ms].
+  const LOOK_MS = 400;
+  const TINTED = 0.85;
+  const SHELL = /\/(skin|capsule)_of_[^/]*$/;
+  const never = () => {};
+  const nodes = () => window.__viserMutable?.nodeRefFromName ?? {};
+  const meshes = (node, draw) => {
+    node.traverse((object) => {
+      if (object.isMesh && object.material) draw(object);
+    });
+  };
+
+  // Full at the edge and faint where one looks straight at it, so that what is inside is seen.
+  const rim = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace(
+      "#include <opaque_fragment>",
+      `float duetRim = 1.0 - abs(dot(normalize(vViewPosition), normal));
+       outgoingLight = diffuseColor.rgb;
+       diffuseColor.a = min(1.0, opacity * (0.3 + 2.7 * duetRim * duetRim));
+       #include <opaque_fragment>`,
+    );
+  };
+  const drawShell = (mesh) => {
+    // It hangs on a link that can be clicked, but is not a part of it.
+    mesh.raycast = never;
+    const material = mesh.material;
+    if (material.onBeforeCompile === rim || !material.isMeshStandardMaterial) return;
+    material.onBeforeCompile = rim;
+    material.customProgramCacheKey = () => "duet-rim";
+    material.depthWrite = false;
+    material.toneMapped = false;
+    material.needsUpdate = true;
+  };
+  const drawThrough = (mesh) => {
+    mesh.renderOrder = mesh.material.isLineMaterial ? 1000 : 1001;
+    mesh.material.depthTest = false;
+    if (mesh.material.transparent) return;
+    mesh.material.transparent = true;
+    mesh.material.needsUpdate = true;
+  };
+  const drawTint = (mesh, share) => {
+    const material = mesh.material;
+    // What is translucent hangs on the arm, but is not its own.
+    if (material.transparent || !material.color || material.userData.duetShare === share) return;
+    material.userData.duetShare = share;
+    material.userData.duetColor ??= material.color.clone();
+    // Mixed as one sees it, not as light adds up: half of the tint is to look like half.
+    const tint = material.color.clone().set(duet.tint).convertLinearToSRGB();
+    material.color
+      .copy(material.userData.duetColor)
+      .convertLinearToSRGB()
+      .lerp(tint, TINTED * share)
+      .convertSRGBToLinear();
+  };
+
+  const draw = () => {
+    for (const [name, node] of Object.entries(nodes())) {
+      if (!node) continue;
+      if (name.startsWith("/closest/")) meshes(node, drawThrough);
+      else if (name.startsWith("/tint/")) {
+        const arm = nodes()[`/arms/${name.slice(6)}/base`];
+        const share = node.position.x;
+        if (arm) meshes(arm, (mesh) => drawTint(mesh, share));
+      } else if (SHELL.test(name)) meshes(node, drawShell);
+    }
+  };
+  setInterval(() => {
+    let scene = nodes()[""];
+    while (scene?.parent) scene = scene.parent;
+    if (!scene?.isScene || scene.onBeforeRender === draw) return;
+    scene.onBeforeRender = draw;
+    window.__viserMutable.requestRender();
+  }, LOOK_MS);
+})();

@@ -1,0 +1,224 @@
+"""The card of the line of contact in a real browser: what it shows is what the run does, and no label lies over another."""
+
+import re
+
+import numpy as np
+from playwright.sync_api import Page
+
+from app.i18n.speaking import set_language
+from app.page.panels.contact_card import (
+    card_parts,
+    contact_note,
+    contact_numbers,
+    contact_words,
+    solo_note,
+    solo_numbers,
+    solo_words,
+)
+from app.page.panels.rate_budget import budget_terms, trend
+from app.session.clock import Pace
+from app.session.frame import Frame
+from app.session.session import Session
+from app.settings import Language
+from tests.app.conftest import OpenHouse, ask
+from tests.app.page.by_hand import visit
+from tests.app.test_readout import played, settings
+from tests.browser import PageAt, screenshot, until
+
+PAUSED = Pace(True, 1.0, False)
+
+TEXTS = """() => {
+  const card = document.getElementById("duet-contact"), lines = 2.6 * parseFloat(getComputedStyle(card).fontSize) / 13;
+  const box = (e) => {
+    const range = document.createRange();
+    range.selectNodeContents(e);
+    const whole = e instanceof SVGElement || e.matches(".note");
+    const { left, top, right, bottom } = (whole ? e : range).getBoundingClientRect();
+    return { text: e.textContent, left, top, right, bottom };
+  };
+  const seen = (e) => e.textContent.trim() && e.getClientRects().length && getComputedStyle(e).visibility !== "hidden";
+  const parts = card.querySelectorAll(".gap b,.gap span,.trend,svg text,.term>*,.note");
+  const texts = [...parts].filter(seen).map(box), outer = card.getBoundingClientRect(), faults = [];
+  texts.push({ text: "the button", ...card.querySelector("button").getBoundingClientRect().toJSON() });
+  texts.forEach((a, i) => {
+    if (a.left < outer.left || a.right > outer.right || a.top < outer.top - 0.5 || a.bottom > outer.bottom + 0.5)
+      faults.push(`${a.text} leaves the card`);
+    for (const b of texts.slice(i + 1))
+      if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 0.5 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > lines)
+        faults.push(`${a.text} over ${b.text}`);
+  });
+  return faults;
+}"""
+"""Which texts lie over each other (lines may touch), or leave the card."""
+
+Drawing = tuple[str, str, str]
+"""Words, note and numbers as the page gets them."""
+
+
+def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[str, float | None] | None = None) -> Drawing:
+    """What the page gets of an experiment, its numbers changed by name."""
+    set_language(language)
+    try:
+        simulation, whole = played(query, seconds), settings(query)
+        sample = simulation.sample()
+        frame = Frame(0.0, Session(whole), simulation, None, sample, whole, PAUSED)
+        if sample.pair < 0:
+            return card_parts(solo_words(whole.run), solo_note(whole.run), solo_numbers(sample))
+        terms = budget_terms(simulation, sample, frame.contact)
+        note = contact_note(simulation, sample, frame.contact, terms)
+        numbers = contact_numbers(frame, frame.contact, terms, 0)
+        names = ("d", "law", "rest", "ghost", "lam", "u", "w", "allowed", "way")
+        for name, number in (changed or {}).items():
+            if name == "note":
+                note = "alarm", "d ≥ d<sub>m</sub> may fail: w &gt; v, no lever (s = 0.42), between two pairs"
+            else:
+                numbers[names.index(name)] = None if number is None else round(number)
+        return card_parts(contact_words(frame, terms), note, numbers)
+    finally:
+        set_language("en")
+
+
+def states(language: Language) -> list[Drawing]:
+    def at(d: float, lam: float, rest: float | None = None, query: str = "scene=hold", **more: float | None) -> Drawing:
+        return drawing(query, language, changed={"d": d, "law": d, "lam": lam, "rest": rest, **more})
+
+    made = [at(d, lam, rest) for d, lam, rest in ((340, 8, 190), (200, 178, 153), (166, 530, 164), (152, 923, 151))]
+    made += [at(163, 608, None, ghost=40), at(120, 1000, None, way=-1), at(-35, 1000, None), at(8, 1000, 250, ghost=-20)]
+    made += [at(900, 0, 359), at(35, 600, 38, "scene=hold&dm=0.03&n=2"), at(300, 990, 310, "scene=hold&dm=0.3&n=20")]
+    made += [at(170, 480, 160, note=1.0, way=-1), at(170, 480, 160, "scene=hold&ff=1", way=1)]
+    made += [drawing(f"scene={scene}", language) for scene in ("ball", "master_slave", "imitation", "solo")]
+    made += [drawing(f"scene=solo&path=circle&{k}", language) for k in ("k=0", "k=20&kx=10&dt=0.005", "k=20&kx=10&dt=0.02")]
+    made += [drawing("scene=master_slave&law=barrier_qp&dm=0.2&v=0.2", language)]
+    made += [
+        drawing(f"scene=hold&law={law}&dm=0.2&v=0.2", language, 4.0)
+        for law in (
+            "strict_priority",
+            "strict_switched",
+            "null_space_avoidance",
+            "potential_field",
+            "barrier_qp",
+            "set_based_task",
+        )
+    ]
+    return [
+        *made,
+        drawing("scene=hold&law=unprotected&v=0.1&dm=0.16", language, 4.5),
+        at(-20, 0, None, "scene=hold&law=unprotected"),
+    ]
+
+
+def draw(page: Page, one: Drawing) -> None:
+    """Show a state in place of the waiting run's, and return when it is drawn."""
+    page.evaluate(
+        """texts => ["words", "note", "now"].forEach((name, i) => {
+          for (const e of document.querySelectorAll(`.duet-contact-${name}`)) e.dataset.text = texts[i]; })""",
+        one,
+    )
+    page.wait_for_function("now => document.getElementById('duet-contact').dataset.drawn === now", arg=one[2])
+
+
+def waiting(page: Page, house: OpenHouse, query: str = "") -> Session:
+    session = visit(page, house(), query)
+    ask(session, lambda s: s.halt.set("visitor"))
+    page.locator("#duet-contact .chart").wait_for()
+    page.get_by_text("paused", exact=True).first.wait_for()
+    return session
+
+
+def test_no_label_lies_over_another(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 700)
+    session = waiting(page, house)
+    faults: list[str] = []
+    layouts: tuple[tuple[int, str, tuple[Language, ...]], ...] = (
+        (900, "desk", ("en", "de", "sl")),
+        (900, "projector", ("en",)),
+        (390, "desk", ("de", "sl")),
+    )
+    for width, profile, languages in layouts:
+        page.set_viewport_size({"width": width, "height": 700})
+        ask(session, lambda s, profile=profile: s.change("profile", profile))
+        k = "1.3" if profile == "projector" else "1"
+        page.wait_for_function("k => getComputedStyle(document.documentElement).getPropertyValue('--duet-k') === k", arg=k)
+        for language in languages:
+            for number, one in enumerate(states(language)):
+                draw(page, one)
+                found = page.evaluate(TEXTS)
+                faults += [f"{width} {profile} {language} {number}: {fault}" for fault in found]
+                if found:
+                    screenshot(page, f"contact-{width}-{profile}-{language}-{number}")
+    assert not faults, "\n".join(faults)
+
+
+POINTS = """() => {
+  const card = document.getElementById("duet-contact"), at = (selector, name) => +card.querySelector(selector).getAttribute(name);
+  return { bead: at(".body:not(rect)", "cx"), tip: at(".tip", "cy"), axis: at(".axis", "y1"), left: at(".axis", "x1"),
+    right: at(".axis", "x2"), curve: card.querySelector(".curve").getAttribute("points"), top: at(".limit", "y1") + 6,
+    number: card.querySelector(".gap b").textContent, label: card.querySelector("[role=img]").getAttribute("aria-label"),
+    net: card.querySelector(".sum").getAttribute("d"), values: [...card.querySelectorAll(".value")].map((e) => e.textContent) }; }"""
+
+
+def test_the_bead_and_its_height_are_the_runs_d_and_lambda(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house())
+    # Near enough that λ has a height to look at.
+    until(page, lambda: session.simulation.sample().activation > 0.3, "λ")
+    ask(session, lambda s: s.halt.set("visitor"))
+    page.get_by_text("paused", exact=True).first.wait_for()
+    sample = ask(session, lambda s: s.simulation.sample())
+    page.wait_for_function(
+        "d => document.querySelector('#duet-contact .gap b').textContent === d", arg=f"{1e3 * sample.distance:.0f}"
+    )
+    until(page, lambda: f"λ {sample.activation:.2f}" in page.evaluate(POINTS)["label"], "the last λ")
+    seen = page.evaluate(POINTS)
+    span = 360.0
+    place = seen["left"] + (seen["right"] - seen["left"]) * 1e3 * sample.law_distance / span
+    assert abs(seen["bead"] - place) < 0.6
+    assert abs(seen["axis"] - seen["tip"] - (seen["axis"] - seen["top"]) * sample.activation) < 0.3
+    xs, ys = np.array([point.split(",") for point in seen["curve"].split()], float).T
+    assert abs(np.interp(seen["bead"], xs, ys) - seen["tip"]) < 1.5, "the bead stands on the curve"
+    terms = ask(
+        session,
+        lambda s: budget_terms(s.simulation, sample, Frame(0.0, s, s.simulation, None, sample, s.settings, PAUSED).contact),
+    )
+    shown = [float(text.replace("−", "-")) for text in seen["values"]]
+    assert np.allclose(shown, [-t.value if t.kind in ("u", "w") else t.value for t in terms], atol=0.0056)
+    assert "orange arm" in page.locator("#duet-contact").inner_text()
+    assert re.search(r"^\d+ mm apart, the gap (opens|holds|closes); λ 0\.\d\d\. ", seen["label"])
+
+    # Folded it stays so in this browser.
+    page.get_by_role("button", name="Fold this drawing").click()
+    page.reload()
+    page.get_by_role("button", name="Show the drawing").wait_for()
+    assert not page.locator("#duet-contact .chart").is_visible() and page.locator("#duet-contact .gap").is_visible()
+
+
+def test_a_symbol_lights_up_everywhere(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1000, 700)
+    waiting(page, house)
+    number = page.locator(".duet-eq .live.lam").first
+    number.wait_for()
+    lam = page.locator("#duet-contact .large.lam").text_content()
+    assert lam is not None and number.text_content() == lam.split()[-1]
+    parts = ("#duet-contact .curve", "#duet-contact [data-symbol=v].bar", ".duet-caption .d")
+    lit = "parts => parts.map((part) => document.querySelector(part).classList.contains('duet-lit'))"
+
+    def lights(place: str, *expected: bool) -> None:
+        page.locator(place).first.hover(force=True)
+        until(page, lambda: page.evaluate(lit, parts) == list(expected), f"{place} lights up")
+
+    lights(".duet-eq .hit[data-symbol=lam]", True, False, False)
+    lights("#duet-contact .term[data-symbol=v]", False, True, False)
+    assert page.locator(".duet-eq .hit[data-symbol=v].duet-lit").count() == 1
+    lights("#duet-contact circle.body", False, False, True)
+    page.locator(".duet-eq .hit[data-symbol=lam]").first.focus()
+    until(page, lambda: page.evaluate(lit, parts) == [True, False, False], "the focus")
+    page.mouse.move(500, 600)
+    until(page, lambda: page.locator(".duet-lit").count() == 0, "darkness")
+
+
+def test_the_word_for_the_gap_does_not_flicker() -> None:
+    rates = [0.0, 0.009, 0.006, 0.004, 0.009, 0.002, 0.006, -0.006, -0.009, -0.004, -0.002]
+    ways = [0]
+    for rate in rates:
+        ways.append(trend(rate, ways[-1]))
+    assert ways[1:] == [0, 1, 1, 1, 1, 0, 0, 0, -1, -1, 0]

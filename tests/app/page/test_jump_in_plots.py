@@ -1,0 +1,35 @@
+"""A jump of q̇ in a real browser: an edge in the plot over time, and single steps in the microscope."""
+
+import numpy as np
+
+from scenes.single_steps import AROUND, avoiding_rates
+from tests.app.conftest import OpenHouse, ask
+from tests.app.page.by_hand import visit
+from tests.browser import PageAt, screenshot, until
+
+STEEPEST = """() => Math.max(...Object.values(__viserTestpoints.uplots).map(({ chart }) => {
+  const [x, ...lines] = chart.data;
+  let most = 0;
+  for (let i = 1; i < x.length; i++) if (x[i] - x[i - 1] < 0.00501)
+    for (const y of lines) if (y.length) most = Math.max(most, Math.abs(y[i] - y[i - 1]) || 0);
+  return most;
+}))"""
+"""The largest change of any line within one time step."""
+
+DOTS = "() => [...document.querySelectorAll('.duet-chart .dots')].map((p) => p.getAttribute('d').split('h0').length - 1)"
+
+
+def test_a_jump_is_an_edge_and_the_microscope_shows_its_steps(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1024, 768)
+    session = visit(page, house(), "law=strict_switched&pairs=single&plot=rates&speed=2")
+    until(page, lambda: session.simulation.time > 7.0, "the jump")
+    page.get_by_role("button", name="Pause", exact=True).click()
+    until(page, lambda: session.paused, "the pause")
+    table = ask(session, lambda s: s.simulation.history.table())
+    jump = float(np.abs(np.diff(avoiding_rates(session.simulation, table)[40:], axis=0)).max())
+    assert jump > 0.3
+    page.wait_for_function(f"({STEEPEST})() > {0.999 * np.degrees(jump)}")
+    page.get_by_role("button", name="dt", exact=True).click()
+    page.wait_for_function(f"String(({DOTS})()) === '{2 * AROUND + 1},{4 * AROUND + 1}'")
+    page.get_by_text(f"{jump:.3g} at 5 ms").wait_for()
+    screenshot(page, "microscope")

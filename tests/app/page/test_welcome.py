@@ -1,0 +1,104 @@
+"""The welcome: once in a browser, beside the arms, gone at the first drag of an arm."""
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+
+from app.page.panels.welcome import is_for_newcomers
+from app.settings import Settings
+from scenes.settings import changed
+from tests.app.conftest import Arrive, Join, OpenHouse, ask
+from tests.app.page.by_hand import FREE, GIZMO, GRIP, WRIST, best_arrow, drag_through, hand, visit
+from tests.app.page.helpers import open_lessons, shown
+from tests.browser import PageAt, screenshot, until, wait_frames
+
+CARD = "#duet-welcome"
+STILL = changed(Settings(), "autopilot", False)
+"""An arm that stands still can be taken by the mouse."""
+
+WORDS = {
+    "en": "Pull the orange arm into it.",
+    "de": "Ziehen Sie den orangen Arm in ihn hinein.",
+    "sl": "Potegnite oranžnega robota vanj.",
+}
+
+
+def comes_not(page: Page) -> None:
+    """Check that a page which the server would greet with does not show the card."""
+    page.locator(".duet-welcome").wait_for(state="attached")
+    page.wait_for_function("performance.now() > 2000 && document.documentElement.matches('.duet-built')")
+    wait_frames(page, 10)
+    assert page.locator(CARD).count() == 0
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "language", "look"),
+    [(1440, 900, "en", "theme=light"), (1024, 768, "de", "theme=dark&profile=projector"), (390, 844, "sl", "theme=dark")],
+)
+def test_it_says_three_lines_and_hides_no_arm(
+    house: OpenHouse, page_at: PageAt, width: int, height: int, language: str, look: str
+) -> None:
+    page = page_at(width, height, newcomer=True)
+    session = visit(page, house(STILL), f"lang={language}&{look}")
+    card = page.get_by_role("dialog")
+    card.get_by_text(WORDS[language]).wait_for()
+    arms = [f"/arms/{arm.name}{WRIST}" for arm in session.simulation.room.arms]
+    until(page, lambda: page.evaluate(FREE, arms) == [], "both hands in free sight")
+    box = card.bounding_box()
+    assert box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height
+    assert card.evaluate("card => [card, ...card.querySelectorAll('p, button')].every(e => e.scrollWidth <= e.clientWidth + 1)")
+    assert page.evaluate("document.activeElement === document.body"), "keys still move the arm"
+    screenshot(page, f"welcome-{width}")
+    page.keyboard.press("Tab")
+    first = card.get_by_role("button").first
+    assert first.evaluate("button => button === document.activeElement")
+    page.keyboard.press("Escape")
+    card.wait_for(state="detached")
+    assert session.settings.run.scene == "hold" and session.held is None
+
+
+def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house(STILL)
+    page = page_at(1024, 768, newcomer=True)
+    session = visit(page, opened)
+    page.locator(CARD).wait_for()
+    place = hand(session)
+    along, sign = best_arrow(session, np.array([0.0, 0.0, 1.0]))
+    grip = place + GRIP * GIZMO * along
+    drag_through(page, session, [grip, grip + 0.05 * sign * along])
+    page.mouse.up()
+    page.locator(CARD).wait_for(state="detached")
+    again = page.context.new_page()
+    visit(again, opened)
+    comes_not(again)
+
+
+def test_its_buttons_open_the_first_lesson_or_just_the_page(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house(STILL)
+    page = page_at(1024, 768, newcomer=True)
+    visit(page, opened)
+    page.get_by_role("button", name="Start lesson 1").click()
+    page.locator(".duet-l-head").get_by_text("Lesson 1 · step 1 of 3").wait_for()
+    assert page.locator(CARD).count() == 0
+    other = page_at(1024, 768, newcomer=True)
+    other.add_init_script("Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('blocked'); } })")
+    session = visit(other, opened)
+    other.get_by_role("button", name="Just play").click()
+    other.locator(CARD).wait_for(state="detached")
+    assert session.settings == ask(session, lambda s: s.settings) and session.held is None
+    other.keyboard.press("ArrowUp")
+    until(other, lambda: session.held is not None, "a key that moves the hand")
+
+
+def test_links_to_something_and_lectures_do_not_greet(house: OpenHouse, arrive: Arrive, join: Join) -> None:
+    private, lecture = house(), house(lecture=True)
+    assert "duet-welcome" in shown(arrive(private).visitor)
+    for key, value in {"lesson": "1", "rig": "table", "whole": "1"}.items():
+        assert not is_for_newcomers({key: value})
+        assert "duet-welcome" not in shown(arrive(private, f"{key}={value}").visitor)
+    assert is_for_newcomers({"theme": "dark", "lang": "sl", "resume": "x", "window": "1x1"})
+    teacher, student = join(lecture), join(lecture)
+    assert "duet-welcome" not in shown(teacher) + shown(student)
+    one = arrive(private)
+    open_lessons(one.visitor)
+    one.visitor.wait_for(lambda v: "Start lesson 1" not in shown(v))

@@ -1,0 +1,192 @@
+"""λ in the scene: a skin of d_m on the obstacle, a tint of the arm that gives way, and a key that switches both off."""
+
+from typing import Any
+
+import coal
+import numpy as np
+import pytest
+import viser
+
+from app.session.frame import freeze
+from app.session.session import Session
+from app.settings import Settings
+from app.stage.arms import ArmView
+from app.stage.contact_skin import FADE, ContactSkin, bodies_of_pair, capsule_mesh
+from app.web.server import DuetServer
+from controllers.kinematics import Array
+from scenes.settings import RunSettings, changed
+from scenes.simulation import Simulation
+from tests.app.conftest import Guest, OpenHouse
+from tests.app.page.by_hand import run_on, visit
+from tests.app.page.helpers import press
+from tests.app.stage.conftest import change, drawn, drawn_pose, settle, visible
+from tests.browser import PageAt, until
+
+LOOK = """() => { const all = __viserMutable.nodeRefFromName, seen = {};
+    for (const [name, node] of Object.entries(all)) node?.traverse?.((mesh) => {
+        if (!mesh.isMesh || mesh.children.length) return;
+        const { depthTest, customProgramCacheKey, color, transparent } = mesh.material;
+        if (/_of_|closest.line$/.test(name)) seen[name] = [depthTest, customProgramCacheKey.call(mesh.material)];
+        if (/^.arms.(left|right).base.j1$/.test(name) && !transparent) seen[name] = color.b - color.g;
+    });
+    return seen; }"""
+"""How the skins and the line are drawn, and how purple the first link of each arm is."""
+
+
+def shells(guest: Guest, kind: str) -> list[str]:
+    """Nodes of the skins, or of the capsules, that are seen."""
+    return [name for name in drawn(guest.visitor) if f"/{kind}_of_" in name and visible(guest, name)]
+
+
+def tint(guest: Guest, arm: str) -> float:
+    return float(guest.visitor.mirror.nodes[f"/tint/{arm}"]["position"][0])
+
+
+def beyond(points: Array, start: Array, end: Array, radius: float) -> Array:
+    """How far points (k, 3) are outside a capsule [m]."""
+    way = end - start
+    share = np.clip((points - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
+    return np.linalg.norm(points - start - share[:, None] * way, axis=1) - radius
+
+
+@pytest.mark.parametrize("half", [0.0, 0.2])
+def test_the_mesh_is_the_body_grown(half: float) -> None:
+    shape = coal.Capsule(0.07, 2.0 * half) if half else coal.Sphere(0.07)
+    vertices, faces = capsule_mesh(shape, 0.15)
+    ends = np.array([0.0, 0.0, -half]), np.array([0.0, 0.0, half])
+    assert np.abs(beyond(vertices.astype(float), *ends, 0.22)).max() < 1e-6
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    normals, middles = np.cross(b - a, c - a), (a + b + c) / 3.0
+    outward = middles - np.stack([0.0 * middles[:, 0], 0.0 * middles[:, 0], np.clip(middles[:, 2], -half, half)], axis=1)
+    # All faces look outwards, as only their front is drawn; at the poles they have no area.
+    assert ((normals * outward).sum(axis=1) >= -1e-9).all() and (np.linalg.norm(normals, axis=1) > 1e-9).mean() > 0.8
+
+
+def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
+    change(one, rig="table", dm=0.2)
+    press(one, "pause")
+    one.visitor.wait_for(lambda _: len(shells(one, "skin")) == 1 and len(shells(one, "capsule")) == 2)
+    settle(one)
+
+    def near(s: Any) -> tuple[float, Array, str]:
+        simulation, pair = s.simulation, s.simulation.sample().pair
+        avoider, _ = bodies_of_pair(simulation, pair)
+        points = simulation.detector.witness_points(pair)
+        pairs = simulation.detector.geometry.collisionPairs[pair]
+        first = pairs.first == avoider
+        return float(simulation.sample().distance), points[0 if first else 1].copy(), simulation.detector.pair_names[pair][first]
+
+    distance, point, obstacle = one.ask(near)
+    (skin,) = shells(one, "skin")
+    # The orange arm is the obstacle of the silver one.
+    assert obstacle.startswith("right") and skin.startswith("/arms/right") and skin.endswith(obstacle.replace(" ", "_"))
+    vertices = np.array(one.visitor.mirror.nodes[skin]["vertices"], float).reshape(-1, 3)
+    radius = float(np.abs(vertices[:, :2]).max())
+    half = float(vertices[:, 2].max()) - radius
+    inside = drawn_pose(one, skin).actInv(point)[None]
+    ends = np.array([0.0, 0.0, -half]), np.array([0.0, 0.0, half])
+    assert beyond(inside, *ends, radius)[0] == pytest.approx(distance - 0.2, abs=2e-3)
+    # A larger d_m makes the same node larger.
+    change(one, dm=0.25)
+    one.visitor.wait_for(
+        lambda v: np.abs(np.array(v.mirror.nodes[skin]["vertices"], float)).max() > np.abs(vertices).max() + 0.04
+    )
+
+
+def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest) -> None:
+    change(one, rig="table", speed=2.0, autopilot=True)
+    one.wait(lambda s: s.simulation.sample().activation > 0.5)
+    press(one, "pause")
+    settle(one)
+    share = one.ask(lambda s: s.simulation.sample().activation)
+    assert tint(one, "left") == pytest.approx(share, abs=0.02) and tint(one, "right") == 0.0
+    change(one, avoid="both")
+    one.visitor.wait_for(lambda _: tint(one, "right") == tint(one, "left") > 0.0)
+    press(one, "contact")
+    assert not one.session.settings.page.contact
+    one.visitor.wait_for(lambda _: tint(one, "left") == tint(one, "right") == 0.0 and not visible(one, "/closest/line"))
+    one.visitor.wait_for(lambda _: not shells(one, "skin") and not shells(one, "capsule"))
+    press(one, "contact")
+    one.visitor.wait_for(lambda _: shells(one, "skin") and visible(one, "/closest/line") and tint(one, "left") > 0.0)
+    change(one, scene="solo")
+    assert not any("_of_" in name for name in drawn(one.visitor)) and not visible(one, "/closest/line")
+
+
+@pytest.mark.parametrize(
+    ("changes", "obstacle"),
+    [
+        ({"scene": "hold"}, "right"),
+        ({"scene": "hold", "avoid": "guided"}, "left"),
+        # Where both give way, yours is the obstacle, whatever the law sees of the pairs.
+        ({"scene": "hold", "avoid": "both", "pairs": "soft"}, "right"),
+        ({"scene": "hold", "guided": "left"}, "left"),
+        ({"scene": "ball", "point": "hand"}, "ball"),
+        ({"scene": "ball", "point": "arm"}, "ball"),
+    ],
+)
+def test_who_is_the_obstacle(changes: dict[str, Any], obstacle: str) -> None:
+    settings = RunSettings()
+    for key, value in changes.items():
+        settings = changed(settings, key, value)
+    simulation = Simulation(settings)
+    simulation.step(None)
+    found = bodies_of_pair(simulation, simulation.sample().pair)[1]
+    assert simulation.room.geometry.geometryObjects[found].name.split(" ")[0] == obstacle
+
+
+def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(700, 560)
+    session = visit(page, house(), "rig=table&speed=2")
+    until(page, lambda: session.simulation.sample().activation > 0.5, "a near hand")
+    run_on(page, session, 0.1)
+
+    def as_it_should() -> bool:
+        seen = page.evaluate(LOOK)
+        skins = [name for name in seen if "/skin_of_" in name]
+        rims = all(seen[name][1] == "duet-rim" for name in seen if "_of_" in name)
+        purple = seen["/arms/left/base/j1"] > seen["/arms/right/base/j1"] + 0.2
+        return bool(skins) and rims and seen["/closest/line"][0] is False and purple
+
+    until(page, as_it_should, "rims, line and tint")
+    page.keyboard.press("o")
+    until(page, lambda: abs(page.evaluate(LOOK)["/arms/left/base/j1"]) < 0.01, "no tint")
+
+
+def test_another_nearest_link_fades_in_while_the_one_before_fades_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: dict[str, viser.MeshHandle] = {}
+    server = DuetServer("127.0.0.1", 0, max_clients=1)
+    try:
+        scene, session = server.scene, Session(Settings())
+        add = scene.add_mesh_simple
+
+        def note(name: str, *parts: Any, **options: Any) -> viser.MeshHandle:
+            made[name] = add(name, *parts, **options)
+            return made[name]
+
+        monkeypatch.setattr(scene, "add_mesh_simple", note)
+        session.simulation.step(None)
+        room = session.simulation.room
+        arms = tuple(
+            ArmView(scene, f"/{arm.name}", base, "silver", False) for arm, base in zip(room.arms, room.bases(), strict=True)
+        )
+        skin = ContactSkin(scene, room, arms)
+        skin.dress(session.settings.page)
+        skin.show(freeze(session, 0.0))
+
+        def opacities() -> list[float]:
+            return [float(handle.opacity or 0.0) for name, handle in made.items() if "/skin_of_" in name and handle.visible]
+
+        (full,) = opacities()
+        # The other arm gives way now, so that the skin is around this one.
+        session.change("avoid", "guided")
+        skin.show(freeze(session, 0.25 * FADE))
+        assert opacities() == pytest.approx([0.75 * full, 0.25 * full], abs=1e-3)
+        skin.show(freeze(session, 1.5 * FADE))
+        assert opacities() == [full]
+        count = len(made)
+        for key, value in (("avoid", "free"), ("avoid", "guided")):
+            session.change(key, value)
+            skin.show(freeze(session, 9.0))
+        assert len(made) == count, "a mesh was made twice"
+    finally:
+        server.stop()
