@@ -3,10 +3,11 @@
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from app.custom_law import trials
 from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
 from app.custom_law.trial_result import TrialResult
-from app.custom_law.trials import TRIALS, examine_law
+from app.custom_law.trials import examine_law
 from controllers.errors import DuetError
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
@@ -56,9 +57,9 @@ def verdicts(
         if not law.load():
             # It cannot even be loaded: one reason for all.
             reason = law.problem.text if law.problem is not None else "the file could not be loaded."
-            yield from (TrialResult(name, False, reason, {}) for name in only or TRIALS)
+            yield from (TrialResult(name, False, reason, {}) for name in only or trials.TRIALS)
             return
-        for name in only or TRIALS:
+        for name in only or trials.TRIALS:
             yield from examine_law(law, again, (name,))
 
 

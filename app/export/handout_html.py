@@ -39,7 +39,7 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
         f'<div class="text">{lesson_html(lesson.goal)}</div>',
         *(_notes(read.text, folder) if read is not None else ()),
         *("".join(_step(lesson, i, read)) for i in range(len(lesson.steps))),
-        *(_pictures(lesson) if read is None else ()),
+        *(_afterwards(lesson) if read is None else ()),
     ]
     style = Path(__file__).with_name("handout.css").read_text(encoding="utf-8")
     return (
@@ -53,11 +53,11 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
 
 
 def _step(lesson: Lesson, index: int, notes: Notes | None) -> Iterator[str]:
-    step, language, teacher = lesson.steps[index], lesson.language, notes is not None
+    step, teacher = lesson.steps[index], notes is not None
     outcome = replace(reference(step, step.setup), reference=False) if teacher else None
 
     def text(source: str) -> str:
-        return lesson_html(fill(step, source if teacher else without_outcome(source, step), outcome, language), step.setup.folder)
+        return _text(source, step, outcome, lesson)
 
     yield f"<section><h2>{lesson.number}.{index + 1}&ensp;{inline_html(step.title)}</h2>{_part('goal', tr('Goal'), text(step.goal))}"
     if step.question is not None:
@@ -76,10 +76,8 @@ def _step(lesson: Lesson, index: int, notes: Notes | None) -> Iterator[str]:
         for name, source in ((tr("Observe"), step.observe), (tr("Explain"), step.explain)):
             if source:
                 yield _part("after", name, text(source))
-    if step.challenge is not None:
-        yield _part("challenge", tr("Challenge"), text(step.challenge.text))
-        if not teacher:
-            yield _ruled(tr("What I set, and what came out"))
+    if step.challenge is not None and (teacher or step.question is None):
+        yield from _challenge(step, outcome, lesson)
     if teacher and step.hints:
         items = "".join(f"<li>{inline_html(hint)}</li>" for hint in step.hints)
         yield _part("hints", tr("Hints"), f"<ol>{items}</ol>")
@@ -88,6 +86,20 @@ def _step(lesson: Lesson, index: int, notes: Notes | None) -> Iterator[str]:
             if own.number == index + 1:
                 yield from _notes(own.text, step.setup.folder)
     yield "</section>"
+
+
+def _text(source: str, step: Step, outcome: StepOutcome | None, lesson: Lesson) -> str:
+    """Return a text of a step as HTML; without an outcome, with blanks for what would give the answer away."""
+    shown = without_outcome(source, step) if outcome is None else source
+    return lesson_html(fill(step, shown, outcome, lesson.language), step.setup.folder)
+
+
+def _challenge(step: Step, outcome: StepOutcome | None, lesson: Lesson, name: str = "") -> Iterator[str]:
+    """Yield the challenge of a step; without an outcome, with room to write. `name`: of the step, where it stands elsewhere."""
+    assert step.challenge is not None
+    yield _part("challenge", f"{tr('Challenge')} {name}".strip(), _text(step.challenge.text, step, outcome, lesson))
+    if outcome is None:
+        yield _ruled(tr("What I set, and what came out"))
 
 
 def _answers(step: Step, outcome: StepOutcome | None, lesson: Lesson) -> Iterator[str]:
@@ -134,10 +146,12 @@ def _notes(text: str, folder: Path) -> tuple[str, ...]:
     return (f'<aside lang="en"><h3>{name}</h3><div class="text">{lesson_html(text, folder)}</div></aside>',)
 
 
-def _pictures(lesson: Lesson) -> tuple[str, ...]:
-    """Return the lesson's pictures as a page of its own: they explain what a run has shown."""
+def _afterwards(lesson: Lesson) -> tuple[str, ...]:
+    """Return what is read when the outcome is known, as pages of their own: challenges after a question, and the pictures that explain."""
     made: list[str] = []
-    for step in lesson.steps:
+    for i, step in enumerate(lesson.steps):
+        if step.question is not None and step.challenge is not None:
+            made += _challenge(step, None, lesson, f"{lesson.number}.{i + 1}")
         for found in PICTURE.finditer("\n".join((step.goal, step.do, step.observe, step.explain))):
             picture = lesson_html(found[0].strip(), step.setup.folder)
             made.append(

@@ -38,9 +38,9 @@ class ReportEntry:
         settings: of the run, as a person reads them.
         drawing: the student's curve beside the measured one, an <svg> element.
         drawing_verdict: how near it came.
-        record: the same for a program, see `records_html`.
         plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
         because: the student's reason for the prediction.
+        record: the same for a program, see `records_html`.
     """
 
     title: str
@@ -58,8 +58,8 @@ class ReportEntry:
     plot: str = ""
     drawing: str = ""
     drawing_verdict: str = ""
-    record: StepRecord | None = None
     because: str = ""
+    record: StepRecord | None = None
 
 
 def report_html(

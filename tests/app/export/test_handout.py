@@ -70,6 +70,16 @@ def test_only_the_teachers_copy_says_what_comes_out(lesson: Lesson) -> None:
     assert "Usually believed" in teacher and "Usually believed" not in student
 
 
+def test_what_is_read_after_a_question_begins_a_page_of_its_own() -> None:
+    lesson = next(lesson for lesson in BOOK.lessons if lesson.id == "redundancy")
+    first = lesson.steps[0]
+    assert first.question is not None and first.challenge is not None
+    before, _, after = handout_html(lesson).partition('<section class="afterwards">')
+    challenge = lesson_html(first.challenge.text)
+    assert challenge in after and "Challenge 1.1" in after and challenge not in before
+    assert '<svg class="picture"' in after and '<svg class="picture"' not in before
+
+
 def test_a_number_that_gives_the_answer_away_becomes_a_blank() -> None:
     step = next(step for step in BOOK.lessons[5].steps if step.id == "push")
     text = without_outcome("{measured:margin}, {measured:margin:1}, {setting:v}", step)
