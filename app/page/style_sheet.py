@@ -39,6 +39,7 @@ def style_sheet(profile: Profile) -> str:
     narrow = (
         f"@media (max-width:{round(NARROW * k)}px){{"
         f"{panel} div:has(> div > .uplot-container){{grid-template-columns:var(--duet-narrow)!important}}"
+        f"{panel} .mantine-Flex-root .mantine-Button-root{{padding:0 6px!important}}"
         f"{panel} div:has(> .duet-spare),{panel} div:has(> .duet-spare)+div{{display:none}}}}"
     )
     return f"<style>{root}{(STATIC / 'style.css').read_text(encoding='utf-8')}{colours}{narrow}</style>"

@@ -38,7 +38,7 @@ def test_a_click_runs_the_contrast_names_it_and_marks_the_changed_control(
     observe(page, session, run, 0)
     press(page, "Show me why")
     page.locator(".duet-l-verdict b").get_by_text("Here you would be right: n = 10", exact=True).wait_for()
-    until(page, lambda: page.evaluate(FLASHES) == [[animation, "n", 2000]], "the control flashes")
+    until(page, lambda: page.evaluate(FLASHES) == [[animation, "order", 2000]], "the control flashes")
     until(page, lambda: not session.paused and session.simulation.time > 3.0, "it runs by itself", 60.0)
     legend = page.locator(".duet-caption:visible").first
     assert legend.locator("span:has(i:not([class*=d]))").inner_text() == "n = 10"
