@@ -6,6 +6,7 @@ import os
 import re
 import socket
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -127,6 +128,14 @@ def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
     marks = quick(FORKS, isolated=isolated, law=LawLimits(load=30.0))
     assert re.search(TOO_MANY, f"{marks.ended} {marks.reasons}")
     assert len(quick(LEAVES, isolated=isolated).passed) == 6
+
+
+def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("app.custom_law.marked.MarkingLimits", partial(MarkingLimits, isolated=False))
+    for name in ("a.py", "b.py"):
+        (tmp_path / name).write_text("1/0", encoding="utf-8")
+    assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv")]) == 0
+    assert capfd.readouterr().err.count("nothing but time, memory and number of processes was limited") == 1
 
 
 def test_memory_and_time_of_the_whole_tree() -> None:

@@ -46,6 +46,10 @@ def _english() -> Iterator[None]:
     set_language("en")
 
 
+WHOLE = "[...new Set([...document.querySelectorAll('.block')].map((one) => getComputedStyle(one).breakInside === 'avoid'))]"
+"""Whether blocks are kept whole."""
+
+
 def words(page: str) -> str:
     return " ".join(HtmlReader(re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)).text.split())
 
@@ -114,6 +118,7 @@ def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_pat
     page.emulate_media(media="print")
     for path in files:
         page.goto(path.as_uri())
+        assert page.evaluate(WHOLE) == [True], path.name
         for paper, (width, height) in PAPERS.items():
             across, down = (round((size - margin) / 25.4 * 96) for size, margin in zip((width, height), MARGINS, strict=True))
             page.set_viewport_size({"width": across, "height": down})
