@@ -105,7 +105,6 @@ def _own_world(folder: str, hidden: str) -> None:
 def _own_network(folder: str) -> None:
     _enter(_USER | _NETWORK)
     os.chdir(folder)
-    _limit_processes(PROCESSES)
     _prctl(_NO_NEW_PRIVILEGES, 1)
 
 
@@ -119,7 +118,7 @@ def _enter(namespaces: int) -> None:
 
 
 def _limit_processes(most: int) -> None:
-    """Limit the processes of this user namespace; Linux does not count those of root."""
+    """Limit the processes of this user namespace. Linux does not count those of root, and before 5.14 it counts all of the user."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_NPROC, (most, most))
