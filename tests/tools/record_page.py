@@ -1,115 +1,94 @@
 """Record the README's moving picture from the real page: `python -m tests.tools.record_page [--out FILE.webp]`.
 
-A mouse pulls the orange arm's hand towards the silver one and back; what the browser shows becomes an animated WebP.
+A mouse pulls the orange arm towards the silver one and back while the simulation goes on step by step, so that a slow machine records
+the same; the pictures play at the speed of the simulated time.
 """
 
 from __future__ import annotations
 
 import argparse
-import base64
 import io
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from PIL import Image, ImageDraw
 from playwright.sync_api import Page, sync_playwright
 
+from app.session.session import Session
 from app.settings import Settings
 from app.start import start_app
-from tests.app.page.by_hand import hand, visit
-from tests.browser import launch, until, wait_frames, world_to_px
+from tests.app.conftest import ask
+from tests.app.page.by_hand import visit
+from tests.browser import launch, settled_view, until, wait_frames, world_position, world_to_px
 
-SIZE: Final = (1120, 700)
-WIDTH: Final = 880
+SIZE: Final = (1180, 740)
+WIDTH: Final = 885
 """Of the picture [px]."""
-
-PERIOD: Final = 0.1
-"""Between two frames of the picture [s]."""
 
 LARGEST: Final = 3_000_000
 """[B]"""
 
+STEPS: Final = 20
+"""Of the simulation from one picture to the next."""
+
 LINK: Final = "picture=fine&autopilot=0&theme=light"
+WRIST: Final = "/arms/right/base/j1/j2/j3/j4/j5/j6"
+GOAL: Final = "/arms/left/base/j1/j2/j3/j4/j5/j6"
+
+WAY: Final = (0.0, 0.2, 0.4, 0.6, 0.75, 0.88, 1.0, 1.0, 1.0, 0.8, 0.5, 0.2, 0.0, 0.0)
+"""Where the mouse is, as shares of the way from one wrist to the other, after every half second of simulated time."""
+
+Shot = tuple[float, Image.Image]
+"""Simulated time [s] and picture."""
 
 
-@contextmanager
-def frames(page: Page) -> Iterator[list[tuple[float, Image.Image]]]:
-    """What the page shows while open: (time [s], picture)."""
-    shown: list[tuple[float, Image.Image]] = []
-    chrome = page.context.new_cdp_session(page)
-
-    def keep(event: dict[str, Any]) -> None:
-        shown.append(
-            (float(event["metadata"]["timestamp"]), Image.open(io.BytesIO(base64.b64decode(event["data"]))).convert("RGB"))
-        )
-        chrome.send("Page.screencastFrameAck", {"sessionId": event["sessionId"]})
-
-    chrome.on("Page.screencastFrame", keep)
-    chrome.send("Page.startScreencast", {"format": "png", "everyNthFrame": 1})
-    yield shown
-    chrome.send("Page.stopScreencast")
-    chrome.detach()
+def shot(page: Page, session: Session, x: float, y: float) -> Shot:
+    """Return a picture with the pointer of the mouse, which a browser without a window does not draw."""
+    time, picture = session.simulation.time, Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    pointer = [(0, 0), (0, 17), (4, 13), (7, 20), (10, 19), (7, 12), (12, 12)]
+    ImageDraw.Draw(picture).polygon([(x + dx, y + dy) for dx, dy in pointer], fill=(20, 20, 20), outline=(255, 255, 255))
+    return time, picture.resize((WIDTH, WIDTH * picture.height // picture.width), Image.Resampling.LANCZOS)
 
 
-def with_pointer(picture: Image.Image, at: tuple[float, float] | None) -> Image.Image:
-    """Return a frame with the pointer of the mouse, which a browser without a window does not draw."""
-    if at is not None:
-        x, y = at
-        shape = [(0, 0), (0, 17), (4, 13), (7, 20), (10, 19), (7, 12), (12, 12)]
-        ImageDraw.Draw(picture).polygon([(x + dx, y + dy) for dx, dy in shape], fill=(20, 20, 20), outline=(255, 255, 255))
-    return picture
+def record(page: Page, session: Session) -> list[Shot]:
+    """Pull the wrist to the silver arm's and back."""
+    settled_view(page)
+    x, y = world_to_px(page, world_position(page, WRIST))
+    goal = world_to_px(page, world_position(page, GOAL))
+    shots = [shot(page, session, x, y)]
+    page.mouse.move(x, y)
+    until(page, lambda: page.evaluate("getComputedStyle(__viserMutable.canvas).cursor") == "grab", "a hand over the arm")
+    page.mouse.down()
+    page.mouse.move(x + 6, y)
+    until(page, lambda: session.held is not None, "taking hold")
+    ask(session, Session.toggle_pause)
+    begin = session.simulation.time
+    times = begin + 0.5 * np.arange(len(WAY))
+    while session.simulation.time < times[-1]:
+        share = float(np.interp(session.simulation.time, times, WAY))
+        at = x + 6 + share * (goal[0] - x), y + share * (goal[1] - y)
+        page.mouse.move(*at)
+        wait_frames(page, 3)
+        for _ in range(STEPS):
+            ask(session, Session.single_step)
+        wait_frames(page, 3)
+        shots.append(shot(page, session, *at))
+    page.mouse.up()
+    return shots
 
 
-def record(page: Page, session: Any) -> list[Image.Image]:
-    """Pull the hand to the silver arm's hand and back, and return the frames, one every `PERIOD`."""
-    kinematics, other = session.simulation.kinematics, session.simulation.avoiding
-    start, goal = hand(session), kinematics.hand_pose(other).translation.copy()
-    way = [start + (goal - start) * share for share in (0.0, 0.3, 0.6, 0.85, 1.0, 1.0, 0.7, 0.35, 0.0)]
-    pixels = [world_to_px(page, point) for point in way]
-    places: list[tuple[float, tuple[float, float]]] = []
-    with frames(page) as shown:
-        page.mouse.move(*pixels[0])
-        wait_frames(page, 6)
-        page.mouse.down()
-        until(page, lambda: session.held is not None, "the hand is taken")
-        for a, b in pairwise(pixels):
-            for share in np.linspace(0.0, 1.0, 13)[1:]:
-                x, y = (p + (q - p) * float(share) for p, q in zip(a, b, strict=True))
-                page.mouse.move(x, y)
-                end = session.simulation.time + PERIOD
-                until(page, lambda end=end: session.simulation.time >= end, "simulated time")
-                places.append((shown[-1][0] if shown else 0.0, (x, y)))
-        page.mouse.up()
-        end = session.simulation.time + 1.0
-        until(page, lambda: session.simulation.time >= end, "simulated time")
-    found: list[Image.Image] = []
-    times = np.array([time for time, _ in shown])
-    for time in np.arange(times[0], times[-1], PERIOD).tolist():
-        picture = shown[int(np.searchsorted(times, time, "right")) - 1][1].copy()
-        at = next((place for moment, place in reversed(places) if moment <= time), pixels[0])
-        found.append(with_pointer(picture, at).resize((WIDTH, WIDTH * picture.height // picture.width), Image.Resampling.LANCZOS))
-    return found
-
-
-def save(pictures: list[Image.Image], out: Path) -> None:
+def save(shots: list[Shot], out: Path) -> None:
     """Save an animated WebP that is no larger than `LARGEST`."""
-    for quality in (80, 65, 50, 35):
-        first, *others = pictures
-        first.save(
-            out,
-            save_all=True,
-            append_images=others,
-            duration=round(1000 * PERIOD),
-            loop=0,
-            quality=quality,
-            method=4,
-        )
+    durations = [max(round(1000.0 * (later - earlier)), 20) for (earlier, _), (later, _) in pairwise(shots)]
+    first, *others = [picture for _, picture in shots]
+    for quality in (82, 70, 55, 40):
+        # The last picture stays for a moment before everything begins again.
+        every = [*durations, 900]
+        first.save(out, save_all=True, append_images=others, duration=every, loop=0, quality=quality, method=4)
         if out.stat().st_size <= LARGEST:
             return
     raise SystemExit(f"{out}: larger than {LARGEST} bytes")
@@ -123,9 +102,9 @@ def main() -> int:
     with sync_playwright() as playwright:
         browser = launch(playwright)
         page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-        pictures = record(page, visit(page, house, LINK))
-        save(pictures, given.out)
-        print(f"{given.out}: {len(pictures)} frames, {given.out.stat().st_size} bytes")
+        shots = record(page, visit(page, house, LINK))
+        save(shots, given.out)
+        print(f"{given.out}: {len(shots)} pictures, {given.out.stat().st_size} bytes")
         browser.close()
     house.close()
     return 0
