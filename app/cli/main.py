@@ -9,6 +9,8 @@ import tyro
 
 from app.cli.bench import Bench, bench
 from app.cli.figures import Figures, figures
+from app.cli.grade import Grade, grade
+from app.cli.handout import Handout, handout
 from app.cli.hunt import Hunt, hunt
 from app.cli.laws import LawTest, NewLaw, law_test, new_law
 from app.cli.lessons import Lessons, lessons
@@ -27,8 +29,10 @@ COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
     "hunt": (Hunt, hunt),
     "robots": (Robots, robots),
     "lessons": (Lessons, lessons),
+    "handout": (Handout, handout),
     "new-law": (NewLaw, new_law),
     "law-test": (LawTest, law_test),
+    "grade": (Grade, grade),
 }
 """Name of a command → its options and its function, which returns the exit code."""
 

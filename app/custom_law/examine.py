@@ -1,12 +1,13 @@
 """The six tests on a file."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from app.custom_law import trials
 from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
 from app.custom_law.trial_result import TrialResult
-from app.custom_law.trials import TRIALS, examine_law
+from app.custom_law.trials import examine_law
 from controllers.errors import DuetError
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
@@ -35,6 +36,17 @@ def examine(
         BadInputFile: there is no such file, or it cannot be read.
         Dropped: it was `stopped`.
     """
+    return list(verdicts(path, limits, only, text, stopped))
+
+
+def verdicts(
+    path: Path,
+    limits: LawLimits = LawLimits(),  # noqa: B008 (frozen)
+    only: Sequence[str] | None = None,
+    text: bytes | None = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Iterator[TrialResult]:
+    """Yield each verdict as soon as it is known; see `examine`."""
     with _Examined(path, limits, text, stopped) as law:
 
         def again() -> None:
@@ -45,8 +57,10 @@ def examine(
         if not law.load():
             # It cannot even be loaded: one reason for all.
             reason = law.problem.text if law.problem is not None else "the file could not be loaded."
-            return [TrialResult(name, False, reason, {}) for name in only or TRIALS]
-        return examine_law(law, again, only)
+            yield from (TrialResult(name, False, reason, {}) for name in only or trials.TRIALS)
+            return
+        for name in only or trials.TRIALS:
+            yield from examine_law(law, again, (name,))
 
 
 def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:

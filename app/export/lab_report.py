@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.export.report_html import ReportEntry, lowered, report_html
+from app.export.report_record import StepRecord
 from app.i18n.speaking import set_language, tr
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
@@ -108,6 +109,14 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         settings=_settings(run) if run is not None else "",
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
         drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",
+        record=StepRecord(
+            lesson.id,
+            step.id,
+            None if view.chosen is None else view.chosen + 1,
+            verdict.right if verdict is not None else None,
+            view.passed if view.challenge else None,
+            view.attempts,
+        ),
         drawing_verdict=curves.verdict.text if curves is not None and curves.verdict is not None else "",
         because=progress.because,
     )

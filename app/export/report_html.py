@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from app.export.report_record import StepRecord, records_html
 from app.i18n.speaking import spoken, tr
 from app.lessons.runs import page_value
 from app.recording.provenance import made_here
@@ -39,6 +40,7 @@ class ReportEntry:
         drawing_verdict: how near it came.
         plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
         because: the student's reason for the prediction.
+        record: the same for a program, see `records_html`.
     """
 
     title: str
@@ -57,6 +59,7 @@ class ReportEntry:
     drawing: str = ""
     drawing_verdict: str = ""
     because: str = ""
+    record: StepRecord | None = None
 
 
 def report_html(
@@ -88,12 +91,13 @@ def report_html(
         parts.append(_entry(entry, rich))
     if settings is not None:
         parts.append(f"<h2>{html.escape(tr('Settings of the last run'))}</h2>{_table(settings)}")
+    parts.append(records_html([entry.record for entry in entries if entry.record is not None]))
     style = Path(__file__).with_name("report.css").read_text(encoding="utf-8")
     return (
         f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{style}{_colours()}</style></head><body>\n"
+        f"<title>{html.escape(title)}</title><style>{style}{symbol_colours()}</style></head><body>\n"
         + "\n".join(parts)
         + "\n</body></html>\n"
     )
@@ -136,7 +140,7 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(parts)}</dl>{plot}</article>"
 
 
-def _colours() -> str:
+def symbol_colours() -> str:
     """Return the rules for the symbols in formulas: on paper as on the page."""
     light = PALETTES["light"]
     symbols = {

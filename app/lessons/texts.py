@@ -62,6 +62,20 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
             yield f"{{measured:{name}}}: {id} has {len(by_id[id].compare)} comparisons; number them from 1."
 
 
+BLANK: Final = "\\_" * 10
+"""For a number to be written by hand: underscores as Markdown takes them."""
+
+
+def without_outcome(text: str, step: Step) -> str:
+    """Return a text of a step with a blank for each number that would give the answer away; see `placeholder_problems`."""
+
+    def fill(hole: re.Match[str]) -> str:
+        known = hole[1] == "setting" or step.question is not None
+        return hole[0] if known and not any(placeholder_problems(hole[0], step, True)) else BLANK
+
+    return _HOLE.sub(fill, text)
+
+
 def _table_problems(name: str, line: str, by_id: Mapping[str, Measurement], before: bool) -> Iterator[str]:
     found = [by_id[id] for id in name.split(",") if id in by_id]
     if len(found) < len(name.split(",")):

@@ -203,7 +203,7 @@ def _solo_tip(run: RunSettings, itself: bool) -> str:
 
 def _hold_words(run: RunSettings) -> str:
     if run.avoid == "guided":
-        return tr("It keeps clear of the silver arm, whose hand stays in the ring.")
+        return tr("It keeps clear of the silver arm, which keeps its hand in the ring.")
     if run.avoid == "both":
         return tr("The silver arm keeps its hand in the ring, and both keep clear.")
     return tr("The silver arm keeps its hand in the ring, and keeps clear.")

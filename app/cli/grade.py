@@ -1,0 +1,201 @@
+"""`lwr-duet grade`: a table of marks for a folder of laws and lab reports that students have handed in."""
+
+import csv
+import os
+import sys
+import threading
+from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import tyro
+
+from app.cli.sweep import cores
+from app.runtime.output_file import written
+from app.runtime.terminal import ending_at_once
+from controllers.errors import BadSetting
+from scenes.files import read_file, readable
+
+if TYPE_CHECKING:
+    from app.custom_law.marked import LawMarks, MarkingLimits
+    from app.export.report_record import StepRecord
+
+KINDS: Final = {".py": "law", ".html": "report", ".htm": "report"}
+"""Ending of a file → what it holds."""
+
+LONGEST: Final = 2000
+"""Characters of a cell."""
+
+ISOLATION: Final = {
+    "network": "only the network was closed to these files: they could write where you can. Grade in a container or a virtual machine.",
+    "none": "nothing but time, memory and number of processes was limited: the files could do what you can do. Grade in a container or "
+    "a virtual machine.",
+}
+"""What to say where the system does not allow all of it."""
+
+
+@dataclass(frozen=True)
+class Grade:
+    """Put every law (*.py) in a folder and below through the six tests, read every lab report (*.html), and write a table of marks.
+
+    A law is worth a point a test; a report one for each right prediction and each challenge that is passed. A report can be forged."""
+
+    folder: tyro.conf.Positional[Path]
+    """With what was handed in."""
+    csv: Path = Path("marks.csv")
+    """The table: one row a file, with the reason for every failure."""
+    jobs: int = 0
+    """Files at a time; 0 takes half of the cores, so that no law is slow for another's sake."""
+    seconds: float = 120.0
+    """Longest time for one file [s]."""
+
+
+@dataclass
+class GradedFile:
+    """One row of the table; a column that does not apply stays empty.
+
+    Attributes:
+        isolation: see `app.custom_law.marked.LawMarks`.
+    """
+
+    name: str
+    kind: str
+    cells: dict[str, object] = field(default_factory=dict)
+    points: int = 0
+    reason: str = ""
+    isolation: str = ""
+
+
+def grade(command: Grade) -> int:
+    """Grade the files and write the table; return the exit code.
+
+    Raises:
+        BadSetting: there is nothing to grade, an option is not possible, or the table cannot be written.
+    """
+    with ending_at_once():
+        from app.custom_law.marked import MarkingLimits
+        from app.custom_law.trials import TRIALS
+    if not command.folder.is_dir():
+        raise BadSetting(f"{command.folder}: there is no such folder; give the one with what was handed in.")
+    if command.jobs < 0 or not 1.0 <= command.seconds <= 3600.0:
+        raise BadSetting("grade needs jobs from 1, or 0 for half of the cores, and seconds from 1 to 3600.")
+    paths = handed_in(command.folder)
+    if not paths:
+        raise BadSetting(f"{command.folder}: holds no law (*.py) and no lab report (*.html).")
+    if not command.csv.absolute().parent.is_dir():
+        raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.absolute().parent}; make it first.")
+    limits = MarkingLimits(seconds=command.seconds)
+    with written(command.csv, "csv") as new:
+        rows = _graded(command, paths, limits)
+        write_marks(new, rows, tuple(TRIALS))
+    print(f"{command.csv}: {len(rows)} files.")
+    return 0
+
+
+def handed_in(folder: Path) -> list[Path]:
+    """Return what is to be graded in a folder and below, sorted; links are named, and not followed."""
+    found: list[Path] = []
+    for where, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if name != "__pycache__"]
+        links = [name for name in folders if os.path.islink(os.path.join(where, name))]
+        found += [Path(where, name) for name in (*files, *links) if Path(name).suffix.lower() in KINDS]
+    return sorted(found, key=lambda path: os.fsencode(path))
+
+
+def _graded(command: Grade, paths: list[Path], limits: "MarkingLimits") -> list[GradedFile]:
+    """Return the rows in the order of the files, and say on stderr how far it is."""
+    stopped, said = threading.Event(), set[str]()
+    jobs = command.jobs or max(1, cores() // 2)
+    with ThreadPoolExecutor(jobs) as pool:
+        work = {pool.submit(graded, path, command.folder, limits, stopped): path for path in paths}
+        try:
+            for number, done in enumerate(as_completed(work), 1):
+                row = done.result()
+                print(f"{number}/{len(paths)} {cell(row.name)}: {row.points}", file=sys.stderr)
+                if row.isolation in ISOLATION and row.isolation not in said:
+                    said.add(row.isolation)
+                    print(f"lwr-duet: {ISOLATION[row.isolation]}", file=sys.stderr)
+        except BaseException:
+            stopped.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+        return [done.result() for done in work]
+
+
+def graded(path: Path, folder: Path, limits: "MarkingLimits", stopped: threading.Event) -> GradedFile:
+    """Return the row of a file, whatever that holds."""
+    from app.custom_law.custom_law import LARGEST
+    from app.custom_law.marked import marked
+    from app.export import report_record
+
+    kind = KINDS[path.suffix.lower()]
+    row = GradedFile(readable(str(path.relative_to(folder))), kind)
+    if path.is_symlink():
+        row.reason = "a link, not a file"
+        return row
+    try:
+        if kind == "law":
+            marks = marked(readable(path.name), read_file(path, LARGEST), limits, folder, stopped.is_set)
+            _take_marks(row, marks)
+        else:
+            _take_records(row, report_record.read_records(read_file(path, report_record.LARGEST)))
+    except OSError as error:
+        row.reason = f"cannot be read ({error.strerror or error})"
+    except Exception as error:
+        # It costs its own row, and not the others'.
+        row.reason = str(error) or type(error).__name__
+    return row
+
+
+def _take_marks(row: GradedFile, marks: "LawMarks") -> None:
+    row.isolation = marks.isolation
+    row.cells |= {name: "pass" if passed else "fail" for name, passed in marks.passed.items()}
+    row.points = sum(marks.passed.values())
+    same: defaultdict[str, list[str]] = defaultdict(list)
+    for name, reason in marks.reasons.items():
+        same[reason].append(name)
+    row.reason = "; ".join((*(f"{', '.join(names)}: {reason}" for reason, names in same.items()), *filter(None, [marks.ended])))
+
+
+def _take_records(row: GradedFile, records: "tuple[StepRecord, ...]") -> None:
+    predicted = [record for record in records if record.prediction is not None]
+    challenges = [record for record in records if record.passed is not None]
+    right, passed = sum(record.right is True for record in predicted), sum(record.passed is True for record in challenges)
+    row.cells |= {
+        "steps": len(records),
+        "predictions": len(predicted),
+        "right": right,
+        "challenges": len(challenges),
+        "passed": passed,
+        "attempts": sum(record.attempts for record in records),
+    }
+    row.points = right + passed
+    wrong = [
+        f"{r.lesson}/{r.step}: answer {r.prediction} is {'not right' if r.right is False else 'open'}"
+        for r in predicted
+        if not r.right
+    ]
+    failed = [f"{r.lesson}/{r.step}: challenge not passed in {r.attempts} attempts" for r in challenges if not r.passed]
+    row.reason = "; ".join((*wrong, *failed))
+
+
+REPORT: Final = ("steps", "predictions", "right", "challenges", "passed", "attempts")
+"""Columns of a report."""
+
+
+def write_marks(path: Path, rows: list[GradedFile], tests: tuple[str, ...]) -> None:
+    """Write the table."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("name", "kind", *tests, *REPORT, "points", "reason"))
+        for row in rows:
+            values = (row.name, row.kind, *(row.cells.get(key, "") for key in (*tests, *REPORT)), row.points, row.reason)
+            writer.writerow([cell(value) for value in values])
+
+
+def cell(value: object) -> str:
+    """Return a value as one line that a spreadsheet does not take for a formula."""
+    text = "".join(c if c.isprintable() else " " for c in str(value))[:LONGEST].strip()
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text

@@ -1,0 +1,148 @@
+"""A process of its own for an untrusted file: `python -m app.custom_law.isolation all|none FOLDER HIDDEN COMMAND …` runs a command with
+limits, and with `all` on Linux, where the system allows it, in namespaces of its own.
+
+There it sees no process but its own, has no network, and can write to nothing but FOLDER, which is empty, in memory, and gone with it;
+HIDDEN is empty, too. When its first process ends, all others do. Where the system does not allow it, only the limits are left.
+"""
+
+import contextlib
+import ctypes
+import os
+import signal
+import sys
+from collections.abc import Callable
+from typing import Any, Final
+
+PROCESSES: Final = 48
+"""That may run at a time."""
+FILE: Final = 16 * 2**20
+"""Largest file [bytes]."""
+ROOM: Final = 64 * 2**20
+"""Of the folder in memory [bytes]."""
+DESCRIPTORS: Final = 256
+
+UNAVAILABLE: Final = 96
+"""Exit code of a try for which the system gives no permission."""
+
+_USER, _MOUNTS, _PROCESSES, _NETWORK, _MESSAGES = 0x10000000, 0x00020000, 0x20000000, 0x40000000, 0x08000000
+"""Namespaces, `CLONE_NEW…` of <sched.h>."""
+_PRIVATE: Final = 1 << 14 | 1 << 18
+"""`MS_REC | MS_PRIVATE` of <sys/mount.h>."""
+_SET_ATTRIBUTES: Final = 442
+"""System call `mount_setattr`, the same number on every architecture."""
+_RECURSIVE, _READ_ONLY, _HERE = 0x8000, 1, -100
+"""`AT_RECURSIVE`, `MOUNT_ATTR_RDONLY`, `AT_FDCWD`."""
+_DEATH_SIGNAL, _DUMPABLE, _NO_NEW_PRIVILEGES = 1, 4, 38
+"""Of <sys/prctl.h>."""
+
+
+def main() -> None:
+    """Run the command in the best isolation that there is; its last argument becomes the name of that."""
+    wanted, folder, hidden, *command = sys.argv[1:]
+    limit_resources()
+    levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: os.chdir(folder))]
+    if sys.platform == "linux":
+        _prctl(_DEATH_SIGNAL, signal.SIGKILL)
+        if wanted == "all":
+            levels = [("full", lambda: _own_world(folder, hidden)), ("network", lambda: _own_network(folder)), *levels]
+    if os.name != "posix":
+        os.chdir(folder)
+        os.execv(command[0], [*command, "none"])
+    for level, enter in levels:
+        child = os.fork()
+        if child == 0:
+            try:
+                enter()
+            except (OSError, AttributeError):
+                os._exit(UNAVAILABLE)
+            os.execv(command[0], [*command, level])
+        code = _ended(child)
+        if code != UNAVAILABLE:
+            sys.exit(code)
+
+
+def limit_resources() -> None:
+    """Limit what this process and each of its descendants may take, where the system supports it."""
+    try:
+        import resource
+    except ImportError:
+        return
+    limits = {"RLIMIT_FSIZE": FILE, "RLIMIT_CORE": 0, "RLIMIT_NOFILE": DESCRIPTORS}
+    for name, most in limits.items():
+        with contextlib.suppress(OSError, ValueError):
+            resource.setrlimit(getattr(resource, name), (most, most))
+    os.nice(5)
+
+
+def guard_memory() -> None:
+    """Keep other processes of the same user from reading and changing the memory of this one, and from reading its descriptors."""
+    if sys.platform == "linux":
+        _prctl(_DUMPABLE, 0)
+
+
+def _own_world(folder: str, hidden: str) -> None:
+    """Enter all namespaces; returns in the first process of the new one, which its parent waits for."""
+    _enter(_USER | _MOUNTS | _PROCESSES | _NETWORK | _MESSAGES)
+    child = os.fork()
+    if child:
+        os._exit(_ended(child))
+    _prctl(_DEATH_SIGNAL, signal.SIGKILL)
+    _call("mount", None, b"/", None, ctypes.c_ulong(_PRIVATE), None)
+    read_only = (ctypes.c_uint64 * 4)(_READ_ONLY, 0, 0, 0)
+    _call("syscall", ctypes.c_long(_SET_ATTRIBUTES), _HERE, b"/", _RECURSIVE, read_only, ctypes.c_size_t(32))
+    if hidden:
+        _call("mount", b"tmpfs", os.fsencode(hidden), b"tmpfs", ctypes.c_ulong(_READ_ONLY), None)
+    _call("mount", b"tmpfs", os.fsencode(folder), b"tmpfs", ctypes.c_ulong(0), f"size={ROOM}".encode())
+    _call("mount", b"proc", b"/proc", b"proc", ctypes.c_ulong(0), None)
+    with contextlib.suppress(OSError), open("/proc/sys/kernel/pid_max", "w", encoding="ascii") as file:
+        # Since Linux 6.14 each of these namespaces has a number of its own; 301 is the least.
+        file.write(str(300 + PROCESSES))
+    os.chdir(folder)
+    _limit_processes(PROCESSES)
+    _prctl(_NO_NEW_PRIVILEGES, 1)
+
+
+def _own_network(folder: str) -> None:
+    _enter(_USER | _NETWORK)
+    os.chdir(folder)
+    _prctl(_NO_NEW_PRIVILEGES, 1)
+
+
+def _enter(namespaces: int) -> None:
+    """Enter new namespaces as the same user; root becomes another number, so that it has no rights after the next `exec`."""
+    user, group = os.getuid(), os.getgid()
+    _call("unshare", namespaces)
+    for name, text in (("setgroups", "deny"), ("uid_map", f"{user or 1000} {user} 1"), ("gid_map", f"{group or 1000} {group} 1")):
+        with open(f"/proc/self/{name}", "w", encoding="ascii") as file:
+            file.write(text)
+
+
+def _limit_processes(most: int) -> None:
+    """Limit the processes of this user namespace. Linux does not count those of root, and before 5.14 it counts all of the user."""
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_NPROC, (most, most))
+
+
+def _ended(child: int) -> int:
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return code if code >= 0 else 128 - code
+
+
+def _prctl(option: int, value: int) -> None:
+    _call("prctl", option, ctypes.c_ulong(value), ctypes.c_ulong(0), ctypes.c_ulong(0), ctypes.c_ulong(0))
+
+
+def _call(name: str, *arguments: Any) -> None:
+    """Call a function of the C library.
+
+    Raises:
+        OSError: it fails.
+    """
+    if getattr(ctypes.CDLL(None, use_errno=True), name)(*arguments) < 0:
+        number = ctypes.get_errno()
+        raise OSError(number, f"{name}: {os.strerror(number)}")
+
+
+if __name__ == "__main__":
+    main()

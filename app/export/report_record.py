@@ -1,0 +1,82 @@
+"""What a lab report says to a program: an element that shows nothing and runs nothing, with one entry a step.
+
+It is as easy to change as the rest of the page: a report can be forged.
+"""
+
+import html
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from typing import Any, Final
+
+LARGEST: Final = 32 * 2**20
+"""Largest report that is read [bytes]."""
+
+_RECORD: Final = re.compile(rb'<template id="duet-report" data-record="([^"<>]{1,400000})">')
+_MOST_STEPS: Final = 500
+_NAME: Final = re.compile(r"[a-z0-9_-]{1,60}")
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """What was done in one step.
+
+    Attributes:
+        lesson, step: by name.
+        prediction: number of the answer that was chosen, from 1; None for none.
+        right: whether it was right; None if the outcome was not seen.
+        passed: whether the challenge was passed; None if there is none.
+        attempts: at the challenge.
+    """
+
+    lesson: str
+    step: str
+    prediction: int | None
+    right: bool | None
+    passed: bool | None
+    attempts: int
+
+
+_NAMES: Final = [one.name for one in fields(StepRecord)]
+
+
+def records_html(records: Sequence[StepRecord]) -> str:
+    """Return the element; "" for no records."""
+    if not records:
+        return ""
+    data = {"version": 1, "columns": _NAMES, "steps": [astuple(record) for record in records]}
+    return f'<template id="duet-report" data-record="{html.escape(json.dumps(data))}"></template>'
+
+
+def read_records(page: bytes) -> tuple[StepRecord, ...]:
+    """Return the records of a report.
+
+    Raises:
+        ValueError: it has none, or they are not as `records_html` writes them.
+    """
+    found = _RECORD.search(page)
+    if found is None:
+        raise ValueError("is no lab report of Duet, or one of an older version")
+    try:
+        data = json.loads(html.unescape(found[1].decode()))
+        if data["version"] != 1 or data["columns"] != _NAMES or len(data["steps"]) > _MOST_STEPS:
+            raise ValueError
+        records = tuple(_checked(*step) for step in data["steps"])
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise ValueError("its record is damaged") from None
+    if len({(record.lesson, record.step) for record in records}) < len(records):
+        raise ValueError("its record has a step twice")
+    return records
+
+
+def _checked(lesson: Any, step: Any, prediction: Any, right: Any, passed: Any, attempts: Any) -> StepRecord:
+    names = isinstance(lesson, str) and isinstance(step, str) and _NAME.fullmatch(lesson) and _NAME.fullmatch(step)
+    marks = all(mark is None or isinstance(mark, bool) for mark in (right, passed))
+    if not (names and marks and (prediction is None or _count(prediction)) and _count(attempts)):
+        raise ValueError
+    return StepRecord(lesson, step, prediction, right, passed, attempts)
+
+
+def _count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1_000_000

@@ -1,0 +1,211 @@
+"""LawMarks for laws and reports that are wrong in every way that we could think of: each costs its own row, and leaves nothing behind."""
+
+import csv
+import json
+import os
+import re
+import socket
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from app.cli.grade import REPORT, cell
+from app.cli.main import main
+from app.custom_law.law_limits import LawLimits
+from app.custom_law.marked import LawMarks, MarkingLimits, marked
+from app.custom_law.trials import TRIALS
+from app.export.lab_report import Done, lab_bytes
+from app.export.report_record import StepRecord, read_records, records_html
+from app.i18n.speaking import set_language
+from app.lessons.loading import load_lessons
+from app.lessons.progress import StepProgress
+from tests.app.custom_law.helpers import PAPER, write
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="the files fork and send signals")
+
+LAW = "def law(situation):\n    return situation.nominal\n"
+FORKS = "import os, time\nfor _ in range(9):\n    os.fork()\ntime.sleep(60)\n"
+LEAVES = (
+    "import os, time\nif not os.fork():\n    os.setsid()\n    if not os.fork():\n        time.sleep(600)\n    os._exit(0)\n" + LAW
+)
+
+TOO_MANY = "more than 48 processes|BlockingIOError"
+"""Seen from outside, or by the file itself."""
+
+NASTY = {
+    "closes.py": ("import os\nos.closerange(0, 256)\n" + LAW, ""),
+    "forks.py": (FORKS, f"{TOO_MANY}|endless loop"),
+    "groups.py": ("import os\nos.killpg(os.getpgid(os.getppid()) or 1, 9)\n" + LAW, ""),
+    "kills.py": ("import os\nos.kill(os.getppid(), 9)\nos.kill(os.getppid(), 19)\nraise RuntimeError('still here')\n", ""),
+    "large.py": ("open('a', 'wb').write(bytes(2**25))\n", "File too large"),
+    "loops.py": ("while True:\n    pass\n", "endless loop"),
+    "memory.py": ("a = bytearray(2**34)\n", "wants more memory than the 512 MiB"),
+    "prints.py": ("import os\nfor _ in range(1000):\n    os.write(1, b'x' * 2**20)\nraise RuntimeError('printed')\n", "printed"),
+    "quits.py": ("import os\nos._exit(0)\n", "exit code 0"),
+}
+"""Name → text, and what is said to it, as a regular expression."""
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_left() -> Iterator[None]:
+    yield
+    set_language("en")
+    assert not [name for name in os.listdir("/proc") if name.isdecimal() and b"DUET_MARKING=" in environment(name)]
+
+
+def environment(process: str) -> bytes:
+    try:
+        return Path("/proc", process, "environ").read_bytes()
+    except OSError:
+        return b""
+
+
+def quick(text: str, **limits: object) -> LawMarks:
+    return marked("law.py", text.encode(), MarkingLimits(**({"law": LawLimits(load=0.5)} | limits)))  # pyright: ignore[reportArgumentType]
+
+
+def full() -> bool:
+    return quick("1/0").isolation == "full"
+
+
+def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "in"
+    (folder / "deep" / "__pycache__").mkdir(parents=True)
+    (folder / "folder.py").mkdir()
+    write(folder / "deep" / "good.py", PAPER)
+    write(folder / "=1+1.py", "1/0")
+    for name, (text, _) in NASTY.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    (folder / "bytes.py").write_bytes(b"\xff\xfe\x00def")
+    with (folder / "huge.py").open("wb") as file:
+        file.truncate(2**30)
+    with (folder / "huge.html").open("wb") as file:
+        file.truncate(2**30)
+    (folder / "empty.html").write_text("<p>nothing</p>", encoding="utf-8")
+    (folder / "loop.py").symlink_to("loop.py")
+    (folder / "around").symlink_to("..")
+    os.mkfifo(folder / "pipe.py")
+    (folder / "deep" / "__pycache__" / "no.py").write_text(LAW, encoding="utf-8")
+    lesson = next(lesson for lesson in load_lessons().lessons if lesson.id == "hold")
+    report = lab_bytes([Done(lesson, 0, StepProgress(choice=1)), Done(lesson, 2, StepProgress(attempts=2, passed=True))], "de")
+    (folder / "report.html").write_bytes(report)
+
+    table = tmp_path / "marks.csv"
+    assert main(["grade", str(folder), "--csv", str(table), "--jobs", "2", "--seconds", "40"]) == 0
+    with table.open(encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    assert header == ["name", "kind", *TRIALS, *REPORT, "points", "reason"]
+    names = [
+        "=1+1.py",
+        "bytes.py",
+        "deep/good.py",
+        "empty.html",
+        "huge.html",
+        "huge.py",
+        "loop.py",
+        "pipe.py",
+        "report.html",
+        *NASTY,
+    ]
+    assert [row[0].removeprefix("'") for row in rows] == sorted(names)
+    by_name = {row[0]: dict(zip(header, row, strict=True)) for row in rows}
+    assert [by_name["deep/good.py"][name] for name in TRIALS] == ["pass"] * 6 and by_name["deep/good.py"]["points"] == "6"
+    said = {name: text for name, (_, text) in NASTY.items()}
+    said |= {"'=1+1.py": "division by zero", "bytes.py": "SyntaxError", "loop.py": "a link", "pipe.py": "a pipe"}
+    said |= {"huge.py": "larger than 1", "huge.html": "larger than 33", "empty.html": "is no lab report"}
+    assert {name: by_name[name]["reason"] for name, text in said.items() if not re.search(text, by_name[name]["reason"])} == {}
+    assert all(by_name[name]["reason"] for name in by_name if name != "deep/good.py")
+    assert [by_name["report.html"][key] for key in ("kind", *REPORT, "points")] == ["report", "2", "1", "0", "1", "1", "2", "1"]
+    progress = capfd.readouterr().err
+    assert f"{len(rows)}/{len(rows)} " in progress and "\n'=1+1.py" not in progress
+
+
+@pytest.mark.parametrize("isolated", [True, False])
+def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
+    # `_nothing_is_left` looks for what remains.
+    marks = quick(FORKS, isolated=isolated, law=LawLimits(load=30.0))
+    assert re.search(TOO_MANY, f"{marks.ended} {marks.reasons}")
+    assert len(quick(LEAVES, isolated=isolated).passed) == 6
+
+
+def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("app.custom_law.marked.MarkingLimits", partial(MarkingLimits, isolated=False))
+    for name in ("a.py", "b.py"):
+        (tmp_path / name).write_text("1/0", encoding="utf-8")
+    assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv")]) == 0
+    assert capfd.readouterr().err.count("nothing but time, memory and number of processes was limited") == 1
+
+
+def test_memory_and_time_of_the_whole_tree() -> None:
+    many = "import os, time\nfor _ in range(4):\n    os.fork()\na = bytearray(b'x') * (100 * 2**20)\ntime.sleep(60)\n"
+    assert quick(many, memory=300 * 2**20, law=LawLimits(load=30.0)).ended == "it took more than 300 MiB of memory"
+    marks = quick("import time\ntime.sleep(60)\n", seconds=2.0, law=LawLimits(load=30.0))
+    assert marks.ended == "the tests did not end within 2 s" and marks.passed == {}
+
+
+def test_a_law_reaches_nothing_of_ours(tmp_path: Path) -> None:
+    if not full():
+        pytest.skip("this system gives no namespaces to a process")
+    other, mine = tmp_path / "other.py", tmp_path / "mine"
+    other.write_text("secret", encoding="utf-8")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        tries = (
+            f"open({str(mine)!r}, 'w')",
+            f"open({str(other)!r})",
+            f"__import__('socket').create_connection(('127.0.0.1', {port}), 1.0)",
+            "open(f'/proc/{os.getppid()}/mem', 'r+b')",
+            "open(f'/proc/{os.getppid()}/fd/1', 'w')",
+            f"os.kill({os.getpid()}, 0)",
+            "os.setuid(0)",
+        )
+        lines = ["import os", "failed = []"]
+        for one in tries:
+            lines += ["try:", f"    {one}", "except OSError as error:", "    failed.append(type(error).__name__)"]
+        lines += ["open('here', 'w').write(os.environ['HOME'])", "raise RuntimeError(failed, os.getcwd() == os.environ['HOME'])"]
+        marks = marked("law.py", "\n".join(lines).encode(), hidden=tmp_path)
+    refused, gone = "PermissionError", "ProcessLookupError"
+    errors = ["OSError", "FileNotFoundError", "OSError", refused, refused, gone, "OSError"]
+    assert f"({errors}, True)" in marks.reasons["smooth"]
+    assert not mine.exists()
+
+
+def test_a_cell_is_no_formula() -> None:
+    starts = ("=1", "+1", "-1", "@a", "\t=1", " =1", "\n@")
+    assert all(cell(text).startswith("'") for text in starts)
+    assert cell("a\nb\x1b[2J\u202e") == "a b [2J" and cell(5) == "5" and len(cell("x" * 9999)) == 2000
+
+
+RECORDS = [StepRecord("hold", "push", 2, True, None, 0), StepRecord("hold", "break", None, None, False, 3)]
+
+
+def test_a_record_comes_back_and_shows_nothing() -> None:
+    page = f"<p>{records_html(RECORDS)}</p>".encode()
+    assert list(read_records(page)) == RECORDS
+    assert records_html([]) == ""
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        *([["hold", "push", True, None, None, 0]], [["hold", "push", 1, 1, None, 0]], [["hold", "push", 1, True, None, -1]]),
+        *([["=1", "push", 1, True, None, 0]], [["hold", "push"]], "steps", [["hold", "push", 1, True, None, 0]] * 2, [[]] * 501),
+        json.loads("[" * 500 + "]" * 500),
+    ],
+)
+def test_a_damaged_record_is_refused(steps: object) -> None:
+    page = records_html(RECORDS)
+    good = json.dumps([[r.lesson, r.step, r.prediction, r.right, r.passed, r.attempts] for r in RECORDS]).replace('"', "&quot;")
+    assert good in page
+    with pytest.raises(ValueError, match="its record"):
+        read_records(page.replace(good, json.dumps(steps).replace('"', "&quot;")).encode())
+
+
+def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in ([str(tmp_path)], [str(tmp_path / "no")], [str(tmp_path), "--jobs", "-1"]):
+        assert main(["grade", *arguments]) == 2
+    (tmp_path / "a.py").touch()
+    assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "no" / "a.csv")]) == 2
+    assert capsys.readouterr().err.count("lwr-duet: ") == 4

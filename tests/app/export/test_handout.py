@@ -1,0 +1,139 @@
+"""Handouts: the student's copy keeps the outcome to itself, the teacher's says it, and both print without a cut."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.cli.main import main
+from app.export.handout_html import handout_html
+from app.export.report_html import LOCKED
+from app.i18n.speaking import set_language
+from app.lessons.lesson import Lesson, Step
+from app.lessons.loading import load_lessons, load_notes
+from app.lessons.outcomes import reference
+from app.lessons.step_view import fill
+from app.lessons.texts import without_outcome
+from app.settings import Language
+from app.text.lesson_text import lesson_html
+from tests.app.html_reader import HtmlReader
+from tests.browser import PageAt
+
+BOOK, NOTES = load_lessons(), load_notes()
+
+PAPERS = {"A4": (210, 297), "Letter": (216, 279)}
+"""Width and height [mm]."""
+MARGINS = 2 * 16, 2 * 17
+"""Of a page, across and down [mm], as in handout.css."""
+
+UNFIT = """([width, height]) => [...document.body.querySelectorAll(':not(svg *)')].flatMap((element) => {
+  const box = element.getBoundingClientRect();
+  const name = `${element.tagName} ${element.className.baseVal ?? element.className}: ${element.textContent.slice(0, 40)}`;
+  const whole = getComputedStyle(element).breakInside === 'avoid' || element.tagName === 'svg';
+  return [
+    ...(box.left < -1 || box.right > width + 1 || element.scrollWidth > element.clientWidth + 1 && element.clientWidth
+      ? [`wide: ${name}`] : []),
+    ...(whole && box.height > height ? [`tall: ${name}`] : []),
+  ];
+})"""
+"""Elements that a page of paper would cut."""
+
+
+@pytest.fixture(autouse=True)
+def _english() -> Iterator[None]:
+    yield
+    set_language("en")
+
+
+WHOLE = "[...new Set([...document.querySelectorAll('.block')].map((one) => getComputedStyle(one).breakInside === 'avoid'))]"
+"""Whether blocks are kept whole."""
+
+
+def words(page: str) -> str:
+    return " ".join(HtmlReader(re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)).text.split())
+
+
+def outcome_texts(lesson: Lesson, step: Step) -> list[str]:
+    """Return what only the teacher's copy may say of a step: replies, and the first measurement with its value."""
+    outcome = reference(step, step.setup)
+    replies = [fill(step, choice.reply, outcome, lesson.language) for choice in (step.question.choices if step.question else ())]
+    texts = [words(lesson_html(reply, step.setup.folder)) for reply in replies]
+    first = outcome.lines(step, lesson.language)[0].split(";")[0].rstrip(".") if step.measurements else ""
+    return [text for text in (*texts, first.replace("_", "")) if text]
+
+
+@pytest.mark.parametrize("lesson", BOOK.lessons, ids=lambda lesson: lesson.id)
+def test_only_the_teachers_copy_says_what_comes_out(lesson: Lesson) -> None:
+    set_language("en")
+    student, teacher = words(handout_html(lesson)), words(handout_html(lesson, NOTES[lesson.id]))
+    texts = [text for step in lesson.steps for text in outcome_texts(lesson, step)]
+    assert len(texts) >= len(lesson.steps)
+    assert [text for text in texts if text in student] == []
+    assert [text for text in texts if text not in teacher] == []
+    assert "Usually believed" in teacher and "Usually believed" not in student
+
+
+def test_what_is_read_after_a_question_begins_a_page_of_its_own() -> None:
+    lesson = next(lesson for lesson in BOOK.lessons if lesson.id == "redundancy")
+    first = lesson.steps[0]
+    assert first.question is not None and first.challenge is not None
+    before, _, after = handout_html(lesson).partition('<section class="afterwards">')
+    challenge = lesson_html(first.challenge.text)
+    assert challenge in after and "Challenge 1.1" in after and challenge not in before
+    assert '<svg class="picture"' in after and '<svg class="picture"' not in before
+
+
+def test_a_number_that_gives_the_answer_away_becomes_a_blank() -> None:
+    step = next(step for step in BOOK.lessons[5].steps if step.id == "push")
+    text = without_outcome("{measured:margin}, {measured:margin:1}, {setting:v}", step)
+    assert text.endswith("\\_, {measured:margin:1}, {setting:v}") and "{measured:margin}" not in text
+    alone = next(step for step in BOOK.lessons[5].steps if step.id == "break")
+    assert "measured" not in without_outcome("{measured:margin}", alone)
+
+
+@pytest.mark.parametrize("language", ["de", "sl"])
+def test_both_copies_in_other_languages(language: Language) -> None:
+    set_language(language)
+    lesson = load_lessons(language=language).lessons[5]
+    student, teacher = handout_html(lesson), handout_html(lesson, NOTES[lesson.id])
+    for page in (student, teacher):
+        assert f'<html lang="{language}">' in page and LOCKED in page
+        assert not {"script", "iframe", "link"} & HtmlReader(page).tags
+    for word in ("Question", "My reason", "Measured", "What I set"):
+        assert word not in words(student)
+    assert student.count('<figure class="axes') == 1 and 'class="d"' in student
+    # The curve of the run is drawn on the teacher's axes alone.
+    curves = [re.findall(r'<path[^>]* d="M0\.5[^"]{200,}"', page) for page in (student, teacher)]
+    assert [len(found) for found in curves] == [0, 1]
+    assert student.count('<li class="block') == 7 and teacher.count("✓") == 4
+
+
+def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_path: Path) -> None:
+    assert main(["handout", "--out", str(tmp_path)]) == 0
+    assert main(["handout", "--out", str(tmp_path), "--teacher"]) == 0
+    files = sorted(tmp_path.glob("*.html"))
+    assert len(files) == 2 * len(BOOK.lessons)
+    page = page_at()
+    page.emulate_media(media="print")
+    for path in files:
+        page.goto(path.as_uri())
+        assert page.evaluate(WHOLE) == [True], path.name
+        for paper, (width, height) in PAPERS.items():
+            across, down = (round((size - margin) / 25.4 * 96) for size, margin in zip((width, height), MARGINS, strict=True))
+            page.set_viewport_size({"width": across, "height": down})
+            assert page.evaluate(UNFIT, [across, down]) == [], (path.name, paper)
+            printed = page.pdf(format=paper, prefer_css_page_size=True)
+            assert page.evaluate("document.documentElement.scrollHeight") / down <= len(re.findall(rb"/Type /Page\b", printed))
+            boxes = {
+                tuple(round(float(x) / 72 * 25.4) for x in box.split()[2:])
+                for box in re.findall(rb"MediaBox \[([^]]*)\]", printed)
+            }
+            assert boxes == {(width, height)}
+
+
+def test_one_lesson_and_one_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["handout", "--lesson", "6", "--lang", "sl", "--out", str(tmp_path / "new")]) == 0
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["lesson-06-hold-sl.html"]
+    assert main(["handout", "--lesson", "99", "--out", str(tmp_path)]) == 2
+    assert "There is no lesson '99'; choose from redundancy, drift" in capsys.readouterr().err
