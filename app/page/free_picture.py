@@ -69,14 +69,13 @@ class FreePicture(NamedTuple):
         return any(part.inset(share).contains(x, y) for part in self.free)
 
 
-def free_picture(window: tuple[float, float], width: float, profile: Profile, card: bool) -> FreePicture:
+def free_picture(window: tuple[float, float], width: float, profile: Profile) -> FreePicture:
     """Return what is free of a picture.
 
     Args:
         window: width and height of the window below the title bar [CSS px].
         width: of the picture, which is what docked panels leave of the window's [CSS px].
         profile: of the page.
-        card: whether the card of the line of contact is shown.
     """
     height, k = window[1], scale(profile)
     phone = window[0] / height < PHONE_ASPECT
@@ -87,8 +86,6 @@ def free_picture(window: tuple[float, float], width: float, profile: Profile, ca
         panel = plots_height(height, profile) + PLOTS_FRAME * k + row if height >= LOW_CANVAS else PLOTS_BAR
         covered = min(panel, 0.6 * height)
     whole = Rectangle(0.0, 0.0, width, height - covered)
-    if not card:
-        return FreePicture(width, height, whole, (whole,))
     beside = whole._replace(left=width if phone else CARD[0] * k + 2.0 * CARD_MARGIN)
     below = whole._replace(top=PHONE_CARD if phone else CARD[1] * k + 2.0 * CARD_MARGIN)
     useful = [part for part in (beside, below) if min(part.right - part.left, part.bottom - part.top) >= LEAST]

@@ -150,7 +150,7 @@ class View:
         """Return what is free of a client's picture."""
         window = canvas_size(client)
         width = max(client.camera.aspect, 0.2) * window[1]
-        return free_picture(window, width, self._page.profile, self._simulation.detector.count > 0)
+        return free_picture(window, width, self._page.profile)
 
     def left_alone(self, client: viser.ClientHandle) -> bool:
         """Return whether a client's visitor has moved the camera, so that it does not follow."""

@@ -35,13 +35,13 @@ LOOK = 0.1
 LESSONS = load_lessons().lessons
 
 
-def pictures(with_lesson: bool, card: bool) -> Iterator[FreePicture]:
+def pictures(with_lesson: bool) -> Iterator[FreePicture]:
     """The free parts of a window of each size, with the panel of the lessons or without."""
     for width, height in SIZES:
         docked = 0.0
         if width > 576:
             docked = DOCK_WIDTH + (0.0 if not with_lesson else WIDTH if width > 1180 else NARROW_WIDTH)
-        yield free_picture((width, height - TITLE_BAR), width - docked, "desk", card)
+        yield free_picture((width, height - TITLE_BAR), width - docked, "desk")
 
 
 class Watched:
@@ -64,8 +64,7 @@ def watch(simulation: Simulation, source: TargetSource, seconds: float, view: Ca
     """What was seen outside the free part in a run, at any size; a camera that moves more than three times is as bad."""
     given = InputSource()
     given.set_source(source)
-    card = simulation.detector.count > 0
-    watched = [Watched(picture, view, lambda: given.way(simulation, True, AHEAD)) for picture in pictures(lesson, card)]
+    watched = [Watched(picture, view, lambda: given.way(simulation, True, AHEAD)) for picture in pictures(lesson)]
     for one in watched:
         one.follow.first_view(simulation, 0.0)
     wrong: list[str] = []
@@ -153,19 +152,18 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
 
 
 def test_what_the_card_and_the_panels_cover_is_not_free() -> None:
-    desk = free_picture((1440.0, 853.0), 1096.0, "desk", True)
+    desk = free_picture((1440.0, 853.0), 1096.0, "desk")
     assert not desk.contains(100.0, 100.0) and desk.contains(400.0, 100.0) and desk.contains(100.0, 260.0)
     assert not desk.contains(400.0, 700.0) and not desk.contains(-1.0, 300.0)
-    # On a projector the card is larger; where nothing is near there is none; on a phone it is as wide as the picture.
-    assert not free_picture((1440.0, 853.0), 1096.0, "projector", True).contains(400.0, 100.0)
-    assert free_picture((1440.0, 853.0), 1096.0, "desk", False).contains(100.0, 100.0)
-    phone = free_picture((390.0, 797.0), 390.0, "desk", True)
+    # On a projector the card is larger; on a phone it is as wide as the picture.
+    assert not free_picture((1440.0, 853.0), 1096.0, "projector").contains(400.0, 100.0)
+    phone = free_picture((390.0, 797.0), 390.0, "desk")
     assert not phone.contains(380.0, 100.0) and phone.contains(380.0, 130.0) and not phone.contains(200.0, 430.0)
 
 
 def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:
     simulation = Simulation(RunSettings())
-    picture = next(pictures(False, True))
+    picture = next(pictures(False))
     one = Watched(picture, lambda: view_of(simulation), lambda: np.zeros((0, 3)))
     one.camera.position, one.camera.look_at = np.array([3.0, 3.0, 3.0]), np.zeros(3)
     before = one.camera.position, one.camera.look_at

@@ -131,7 +131,7 @@ def test_the_first_sight_shows_all(scene: SceneName, robot: RobotName, width: fl
     for rig in ("torso", "table"):
         simulation = Simulation(RunSettings(scene=scene, robot=robot, rig=rig))
         simulation.kinematics.update(simulation.positions)
-        picture = free_picture((width, height), width, "desk", simulation.detector.count > 0)
+        picture = free_picture((width, height), width, "desk")
         camera: Any = SimpleNamespace(fov=1.0, up_direction=np.zeros(3), position=np.zeros(3), look_at=np.zeros(3))
         follow = CameraFollow(camera, lambda s=simulation: view_of(s), lambda: np.zeros((0, 3)), lambda p=picture: p)
         follow.first_view(simulation, 0.0)
