@@ -19,7 +19,17 @@ def page_assets(page: PageSettings) -> PageAssets:
         page: theme and language, where the link asks for none.
     """
     scripts = (
-        *("teacher_key", "without_webgl", "fast_picture", "hotkeys", "resume", "announcements", "accessible_names", "replay_box"),
+        *(
+            "teacher_key",
+            "without_webgl",
+            "fast_picture",
+            "grab_events",
+            "hotkeys",
+            "resume",
+            "announcements",
+            "accessible_names",
+            "replay_box",
+        ),
         *(
             "drawing",
             "page_language",

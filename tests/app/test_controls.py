@@ -154,4 +154,4 @@ def test_what_if_in_a_table(scene: SceneName) -> None:
     html = text(what_if_html(answer))
     assert f"{1000.0 * before.d_min:.0f} mm 123 mm" in html and "25 %" in html and "0.500 rad/s" in html
     assert ("5.7°" in html) == (scene == "master_slave") and ("100 mm" in html) == (scene == "hold")
-    assert "draft" not in html and "draft" in text(what_if_html(replace(answer, stride=2)))
+    assert "Coarse" not in html and "Coarse" in text(what_if_html(replace(answer, stride=2)))

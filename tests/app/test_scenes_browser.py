@@ -12,7 +12,7 @@ from scenes.room import BALL_RADIUS
 from scenes.settings import RunSettings, SceneName, specs
 from scenes.targets import BallTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
-from tests.app.page.by_hand import LATE_UPDATE, PULLED, drag_through, hand, visit
+from tests.app.page.by_hand import LATE_UPDATE, drag_through, hand, visit
 from tests.browser import PageAt, screenshot, until, wait_frames, world_position, world_to_px
 
 SCENES: tuple[SceneName, ...] = get_args(SceneName)
@@ -52,7 +52,7 @@ def let_go(page: Page, session: Session, what: str) -> None:
 
 
 def test_every_scene_is_entered_and_its_ball_or_figure_pulled(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(960, 720, expect=(LATE_UPDATE, PULLED))
+    page = page_at(960, 720, expect=(LATE_UPDATE,))
     session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
     page.mouse.click(300, 90)
 
@@ -98,7 +98,7 @@ def test_every_scene_is_entered_and_its_ball_or_figure_pulled(house: OpenHouse, 
 
 
 def test_two_makes_are_drawn_where_they_are_and_one_gives_way(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(960, 720, expect=(LATE_UPDATE, PULLED))
+    page = page_at(960, 720, expect=(LATE_UPDATE,))
     session = visit(page, house(), "robot=ur5_panda&rig=table&speed=2")
     until(page, lambda: session.simulation.sample().activation > 0.5, "a meeting")
     ask(session, lambda s: s.change("speed", 0.25))

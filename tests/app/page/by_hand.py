@@ -25,9 +25,6 @@ WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 # viser's browser side applies updates after all else that came with them, so it complains about the last one of a plot that goes.
 LATE_UPDATE = r"Tried to update non-existent component"
 
-# Said by viser's page whenever a node that may be pulled is taken.
-PULLED = r"Unable to preventDefault inside passive event listener"
-
 
 def visit(page: Page, opened: App, query: str = "") -> Session:
     before = set(live_sessions(opened))

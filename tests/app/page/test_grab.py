@@ -9,7 +9,7 @@ from playwright.sync_api import Page
 from app.session.session import Session
 from scenes.targets import LinkTarget
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import PULLED, visit
+from tests.app.page.by_hand import visit
 from tests.browser import CAMERA, PageAt, screenshot, settled_view, until, wait_frames, world_position, world_to_px
 
 ARM = "/arms/right/base/j1/j2/j3"
@@ -48,7 +48,7 @@ def holds(session: Session) -> bool:
 
 @pytest.mark.parametrize("link", [FOREARM, HAND_LINK])
 def test_the_arm_is_pulled_with_the_mouse_and_the_other_one_gives_way(house: OpenHouse, page_at: PageAt, link: str) -> None:
-    page = page_at(900, 700, expect=(PULLED,))
+    page = page_at(900, 700)
     # Slow, so that the arm is still where the mouse goes; the autopilot has it at first.
     session = visit(page, house(), "speed=0.25&wmax=0.05&dm=0.3")
     assert not page.evaluate("!!__viserMutable.nodeRefFromName['/gizmo/hand']")
@@ -81,7 +81,7 @@ def test_the_arm_is_pulled_with_the_mouse_and_the_other_one_gives_way(house: Ope
 
 
 def test_a_finger_pulls_the_arm_and_beside_it_turns_the_view(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(390, 700, expect=(PULLED,), has_touch=True, is_mobile=True)
+    page = page_at(390, 700, has_touch=True, is_mobile=True)
     session = visit(page, house(), "autopilot=0&speed=2&wmax=0.5")
     view, touch = settled_view(page), finger(page)
     before = world_position(page, HAND_LINK)

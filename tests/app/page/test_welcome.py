@@ -7,7 +7,7 @@ from app.page.panels.welcome import is_for_newcomers
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import Arrive, Join, OpenHouse, ask
-from tests.app.page.by_hand import FREE, PULLED, WRIST, visit
+from tests.app.page.by_hand import FREE, WRIST, visit
 from tests.app.page.helpers import open_lessons, shown
 from tests.browser import PageAt, screenshot, settled_view, until, wait_frames, world_position, world_to_px
 
@@ -58,7 +58,7 @@ def test_it_says_three_lines_and_hides_no_arm(
 
 def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(STILL)
-    page = page_at(1024, 768, newcomer=True, expect=(PULLED,))
+    page = page_at(1024, 768, newcomer=True)
     session = visit(page, opened)
     page.locator(CARD).wait_for()
     settled_view(page)
