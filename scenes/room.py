@@ -294,8 +294,8 @@ def _moving_part(model: pin.Model, geometry: pin.GeometryModel, body: int) -> in
     levers = np.full(len(along), np.inf)
     for q in random.uniform(model.lowerPositionLimit, model.upperPositionLimit, (8, model.nq)):
         J = pin.computeJointJacobian(model, data, q, capsule.parentJoint)
-        for i, point in enumerate(points):
-            levers[i] = min(levers[i], np.linalg.norm(J[:3] + np.cross(J[3:].T, point).T, 2))
+        moved = J[:3].T + np.cross(J[3:].T, points[:, np.newaxis])
+        levers = np.minimum(levers, np.linalg.norm(moved, 2, axis=(1, 2)))
     moving = np.flatnonzero(levers >= AUTHORITY)
     if len(moving) == len(along):
         return body
