@@ -1,6 +1,5 @@
-"""Record the README's moving picture from the real page: `python -m tests.tools.record_page [--out FILE.webp]`.
-
-A mouse pulls the orange arm towards the silver one and back while the simulation goes on step by step, so that a slow machine records
+"""Take the README's pictures from the real page: `python -m tests.tools.record_page [--out FOLDER]`. `duet.webp` moves:
+a mouse pulls the orange arm towards the silver one and back while the simulation goes on step by step, so that a slow machine records
 the same; the pictures play at the speed of the simulated time.
 """
 
@@ -42,6 +41,18 @@ GOAL: Final = "/arms/left/base/j1/j2/j3/j4/j5/j6"
 WAY: Final = (0.0, 0.2, 0.4, 0.6, 0.75, 0.88, 1.0, 1.0, 1.0, 0.8, 0.5, 0.2, 0.0, 0.0)
 """Where the mouse is, as shares of the way from one wrist to the other, after every half second of simulated time."""
 
+STILLS: Final = {
+    "solo": ("scene=solo", 6.0),
+    "ball": ("scene=ball", 5.0),
+    "duet": ("scene=hold", 7.0),
+    "master_slave": ("scene=master_slave", 5.0),
+    "imitation": ("scene=imitation", 4.0),
+    "two_makes": ("scene=master_slave&robot=ur5_panda&rig=table", 6.0),
+}
+"""Name of a picture → link of the page, and the simulated time that it shows [s]."""
+
+STILL_SIZE: Final = (1440, 900)
+
 Shot = tuple[float, Image.Image]
 """Simulated time [s] and picture."""
 
@@ -81,6 +92,17 @@ def record(page: Page, session: Session) -> list[Shot]:
     return shots
 
 
+def take_still(page: Page, session: Session, time: float, out: Path) -> None:
+    """Save a picture of a run at a time [s]."""
+    ask(session, lambda s: [s.reset(), s.single_step()])
+    steps = round(time / session.settings.run.dt)
+    ask(session, lambda s: [s.single_step() for _ in range(steps)])
+    until(page, lambda: session.simulation.steps >= steps, "simulated time")
+    settled_view(page)
+    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    picture.resize((960, 960 * picture.height // picture.width), Image.Resampling.LANCZOS).save(out, quality=86)
+
+
 def save(shots: list[Shot], out: Path) -> None:
     """Save an animated WebP that is no larger than `LARGEST`."""
     durations = [max(round(1000.0 * (later - earlier)), 20) for (earlier, _), (later, _) in pairwise(shots)]
@@ -96,15 +118,17 @@ def save(shots: list[Shot], out: Path) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path(".readme/duet.webp"))
+    parser.add_argument("--out", type=Path, default=Path(".readme"))
     given = parser.parse_args()
     house = start_app("127.0.0.1", 0, Settings())
     with sync_playwright() as playwright:
         browser = launch(playwright)
+        for name, (query, time) in STILLS.items():
+            page = browser.new_page(viewport={"width": STILL_SIZE[0], "height": STILL_SIZE[1]})
+            take_still(page, visit(page, house, f"{query}&picture=fine&theme=light"), time, given.out / f"{name}.jpg")
+            page.close()
         page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-        shots = record(page, visit(page, house, LINK))
-        save(shots, given.out)
-        print(f"{given.out}: {len(shots)} pictures, {given.out.stat().st_size} bytes")
+        save(record(page, visit(page, house, LINK)), given.out / "duet.webp")
         browser.close()
     house.close()
     return 0
