@@ -38,8 +38,7 @@ def test_the_page_as_it_opens(size: tuple[int, int], house: OpenHouse, page_at: 
     assert flaws(page) == []
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("language", ["en", "de"])
+@pytest.mark.parametrize(("size", "language"), [*zip(SIZES, ("en", "de", "sl"), strict=True)])
 def test_every_step_of_every_lesson(size: tuple[int, int], language: str, house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(*size)
     session, run = enter(page, house(), f"lesson=1&lang={language}")
