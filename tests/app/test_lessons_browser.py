@@ -84,7 +84,9 @@ def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, pag
     assert question is not None
     page.get_by_text(run.walk.lesson.goal).wait_for(state="detached")
     ask(session, lambda _: run.act(Choose(question.right)))
-    until(page, lambda: ask(session, lambda _: run.act(GoOn())) or run.walk.phase is Phase.OBSERVE, "the outcome")
+    until(page, lambda: run.walk.phase is Phase.DO, "the answer")
+    ask(session, lambda _: run.act(GoOn()))
+    until(page, lambda: run.walk.phase is Phase.OBSERVE, "the outcome")
     press(page, "All lessons")
     cards = page.locator("button.lesson")
     cards.nth(10).wait_for()

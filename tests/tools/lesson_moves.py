@@ -62,8 +62,9 @@ class LessonMoves:
             for label, way in zip(LABELS, (ways.get(name, 0.0) for name in ("swing", "x", "y", "z")), strict=True):
                 if way:
                     self.hands.slide(label, f"{np.degrees(way):.0f}")
-            until(page, lambda: bool(np.abs(session.simulation.velocities).max() > 0.01), "a motion")
-            until(page, lambda: bool(np.abs(session.simulation.velocities).max() < 1e-3), "the end of it", LONG)
+                    # One motion after the other: together they may leave the elbow where it was.
+                    until(page, lambda: bool(np.abs(session.simulation.velocities).max() > 0.01), "a motion")
+                    until(page, lambda: bool(np.abs(session.simulation.velocities).max() < 1e-3), "the end of it", LONG)
         else:
             # In slow motion, at the other hand, until it is 10 mm nearer than d_m.
             self.settings(trial, wmax=FAST)
