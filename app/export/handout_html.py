@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from app.export.report_html import LOCKED, lowered, symbol_colours
-from app.i18n.speaking import spoken, tr
+from app.export.report_html import locked_page, lowered
+from app.i18n.speaking import tr
 from app.lessons.curve_drawing import axes_text, board_svg, drawing_svg
 from app.lessons.labels import label_of, sentence
 from app.lessons.lesson import Lesson, Step
@@ -41,15 +41,7 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
         *("".join(_step(lesson, i, read)) for i in range(len(lesson.steps))),
         *(_afterwards(lesson) if read is None else ()),
     ]
-    style = Path(__file__).with_name("handout.css").read_text(encoding="utf-8")
-    return (
-        f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{style}{symbol_colours()}</style></head><body>\n"
-        + "\n".join(parts)
-        + "\n</body></html>\n"
-    )
+    return locked_page(title, "handout.css", parts)
 
 
 def _step(lesson: Lesson, index: int, notes: Notes | None) -> Iterator[str]:

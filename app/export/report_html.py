@@ -92,12 +92,22 @@ def report_html(
     if settings is not None:
         parts.append(f"<h2>{html.escape(tr('Settings of the last run'))}</h2>{_table(settings)}")
     parts.append(records_html([entry.record for entry in entries if entry.record is not None]))
-    style = Path(__file__).with_name("report.css").read_text(encoding="utf-8")
+    return locked_page(title, "report.css", parts)
+
+
+def locked_page(title: str, style: str, parts: Sequence[str]) -> str:
+    """Return an HTML page that loads and runs nothing, in the reader's language.
+
+    Args:
+        style: name of a style sheet in this folder.
+        parts: of the body, as HTML.
+    """
+    sheet = Path(__file__).with_name(style).read_text(encoding="utf-8")
     return (
         f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{style}{symbol_colours()}</style></head><body>\n"
+        f"<title>{html.escape(title)}</title><style>{sheet}{_symbol_colours()}</style></head><body>\n"
         + "\n".join(parts)
         + "\n</body></html>\n"
     )
@@ -140,7 +150,7 @@ def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
     return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(parts)}</dl>{plot}</article>"
 
 
-def symbol_colours() -> str:
+def _symbol_colours() -> str:
     """Return the rules for the symbols in formulas: on paper as on the page."""
     light = PALETTES["light"]
     symbols = {

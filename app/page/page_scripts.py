@@ -19,30 +19,11 @@ def page_assets(page: PageSettings) -> PageAssets:
         page: theme and language, where the link asks for none.
     """
     scripts = (
-        *(
-            "teacher_key",
-            "without_webgl",
-            "fast_picture",
-            "grab_events",
-            "hotkeys",
-            "resume",
-            "announcements",
-            "accessible_names",
-            "replay_box",
-        ),
-        *(
-            "drawing",
-            "page_language",
-            "folder_headings",
-            "class_overlay",
-            "copy_button",
-            "link_box",
-            "pressed_buttons",
-            "welcome",
-        ),
-        *("label_placement", "contact_chart", "contact_balance", "contact_card", "live_equations", "lit_symbols", "loading"),
+        "teacher_key without_webgl fast_picture grab_events hotkeys resume announcements accessible_names replay_box drawing "
+        "page_language folder_headings class_overlay copy_button link_box pressed_buttons welcome label_placement contact_chart "
+        "contact_balance contact_guess contact_card live_equations lit_symbols loading"
     )
-    styles = ("without_webgl", "announcements", "class", "welcome", "loading", "contact_card")
+    styles = "without_webgl announcements class welcome loading contact_card"
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in HOTKEYS if hotkey.relayed},
@@ -53,8 +34,8 @@ def page_assets(page: PageSettings) -> PageAssets:
     return software_rendering() + contact_assets() + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)
 
 
-def _files(names: tuple[str, ...], kind: str) -> tuple[Path, ...]:
-    return tuple(STATIC / f"{name}.{kind}" for name in names)
+def _files(names: str, kind: str) -> tuple[Path, ...]:
+    return tuple(STATIC / f"{name}.{kind}" for name in names.split())
 
 
 def loading_html() -> str:

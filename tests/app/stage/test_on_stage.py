@@ -212,7 +212,7 @@ def test_a_clip_moves_the_figure_and_the_robots(one: Guest) -> None:
 
 
 def test_the_figure_is_pulled_and_the_robots_follow(one: Guest) -> None:
-    """Whoever was imitated before: to take hold of the figure makes it the person."""
+    """To take hold of the figure makes it the person, also where a clip was imitated before."""
     change(one, scene="imitation", clip="wave", autopilot=True)
     one.run_on(0.5)
     one.ask(lambda s: s.change("autopilot", False))
