@@ -46,6 +46,7 @@ class StepProgress:
     Attributes:
         choice: index of the answer; None before the first.
         drawing: the curve that was drawn; () for none.
+        guess: the distance that was guessed on the line of contact [m]; None for none.
         why: of the run that shows why the answer is wrong.
         hints: how many are open.
         attempts: how often the challenge was tried.
@@ -66,6 +67,7 @@ class StepProgress:
     because: str = ""
     tries: tuple[Try, ...] = ()
     drawing: Curve = ()
+    guess: float | None = None
 
     @property
     def predicted(self) -> bool:
@@ -139,6 +141,7 @@ def from_json(text: str) -> Progress:
                 str(entry.get("because") or "")[:LONGEST_REASON],
                 _tries(entry.get("tries")),
                 _curve(entry.get("drawing")),
+                _value(entry.get("guess")),
             )
     return progress
 

@@ -11,6 +11,7 @@ from typing import Final
 from app.lessons.attempts import RunWatch, attempted
 from app.lessons.bookmark import Bookmark
 from app.lessons.curve_drawing import checked_curve
+from app.lessons.distance_guess import FARTHEST, asks_for_distance, guessed_answer
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
@@ -121,6 +122,22 @@ class Walkthrough:
         if self.phase is Phase.PREDICT:
             self._enter(Phase.DO)
         return True
+
+    def guess(self, distance: float) -> bool:
+        """Take a guess of d on the line of contact [m], and the answer that it speaks for; until the outcome is known. Returns whether it
+        was taken."""
+        if not self.guessing or not abs(distance) <= FARTHEST:
+            return False
+        self.done.guess = distance
+        answer = guessed_answer(self.step, distance)
+        if answer is not None:
+            self.choose(answer)
+        return True
+
+    @property
+    def guessing(self) -> bool:
+        """Return whether d may be guessed on the line of contact now."""
+        return asks_for_distance(self.step) and self.phase in (Phase.PREDICT, Phase.DO) and self.done.outcome is None
 
     def draw(self, curve: Curve) -> bool:
         """Take the student's curve instead of an earlier one, () for none; only before the run. Returns whether it was taken."""

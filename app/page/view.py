@@ -18,6 +18,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.page.camera_follow import CameraFollow
 from app.page.free_picture import LOW_CANVAS, FreePicture, free_picture
 from app.page.lessons.elbow_marks import Marks
+from app.page.lessons.guess_box import guess_words
 from app.page.lessons.lesson_camera import lesson_view
 from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
 from app.page.panels.contact_card import ContactCard
@@ -194,7 +195,7 @@ class View:
         self.stage.dress(page)
         self.stage.show(frame)
         self._readout.show(frame)
-        self._contact.show(frame)
+        self._contact.show(frame, guess_words(self.lessons, self.lesson_panel.guess_box))
         self._plots.show(frame)
 
     def _show_lesson(self, frame: Frame) -> None:

@@ -22,6 +22,15 @@ class Draw:
 
 
 @dataclass(frozen=True)
+class Guess:
+    """Guess d [m] on the line of contact in the step of a lesson, by their names."""
+
+    lesson: str
+    step: str
+    distance: float
+
+
+@dataclass(frozen=True)
 class GoTo:
     """Open a step of a lesson, both from 0."""
 
@@ -80,5 +89,18 @@ class Leave:
 
 
 LessonAction = (
-    Choose | Draw | GoTo | ListLessons | GoOn | GoBack | ResetStep | RunAgain | StartOrPause | ShowWhy | ShowHint | Check | Leave
+    Choose
+    | Draw
+    | Guess
+    | GoTo
+    | ListLessons
+    | GoOn
+    | GoBack
+    | ResetStep
+    | RunAgain
+    | StartOrPause
+    | ShowWhy
+    | ShowHint
+    | Check
+    | Leave
 )

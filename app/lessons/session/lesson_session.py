@@ -197,6 +197,9 @@ class LessonSession:
                 # What is drawn last may arrive when the student is already in the next step.
                 if (lesson, step) == (walk.lesson.id, walk.step.id):
                     walk.draw(curve)
+            case lesson_actions.Guess(lesson, step, distance):
+                if (lesson, step) == (walk.lesson.id, walk.step.id):
+                    walk.guess(distance)
             case lesson_actions.GoTo(lesson, step):
                 walk.go(lesson, step)
             case lesson_actions.GoOn():

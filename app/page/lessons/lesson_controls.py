@@ -13,6 +13,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.forecast_boxes import Forecasts
+from app.page.lessons.guess_box import GuessBox
 from app.page.lessons.lesson_html import NEXT, choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.lessons.null_motion_sliders import NullMotionSliders
@@ -103,6 +104,8 @@ class LessonControls:
                 gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
             )
             self._board = DrawingBoard(gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)))
+            guess = GuessBox(gui, self._session.post, lambda *said: run.act(lesson_actions.Guess(*said)))
+            self._panel.guess_box = guess.id
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)

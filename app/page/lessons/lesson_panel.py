@@ -59,6 +59,8 @@ class LessonPanel:
         self.tab: viser.GuiTabHandle | None = None
         self.openers: dict[str, str] = {}
         """Lesson id → id of the button that opens it, on the page of an operator."""
+        self.guess_box = ""
+        """Id of the box that takes a guess of d, on the page of an operator."""
         self.contrast: Contrast | None = None
         """In what the run on the page differs from the one of the question; None where it does not."""
         self._shown: tuple[object, ...] = ()

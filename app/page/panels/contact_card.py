@@ -79,18 +79,20 @@ class ContactCard:
         self._shown: tuple[object, ...] = ()
         self._trend = 0
 
-    def show(self, frame: Frame) -> None:
-        """Send what has changed: every `PERIOD` while the run goes on, and at once while it rests."""
-        if frame.state == self._shown or (frame.now < self._next and not frame.pace.paused):
+    def show(self, frame: Frame, more: Words) -> None:
+        """Send what has changed: every `PERIOD` while the run goes on, and at once while it rests. `more`: further words of the card."""
+        state = frame.state, more
+        if state == self._shown or (frame.now < self._next and not frame.pace.paused):
             return
-        self._shown, self._next = frame.state, frame.now + PERIOD
+        self._shown, self._next = state, frame.now + PERIOD
         if frame.sample.pair < 0:
             words, note, numbers = solo_words(frame.settings.run), solo_note(frame.settings.run), solo_numbers(frame.sample)
         else:
             now = frame.contact
             terms = budget_terms(frame.simulation, frame.sample, now)
             self._trend = trend(sum(term.value for term in terms), self._trend)
-            words, note = contact_words(frame, terms), contact_note(frame.simulation, frame.sample, now, terms)
+            words = {**contact_words(frame, terms), **more}
+            note = contact_note(frame.simulation, frame.sample, now, terms)
             numbers = contact_numbers(frame, now, terms, self._trend)
         if frame.replayed:
             words["past"] = tr("replay")

@@ -49,6 +49,9 @@ addEventListener("DOMContentLoaded", () => {
     fold();
   });
 
+  const showGuess = duet.contactGuess(card, () => {
+    if (shown !== null) draw();
+  });
   let drawChart = () => {};
   let drawBalance = () => {};
   let wanted = null;
@@ -67,9 +70,11 @@ addEventListener("DOMContentLoaded", () => {
       drawChart = duet.errorChart(find(".chart"), words, narrow);
       drawBalance = () => {};
       cells.textContent = "";
+      showGuess(words, null);
       return;
     }
     drawChart = duet.contactChart(find(".chart"), words, narrow);
+    showGuess(words, find(".chart"));
     drawBalance = duet.contactBalance(find(".balance"), words, narrow ? 156 : 310);
     cells.innerHTML = words.terms
       .map(
@@ -100,7 +105,8 @@ addEventListener("DOMContentLoaded", () => {
   };
 
   const showNote = (allowed) => {
-    const [kind, text] = JSON.parse(seen.note || '["",""]');
+    const asked = words.guess?.box && words.guess.mm === null;
+    const [kind, text] = asked ? ["", words.guess.hint] : JSON.parse(seen.note || '["",""]');
     note.className = `note ${kind}`;
     if (note.dataset.text !== text) note.innerHTML = note.dataset.text = text;
     const place = note.querySelector("[data-allowed]");

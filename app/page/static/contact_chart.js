@@ -24,6 +24,7 @@
     const g = narrow ? NARROW : WIDE;
     root.replaceChildren();
     set(root, { viewBox: `0 0 ${g.width} ${g.height}` });
+    Object.assign(root.dataset, { left: g.left, right: g.right, axis: g.axis });
     const svg = (name, attributes) => duet.svg(root, name, attributes);
     const x = (mm) => g.left + ((g.right - g.left) * Math.min(Math.max(mm, -0.12 * words.span), words.span)) / words.span;
     const y = (share) => g.axis - (g.axis - g.top) * Math.min(Math.max(share, 0), 1);
@@ -66,10 +67,13 @@
     const off = svg("path", { class: "off" });
     // The bead is at the distance that the law sees; a point at the true one, where they differ.
     const point = svg("circle", { class: "d point", "data-symbol": "d", cy: g.axis, r: 3.5 });
+    const guess = words.guess;
+    const mark = svg("path", { class: `guess${guess?.mm === null ? " waits" : ""}` });
     const long = words.share.length > 2;
     const labels = {
       dm: svg("text", { class: "dm", "data-symbol": "dm" }),
       rest: svg("text", { class: "rest", "data-symbol": "rest" }),
+      guess: svg("text", { class: "guess" }),
       ghost: svg("text", { class: "tick" }),
       d: svg("text", { class: "d", "data-symbol": "d" }),
       body: svg("text", { class: "tick" }),
@@ -105,6 +109,8 @@
       const apart = Math.abs(x(s.d) - at) > g.bead + 3;
       set(point, { cx: x(s.d).toFixed(1), visibility: apart ? "visible" : "hidden" });
       set(ghost, { cx: x(s.ghost ?? 0).toFixed(1), visibility: s.ghost === null ? "hidden" : "visible" });
+      const guessed = guess ? x(guess.mm ?? duet.firstGuess(words)) : 0;
+      set(mark, { d: guess ? `M${guessed.toFixed(1)},${g.axis - 1}l-7,-12h14z` : "" });
       set(rest, { d: s.rest === null ? "" : `M${x(s.rest).toFixed(1)},${g.axis + 1}l-5,8h10z` });
 
       // The row below the axis: d_m and d* first, then what is at the left, the ghost, and the ticks that are left free.
@@ -118,11 +124,15 @@
       const dmBoxes = along(dm, dmWidth, top, close ? [-0.8 * side, -side, 0] : [0, 0.8, -0.8]);
       const restWidth = measure(restText);
       const restBoxes = s.rest === null ? [] : along(x(s.rest), restWidth, top, [0, side, -side, 1.3 * side, 1.6 * side]);
+      labels.guess.textContent = guess ? `${guess.name}${guess.mm === null ? "" : ` ${guess.mm}`}` : "";
+      const guessWidth = measure(labels.guess.textContent);
       const bodyWidth = measure(words.obstacle[1]);
       const bounds = { left: 4, right: g.width - 4, top: 0, bottom: g.height };
       const rows = [
         dmBoxes,
         restBoxes,
+        // Where the row is full, the guess stands above its mark.
+        guess ? [top, g.axis - 16 - ROW].flatMap((height) => along(guessed, guessWidth, height, [0, 0.8, -0.8, 1.1, -1.1])) : [],
         [{ left: 8, right: 8 + bodyWidth, top: top + 1, bottom: top + 1 + ROW }],
         s.ghost === null ? [] : along(x(s.ghost), measure(words.ghost), top, [0, 1, -1]),
         apart ? along(x(s.d), measure("d"), top, [0]) : [],
@@ -135,10 +145,11 @@
       const boxes = duet.placeLabels(rows, bounds, []);
       put(labels.dm, boxes[0]);
       put(labels.rest, boxes[1]);
-      put(labels.body, boxes[2]);
-      put(labels.ghost, boxes[3]);
-      put(labels.d, boxes[4]);
-      for (const [i, tick] of ticks.entries()) put(tick.text, boxes[5 + i]);
+      put(labels.guess, boxes[2]);
+      put(labels.body, boxes[3]);
+      put(labels.ghost, boxes[4]);
+      put(labels.d, boxes[5]);
+      for (const [i, tick] of ticks.entries()) put(tick.text, boxes[6 + i]);
 
       // λ beside its point: off the curve, off the line of d_m, above the axis; the number alone where its name finds no room.
       const body = { left: 0, right: g.left, top: g.axis - 26, bottom: g.axis + 12 };
@@ -155,7 +166,7 @@
       const clear = (text) =>
         free(
           beside(text).filter((box) => !crossed(box)),
-          [body, limit],
+          boxes[2] ? [body, limit, boxes[2]] : [body, limit],
         );
       const texts = [`${words.share} ${number}`, number];
       const text = texts.find(clear) ?? number;
