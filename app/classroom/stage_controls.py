@@ -13,7 +13,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.operation import Operation
 from app.session.session import Session
-from app.settings import LOOKS, Language, from_query
+from app.settings import ALONE, LOOKS, Language, from_query
 from app.web.request import browser_language, request_address
 from scenes.settings import values
 
@@ -95,6 +95,7 @@ class StageControls:
             teacher.page = StagePage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
             if leads:
                 self.operation = Operation(client, self._session, teacher.page.view)
-            notes = context.notes if context.key is not None else None
-            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes)
+            if ALONE not in teacher.query:
+                notes = context.notes if context.key is not None else None
+                teacher.panel = TeacherPanel(client, self._control.post, self.address, notes)
             teacher.page.view.welcome(client)

@@ -33,7 +33,7 @@ from app.web.http_methods import ALLOWED
 from app.web.index_page import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query, patched_index
 from app.web.listening import listen
 from app.web.message_gate import Gate
-from app.web.origin_policy import LOOPBACK_NAMES, OriginPolicy, check_origin
+from app.web.origin_policy import LOOPBACK_NAMES, VOUCHED, OriginPolicy, check_origin
 from app.web.page_assets import NO_ASSETS, PageAssets
 from app.web.refusal import UPLOAD_TOO_LARGE, Refused
 from app.web.responses import HTML, OWN_HEADERS, respond
@@ -168,7 +168,11 @@ class DuetServer(viser.ViserServer):
         return self.max_clients is None or len(self._holders) < self.max_clients or self.always_admits(page_query(path))
 
     def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
-        return self._origins.admits(origins, request.headers.get_all("Host"), _address_of(connection))
+        address, query = _address_of(connection), page_query(request.path)
+        if self._origins.admits(origins, request.headers.get_all("Host"), address, VOUCHED in request.headers):
+            return True
+        # A page that brings the key is no foreign one, whatever its address; a wrong key counts as a guess.
+        return not self._turn_away(address, query) and self.always_admits(query)
 
     async def _document(self, render: Callable[[Language], bytes], request: Request) -> Response:
         # Formulas take a second to draw; meanwhile other requests are served.
