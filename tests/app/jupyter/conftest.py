@@ -7,6 +7,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,7 +66,7 @@ def jupyter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JupyterServer]
         try:
             deadline = time.monotonic() + 60.0
             while not _answers(server):
-                assert process.poll() is None and time.monotonic() < deadline, server.log.read_text(encoding="utf-8")
+                assert goes_on(process) and time.monotonic() < deadline, server.log.read_text(encoding="utf-8")
             yield server
         finally:
             process.terminate()
@@ -75,6 +76,13 @@ def environment(home: Path) -> dict[str, str]:
     """Return the environment of a Jupyter that writes into no folder but `home`."""
     folders = {f"JUPYTER_{kind}_DIR": str(home / kind.lower()) for kind in ("CONFIG", "DATA", "RUNTIME")}
     return {**os.environ, **folders, "HOME": str(home), "IPYTHONDIR": str(home / "ipython")}
+
+
+def goes_on(process: subprocess.Popen[bytes]) -> bool:
+    """Return whether a process still runs a moment from now."""
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(0.1)
+    return process.returncode is None
 
 
 def _answers(server: JupyterServer) -> bool:

@@ -15,7 +15,7 @@ from playwright.sync_api import expect
 from app.bench.headless_client import HeadlessClient
 from tests.app.jupyter.conftest import TOKEN, JupyterServer, environment
 from tests.blocking_client import BlockingClient
-from tests.browser import PageAt, screenshot, until, wait_ready
+from tests.browser import PageAt, screenshot, until
 from tests.test_imports import ROOT
 
 DOCUMENT = (ROOT / "app" / "documents" / "jupyter.md").read_text(encoding="utf-8")
@@ -146,6 +146,23 @@ def test_it_ends_with_close_and_without_the_run_the_cell_says_so(
     )
     page.goto(f"{jupyter.origin}{jupyter.folder}lab")
     expect(page.locator("body")).to_contain_text("This Duet has ended. Run the cell again.", timeout=60_000)
+
+
+def test_it_ends_with_the_kernel(tmp_path: Path) -> None:
+    manager, client = start_new_kernel(cwd=str(tmp_path), env=environment(tmp_path))
+    try:
+        found: list[int] = []
+
+        def take(message: dict[str, Any]) -> None:
+            found.extend(port_of(html) for html in [message["content"].get("data", {}).get("text/html", "")] if html)
+
+        client.execute_interactive("from app.jupyter import duet; duet.show()", timeout=120, output_hook=take)
+        socket.create_connection(("127.0.0.1", found[0])).close()
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", found[0]))
 
 
 def test_where_jupyter_has_no_proxy_the_cell_gives_a_link(page_at: PageAt, page_html: str) -> None:
