@@ -75,6 +75,7 @@ class DuetServer(viser.ViserServer):
     Attributes:
         gate: the filter of messages; `gate.may_share` decides which browser may operate what all browsers see.
         always_admits: whether a page with a query gets in though every place is taken.
+        trusts: whether a page with a query may connect from an address that the server does not know.
         run: a random word, new for every start.
         is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
         shared_buffer: see `app.web.connection.BufferChoice`; by default the shared buffer itself.
@@ -108,6 +109,7 @@ class DuetServer(viser.ViserServer):
         self.limits = TrafficLimits() if limits is None else limits
         self.max_clients = max_clients
         self.always_admits: Callable[[Mapping[str, str]], bool] = lambda query: False
+        self.trusts: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.run = secrets.token_hex(8)
         self.gate = Gate(viser_internals.GuiRegistry(self), self.limits)
         self.log = ThrottledLog(log, (_LOG_EVERY,))
@@ -168,11 +170,8 @@ class DuetServer(viser.ViserServer):
         return self.max_clients is None or len(self._holders) < self.max_clients or self.always_admits(page_query(path))
 
     def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
-        address, query = _address_of(connection), page_query(request.path)
-        if self._origins.admits(origins, request.headers.get_all("Host"), address, VOUCHED in request.headers):
-            return True
-        # A page that brings the key is no foreign one, whatever its address; a wrong key counts as a guess.
-        return not self._turn_away(address, query) and self.always_admits(query)
+        hosts, vouched = request.headers.get_all("Host"), VOUCHED in request.headers
+        return self.trusts(page_query(request.path)) or self._origins.admits(origins, hosts, _address_of(connection), vouched)
 
     async def _document(self, render: Callable[[Language], bytes], request: Request) -> Response:
         # Formulas take a second to draw; meanwhile other requests are served.
