@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from app.hosting.session_store import SessionStore
 from app.lessons.lesson import LessonBook
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import Jobs
 from app.session.input_sources import InputSources
 from app.settings import Settings
 from app.web.server import DuetServer
@@ -31,7 +31,7 @@ class AppContext:
 
     server: DuetServer
     start: Settings
-    jobs: JobPool
+    jobs: Jobs
     sources: InputSources
     book: LessonBook
     key: str | None
