@@ -1,6 +1,7 @@
 """Starts the app: the server, its host (private sessions, or a lecture), and the frame loop."""
 
 import logging
+import socket
 import threading
 import warnings
 from functools import partial
@@ -17,7 +18,7 @@ from app.hosting.store_file import MOST_BYTES, StoreInUse
 from app.hosting.teacher_key import Guesses
 from app.lessons.loading import load_lessons, load_notes
 from app.page.page_scripts import loading_html, page_assets
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import JobPool, Jobs
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.settings import Settings
 from app.text.documents import DOCUMENTS, PREFIX, document_page
@@ -80,6 +81,9 @@ def start_app(
     store: Path | None = None,
     keep: float = KEEP,
     most_bytes: int = MOST_BYTES,
+    listener: socket.socket | None = None,
+    run: str = "",
+    jobs: Jobs | None = None,
 ) -> App:
     """Start to serve the page.
 
@@ -97,6 +101,8 @@ def start_app(
         store: file in which what visitors do outlives the server; None for memory alone.
         keep: how long it is kept after their last visit [s].
         most_bytes: of the file.
+        listener, run: see `DuetServer`; in a worker, whose door holds the lock of the file.
+        jobs: runs what takes longer than a frame; None for a pool of this process.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
@@ -111,6 +117,8 @@ def start_app(
         assets=page_assets(settings.page),
         body=loading_html(),
         documents={PREFIX + name: partial(document_page, name) for name in DOCUMENTS},
+        listener=listener,
+        run=run,
     )
     server.scene.world_axes.visible = False
     book = load_lessons() if lessons is None else load_lessons(lessons)
@@ -119,11 +127,11 @@ def start_app(
     # Without a key the notes are not even read.
     notes = {} if key is None else load_notes() if lessons is None else load_notes(lessons)
     try:
-        file = None if store is None else RecordWriter(store, keep, most_bytes)
+        file = None if store is None else RecordWriter(store, keep, most_bytes, owned=listener is None)
     except StoreInUse:
         server.stop()
         raise
     kept = SessionStore(keep, file=file)
-    context = AppContext(server, settings, JobPool(), sources, book, key, notes, kept, sessions, host)
+    context = AppContext(server, settings, jobs or JobPool(), sources, book, key, notes, kept, sessions, host)
     preparation = Preparation(book, context.jobs) if ahead else None
     return App(context, LectureHost(context) if lecture else PrivateHost(context), preparation)

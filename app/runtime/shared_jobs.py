@@ -15,6 +15,7 @@ from multiprocessing.connection import Client, Connection, Listener
 from time import monotonic
 from typing import Any, Final, NamedTuple
 
+from app.runtime.job_address import JobAddress
 from app.runtime.job_pool import BUSY, ENDED, FAILED, MOST_WAITING, Job, JobPool, State
 from scenes.robots.robot_files import given_at_start, take_over
 
@@ -25,17 +26,6 @@ PATIENCE: Final = 10.0
 
 LOST: Final = (EOFError, OSError)
 """What the end of a connection raises."""
-
-
-COMMAND: Final = (sys.executable, "-c", "from app.runtime.shared_jobs import main; main()")
-"""Starts a server in a process of its own."""
-
-
-class JobAddress(NamedTuple):
-    """Where the server listens: path of a Unix socket, and the secret that both sides know."""
-
-    path: str
-    secret: bytes
 
 
 class _Ask(NamedTuple):

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from app.runtime.job_address import JobAddress, start_job_server
 from app.runtime.job_pool import ENDED, Job
-from app.runtime.shared_jobs import COMMAND, JobAddress, JobClient, JobServer
+from app.runtime.shared_jobs import JobClient, JobServer
 from tests.app.runtime.jobs import double, note, refuse, stumble, wait_for
 from tests.app.runtime.processes import until
 
@@ -87,12 +88,7 @@ def test_a_server_that_is_killed_is_started_again_with_the_next_job(address: Job
     processes: list[subprocess.Popen[bytes]] = []
 
     def start() -> None:
-        Path(address.path).unlink(missing_ok=True)
-        process = subprocess.Popen(COMMAND, stdin=subprocess.PIPE)
-        assert process.stdin is not None
-        process.stdin.write(f"{address.path} {address.secret.hex()}\n".encode())
-        process.stdin.flush()
-        processes.append(process)
+        processes.append(start_job_server(address))
 
     client = JobClient(address, start)
     assert processes == []
