@@ -101,7 +101,7 @@ def start_app(
         store: file in which what visitors do outlives the server; None for memory alone.
         keep: how long it is kept after their last visit [s].
         most_bytes: of the file.
-        listener, run: see `DuetServer`; in a worker, whose door holds the lock of the file.
+        listener, run: see `DuetServer`; given in a worker, where the door holds the lock of the file.
         jobs: runs what takes longer than a frame; None for a pool of this process.
 
     Raises:

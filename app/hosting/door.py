@@ -28,7 +28,7 @@ log = logging.getLogger("duet.door")
 FEW: Final = 2
 """Browsers at every worker from which on another worker is started."""
 
-CROWD: Final = 6
+CROWD: Final = 4
 """Browsers at a worker from which on new ones wait for a worker that is just starting."""
 
 LINE: Final = 8192
@@ -41,10 +41,10 @@ GLANCE: Final = 0.05
 """Time between two looks at a first line that has arrived in part [s]."""
 
 MOST_UNREAD: Final = 500
-"""Connections at once whose first line has not arrived; the oldest makes room."""
+"""Connections at once without a first line; the oldest makes room."""
 
 MOST_TABS: Final = 20_000
-"""Tabs whose worker is remembered."""
+"""Tabs that are remembered."""
 
 SHORT_LIFE: Final = 10.0
 """A worker that ends sooner than this is not replaced at once [s]."""

@@ -87,7 +87,7 @@ class WorkerProcess:
         numbers = theirs.fileno(), other.fileno()
         with theirs, other:
             # In a group of its own: Ctrl+C in the terminal is for the door.
-            command = (sys.executable, "-m", "app.worker", *map(str, numbers))
+            command = (sys.executable, "-m", "app.serve_worker", *map(str, numbers))
             self.process = subprocess.Popen(command, pass_fds=numbers, stdin=subprocess.DEVNULL, process_group=0)
         self._channel.settimeout(1.0)
         self.control.send(start)
