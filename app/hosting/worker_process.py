@@ -132,6 +132,9 @@ class WorkerProcess:
         """Wait until the process has ended, and end it after so long [s]."""
         for connection in self.waiting:
             connection.close()
+        if not self.ready:
+            # There is nothing to save.
+            self.process.terminate()
         try:
             self.process.wait(patience)
         except subprocess.TimeoutExpired:
