@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.classroom.address import Address, find_address, own_address, qr_svg
-from app.classroom.ballots import Ballot, Ballots, Tally
+from app.classroom.ballots import Ballots
 from app.classroom.breakout_places import HOLD, BreakoutPlaces
 from app.classroom.classroom import Classroom
 from app.classroom.classroom_html import mine_html, poll_html
@@ -15,6 +15,7 @@ from app.lessons.loading import load_lessons
 from app.lessons.outcomes import reference
 from app.lessons.phases import Phase
 from app.lessons.progress import StepProgress, from_json
+from app.lessons.tally import Ballot, Tally
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS
 
