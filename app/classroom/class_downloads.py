@@ -10,7 +10,7 @@ import viser
 from app.export.class_report import class_report_bytes
 from app.export.class_summary import ClassSummary
 from app.export.class_table import class_table_bytes
-from app.i18n.speaking import set_language, tr
+from app.i18n.speaking import N_, set_language, tr
 from app.lessons.lesson import LessonBook
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.runtime.job_pool import Job, JobPool
@@ -43,20 +43,24 @@ class ClassDownloads:
         language: Language,
     ) -> None:
         self._client, self._session, self._summaries = client, session, summaries
-        self._lessons, self._language = book.lessons, language
+        self._lessons = book.lessons
+        self._language: Language = language
         self._jobs = JobWatch(jobs, lambda: session.post(lambda: None, "news"), self._fail)
 
     def build(self) -> None:
         """Add the buttons. The caller has opened the container."""
-        hint = "Every question with its counts, the challenges that were passed, and the reports that students have handed in."
-        self._row("class report", hint, 0)
+        self._row(
+            N_("class report"),
+            N_("Every question with its counts, the challenges that were passed, and the reports handed in."),
+            0,
+        )
         last = self._summaries()[1]
         if last is not None:
             day = time.strftime("%Y-%m-%d, %H:%M", time.localtime(last.saved))
             self._client.gui.add_html(
                 f'<div class="duet-class soft">{tr("The class before this one ended at {when}.", when=day)}</div>'
             )
-            self._row("its report", "The same for the class before this one.", 1)
+            self._row(N_("its report"), N_("The same for the class before this one."), 1)
 
     def _row(self, label: str, hint: str, which: int) -> None:
         ChoiceButtons(
@@ -73,9 +77,12 @@ class ClassDownloads:
         if summary is None or summary.empty:
             self._notify(tr("There is nothing to report yet"), tr("Let the class answer a question first."))
             return
-        made, end = (class_table_bytes, ".csv") if kind else (class_report_bytes, ".html")
-        name = time.strftime("duet-class-%Y-%m-%d", time.localtime(summary.saved)) + end
-        self._jobs.submit(f"class {KINDS[kind]}", partial(self._send, name), made, summary, self._lessons, self._language)
+        name = time.strftime("duet-class-%Y-%m-%d", time.localtime(summary.saved))
+        if KINDS[kind] == "CSV":
+            self._jobs.submit("class table", partial(self._send, name + ".csv"), class_table_bytes, summary, self._lessons)
+        else:
+            make = class_report_bytes, summary, self._lessons, self._language
+            self._jobs.submit("class report", partial(self._send, name + ".html"), *make)
 
     def _send(self, name: str, content: bytes) -> None:
         self._client.send_file_download(name, content, save_immediately=True)

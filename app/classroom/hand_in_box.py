@@ -35,7 +35,7 @@ class _Form:
         self.folder = gui.add_folder(tr("Hand in my report"), order=order, expand_by_default=False, visible=False)
         with self.folder:
             gui.add_html(element("div", "", element("p", tr(WHAT), class_="soft"), class_="duet-class"))
-            self._name = gui.add_text(tr("name, if you like"), "")
+            self._name = gui.add_text(tr("Name"), "")
             self._state = gui.add_html("")
             self._send = gui.add_button(tr("Hand in"), icon=viser.Icon.SEND)
             self._back = gui.add_button(tr("Take it back"), icon=viser.Icon.ARROW_BACK_UP, color="gray", visible=False)

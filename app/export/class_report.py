@@ -1,12 +1,13 @@
 """What a class leaves behind as one HTML page that prints well: the questions with their counts, the challenges, the reports handed in."""
 
+import html
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.export.lab_report import Done, rich_html, step_entry
-from app.export.report_html import entry_html, locked_page
+from app.export.report_html import entry_html, locked_page, lowered
 from app.export.tally_html import bars_html, cloud_html, switches_text, tie_text
 from app.i18n.speaking import set_language, tr
 from app.lessons.lesson import Lesson
@@ -97,7 +98,7 @@ def _question(lesson: Lesson, index: int, asked: AskedQuestion) -> str:
     choices = [fill(step, choice.text, outcome, lesson.language) for choice in step.question.choices]
     words = (tie_text(asked.rounds[-1]), switches_text(asked.switches, step.question.right))
     counts = [tr("Round {number}: {count} answered", number=number, count=tally.answered) for number, tally in rounds]
-    measured = [element("li", line) for line in outcome.lines(step, lesson.language)]
+    measured = [element("li", "", lowered(html.escape(line))) for line in outcome.lines(step, lesson.language)]
     return element(
         "article",
         "",
@@ -118,7 +119,7 @@ def _question(lesson: Lesson, index: int, asked: AskedQuestion) -> str:
 
 def _reports(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[str]:
     if summary.hand_ins:
-        yield element("h2", tr("Reports handed in"))
+        yield element("h2", tr("Reports handed in"), class_="reports")
     for one, name in zip(summary.hand_ins, report_names(summary.hand_ins), strict=True):
         yield element("section", "", element("h2", name), *_report(one, lessons), class_="report")
 

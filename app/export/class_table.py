@@ -11,14 +11,12 @@ from app.i18n.speaking import set_language
 from app.lessons.lesson import Lesson
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId
-from app.settings import Language
-from app.text.lesson_text import plain
 from scenes.rerun import never
 
 MOST_CHOICES: Final = 6
 
 COLUMNS: Final = (
-    *("lesson", "step", "title", "kind", "round", "students", "drawn"),
+    *("lesson", "step", "kind", "round", "students", "drawn"),
     *(f"answer_{i + 1}" for i in range(MOST_CHOICES)),
     *("right_answer", "right", "passed"),
 )
@@ -28,16 +26,10 @@ _FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠", "\t", "\r")
 """Beginnings of a cell that a spreadsheet may compute."""
 
 
-def class_table_bytes(
-    summary: ClassSummary, lessons: Sequence[Lesson], language: Language, stopped: Callable[[], bool] = never
-) -> bytes:
-    """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `app/documents/class.md`.
-
-    Args:
-        lessons: in the language of the titles.
-    """
+def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool] = never) -> bytes:
+    """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `app/documents/class.md`."""
     del stopped
-    set_language(language)
+    set_language("en")
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\r\n")
     table.writerow(map(safe_cell, (*COLUMNS, *report_names(summary.hand_ins))))
@@ -62,7 +54,7 @@ def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
     for lesson in lessons:
         for step in lesson.steps:
             question = lesson.id, step.id
-            about: dict[str, object] = {"lesson": lesson.id, "step": step.id, "title": plain(step.title)}
+            about: dict[str, object] = {"lesson": lesson.id, "step": step.id}
             if question in asked and step.question is not None:
                 right = step.question.right
                 for number, tally in enumerate(asked[question].rounds, 1):

@@ -38,7 +38,7 @@ def _bar(tally: Tally, choice: int) -> str:
 
 
 def _round(number: int, tally: Tally, choice: int) -> str:
-    return element("p", "", element("small", tr("Round {number}", number=number)), _bar(tally, choice), class_="round")
+    return element("section", "", element("small", tr("Round {number}", number=number)), _bar(tally, choice), class_="round")
 
 
 def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = ()) -> str:
@@ -61,10 +61,7 @@ def tie_text(tally: Tally) -> str:
     if not others:
         return ""
     answers = tr("{one} and {other}", one=", ".join(others), other=last)
-    votes = max(tally.counts)
-    if votes == 1:
-        return tr("A tie: answers {answers} have one vote each.", answers=answers)
-    return tr("A tie: answers {answers} have {count} votes each.", answers=answers, count=votes)
+    return tr("A tie: answers {answers}, votes for each: {count}.", answers=answers, count=max(tally.counts))
 
 
 def switches_text(switches: Sequence[Switch], right: int | None) -> str:
