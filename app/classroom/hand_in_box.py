@@ -1,6 +1,7 @@
 """A student hands in the lab report to the teacher, with a name or without, and can take it back."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Final
 
 import viser
@@ -32,7 +33,7 @@ class _Form:
     """
 
     def __init__(self, gui: viser.GuiApi, order: float, hand_in: Callable[[str], None], take_back: Callable[[], None]) -> None:
-        self.folder = gui.add_folder(tr("Hand in my report"), order=order, expand_by_default=False, visible=False)
+        self.folder = gui.add_folder(tr("Hand in my report"), order=order, expand_by_default=False)
         with self.folder:
             gui.add_html(element("div", "", element("p", tr(WHAT), class_="soft"), class_="duet-class"))
             self._name = gui.add_text(tr("Name"), "")
@@ -72,7 +73,7 @@ class HandInBox:
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl, student: str) -> None:
         self._gui, self._control, self._student = gui, control, student
-        self._forms = [self._form(_IN_PANEL)]
+        self._forms: dict[bool, _Form] = {}
         self._name: str | None = None
         self._version = -1
         self._shown: tuple[bool, bool, HandIn | None] | None = None
@@ -111,8 +112,9 @@ class HandInBox:
         if shown == self._shown:
             return
         self._shown = shown
-        if tab is not None and len(self._forms) == 1:
-            with tab:
-                self._forms.append(self._form(_IN_LESSON))
-        for form, visible in zip(self._forms, (tab is None, tab is not None), strict=False):
-            form.show(offered and visible, report)
+        in_lesson = tab is not None
+        if offered and in_lesson not in self._forms:
+            with tab or nullcontext():
+                self._forms[in_lesson] = self._form(_IN_LESSON if in_lesson else _IN_PANEL)
+        for place, form in self._forms.items():
+            form.show(offered and place == in_lesson, report)

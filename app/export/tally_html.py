@@ -47,12 +47,12 @@ def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], tru
     earlier, curves = rounds[0][1].curves if len(rounds) > 1 else (), newest.curves
     if drawing is None or not (curves or earlier):
         return ""
-    count = tr("{count} drawn", count=len(curves))
+    said = tr("{count} drawn", count=len(curves))
     if earlier:
-        first = tr("pale: round {number}, {count} drawn", number=rounds[0][0], count=len(earlier))
-        count = f"{first}; {tr('strong: round {number}, {count} drawn', number=number, count=len(curves))}"
+        first = tr("pale: round {number} ({count})", number=rounds[0][0], count=len(earlier))
+        said = f"{first} · {tr('strong: round {number} ({count})', number=number, count=len(curves))}"
     svg = drawing_svg(drawing, median_curve(curves), truth, curves, earlier)
-    return element("figure", "", svg, element("figcaption", count), class_="duet duet-curves")
+    return element("figure", "", svg, element("figcaption", said), class_="duet duet-curves")
 
 
 def tie_text(tally: Tally) -> str:
