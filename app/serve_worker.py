@@ -7,7 +7,8 @@ import threading
 from multiprocessing.connection import Connection
 from typing import Any
 
-from app.hosting.worker_process import ClientCount, Failed, Ready, StartJobs, Stop, WorkerStart
+from app.hosting.worker_link import WorkerLink
+from app.hosting.worker_process import ClientCount, Failed, Ready, Relayed, Replaced, StartJobs, Stop, WorkerStart
 from app.runtime.shared_jobs import JobClient
 from app.session.input_sources import find_input_sources
 from app.start import App, start_app
@@ -52,19 +53,20 @@ def main(channel: int, control: int) -> int:
     if not isinstance(start, WorkerStart):
         return 1
     try:
-        app = _start(start, channel, messages)
+        link = WorkerLink(start.index, messages.send)
+        app = _start(start, channel, messages, link)
     except DuetError as error:
         messages.send(Failed(str(error)))
         return 2
     try:
         messages.send(Ready())
-        _obey(app, messages)
+        _obey(app, messages, link)
     finally:
         app.close()
     return 0
 
 
-def _start(start: WorkerStart, channel: int, messages: Messages) -> App:
+def _start(start: WorkerStart, channel: int, messages: Messages, link: WorkerLink) -> App:
     if start.given is not None:
         take_over(start.given)
     assert start.jobs is not None
@@ -78,6 +80,7 @@ def _start(start: WorkerStart, channel: int, messages: Messages) -> App:
             listener=HandedOverListener(channel, (start.host, start.port)),
             run=start.run,
             jobs=jobs,
+            link=link,
             **start.app,
         )
     except Exception:
@@ -87,14 +90,19 @@ def _start(start: WorkerStart, channel: int, messages: Messages) -> App:
     return app
 
 
-def _obey(app: App, messages: Messages) -> None:
+def _obey(app: App, messages: Messages, link: WorkerLink) -> None:
     while True:
-        match messages.receive():
+        message = messages.receive()
+        match message:
             case Stop():
                 return
             case ClientCount(count):
                 app.server.elsewhere = count
-            case message:
+            case Relayed(content):
+                link.put(content)
+            case Replaced():
+                link.put(message)
+            case _:
                 logging.getLogger("duet.worker").error("the door says %r", message)
 
 

@@ -7,6 +7,7 @@ import warnings
 from functools import partial
 from pathlib import Path
 
+from app.classroom.breakout_host import BreakoutHost
 from app.classroom.lecture import LectureHost
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
@@ -16,6 +17,7 @@ from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import KEEP, SessionStore
 from app.hosting.store_file import MOST_BYTES, StoreInUse
 from app.hosting.teacher_key import Guesses
+from app.hosting.worker_link import WorkerLink
 from app.lessons.loading import load_lessons, load_notes
 from app.page.page_scripts import loading_html, page_assets
 from app.runtime.job_pool import JobPool, Jobs
@@ -30,6 +32,9 @@ log = logging.getLogger("duet.hosts")
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
 
 
+Host = PrivateHost | LectureHost | BreakoutHost
+
+
 class App:
     """A running server with its host and its frame loop; made by `start_app`.
 
@@ -41,7 +46,7 @@ class App:
         server, url: the context's server, and the address of the page.
     """
 
-    def __init__(self, context: AppContext, host: PrivateHost | LectureHost, preparation: Preparation | None) -> None:
+    def __init__(self, context: AppContext, host: Host, preparation: Preparation | None) -> None:
         self.context, self.host, self.server, self.url = context, host, context.server, context.server.url
         self._preparation = preparation
         self._loop = FrameLoop(host.frame, context.frame_due)
@@ -84,6 +89,7 @@ def start_app(
     listener: socket.socket | None = None,
     run: str = "",
     jobs: Jobs | None = None,
+    link: WorkerLink | None = None,
 ) -> App:
     """Start to serve the page.
 
@@ -103,6 +109,7 @@ def start_app(
         most_bytes: of the file.
         listener, run: see `DuetServer`; given in a worker, where the door holds the lock of the file.
         jobs: runs what takes longer than a frame; None for a pool of this process.
+        link: to the other processes of a lecture.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
@@ -132,6 +139,14 @@ def start_app(
         server.stop()
         raise
     kept = SessionStore(keep, file=file)
-    context = AppContext(server, settings, jobs or JobPool(), sources, book, key, notes, kept, sessions, host)
+    context = AppContext(server, settings, jobs or JobPool(), sources, book, key, notes, kept, sessions, host, link)
     preparation = Preparation(book, context.jobs) if ahead else None
-    return App(context, LectureHost(context) if lecture else PrivateHost(context), preparation)
+    return App(context, _host(context, lecture), preparation)
+
+
+def _host(context: AppContext, lecture: bool) -> Host:
+    if not lecture:
+        return PrivateHost(context)
+    if context.link is None or context.link.index == 0:
+        return LectureHost(context)
+    return BreakoutHost(context, context.link)

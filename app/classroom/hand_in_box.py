@@ -6,8 +6,8 @@ from typing import Final
 
 import viser
 
+from app.classroom.student_posts import StudentPosts
 from app.classroom.student_work import LONGEST_NAME, clean_name
-from app.classroom.teacher_control import TeacherControl
 from app.export.class_summary import HandIn
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
@@ -71,7 +71,7 @@ class HandInBox:
         student: id of the tab.
     """
 
-    def __init__(self, gui: viser.GuiApi, control: TeacherControl, student: str) -> None:
+    def __init__(self, gui: viser.GuiApi, control: StudentPosts, student: str) -> None:
         self._gui, self._control, self._student = gui, control, student
         self._forms: dict[bool, _Form] = {}
         self._name: str | None = None

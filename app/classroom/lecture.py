@@ -8,6 +8,7 @@ import viser
 
 from app.classroom.address import Address
 from app.classroom.breakout_sessions import BreakoutSessions
+from app.classroom.breakout_workers import BreakoutWorkers
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
 from app.classroom.lecture_record import LectureRecorder
@@ -49,6 +50,9 @@ class LectureHost:
         self.lessons = LessonSession(self.session, in_language(context.book, language_of(context.start, "en")))
         self._breakouts = BreakoutSessions(context, self.room)
         self.control = TeacherControl(self.room, self.session, self.lessons, self._breakouts.hurry)
+        if context.link is not None:
+            context.link.wake = context.wake
+            self._breakouts.workers = BreakoutWorkers(context.link, self.room, self.control, self._breakouts.hurry)
         self._leader = Leader(context.key)
         stage = self.session, self.lessons
         self._recorder = LectureRecorder(context.store, interrupted, stage, self.room, self._leader, context.book)
@@ -104,7 +108,7 @@ class LectureHost:
         if self.room.paused and not self.room.free and not self.session.paused:
             # The teacher has pressed Run on the stage.
             self.room.paused = False
-        self._breakouts.settle(self.participants.values(), self.audiences, now)
+        self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
         self._show_stage(frame)
         self._recorder.save(now)
         for client_id, one in list(self.participants.items()):
@@ -181,7 +185,8 @@ class LectureHost:
         audience = self.audiences.audience_of(client_id)
         participant = Participant(client, self._leader.holds(client_id), audience, self.control)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
-            yield from self._breakouts.admit(participant, self.participants.values(), self.session.settings, self.lessons)
+            begin = self._breakouts.begin(participant.id, self.session, self.lessons)
+            yield from self._breakouts.admit(participant, self.participants.values(), begin)
             self.participants[client_id] = participant
             self.room.enter(client_id, participant.id)
             return

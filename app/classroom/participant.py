@@ -9,7 +9,7 @@ from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS,
 from app.classroom.hand_in_box import HandInBox
 from app.classroom.stage_page import StagePage
 from app.classroom.student_answers import Answers, Banner, is_narrow
-from app.classroom.teacher_control import TeacherControl
+from app.classroom.student_posts import StudentPosts
 from app.classroom.teacher_panel import TeacherPanel
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
@@ -38,9 +38,10 @@ class Participant:
         banner, answers, hand_in, panel: what it has beside the stage; None for what it has not.
         visitor: the student's breakout session; None while the student sees the stage.
         moved: whether it was asked to connect again.
+        worked: whether its student has done something that can be handed in.
     """
 
-    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, control: TeacherControl) -> None:
+    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, control: StudentPosts) -> None:
         self.client, self.teacher, self.audience, self._control = client, teacher, audience, control
         self.query = request_query(client)
         tab = tab_id(self.query)
@@ -55,7 +56,7 @@ class Participant:
         # In another language the view is a new one, and has no banner yet.
         self._view: View | None = None
         self._shown: object = None
-        self._worked = False
+        self.worked = False
 
     def add_banner(self) -> None:
         """Add what a student's page has at the top."""
@@ -87,17 +88,17 @@ class Participant:
             return
         self.hand_in.post(None if self.visitor is None else lessons)
         report = room.work.handed_in(self.id)
-        self._worked = self._worked or report is not None or room.has_work(self.id)
+        self.worked = self.worked or report is not None or room.has_work(self.id)
         line, tab = self._line(room), view.lesson_panel.tab if lessons.open and self.narrow else None
         answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
-        shown = line, tab, answered, self._worked, report
+        shown = line, tab, answered, self.worked, report
         # Opening a batch for each of thirty pages in every frame would cost a message each.
         if shown == self._shown:
             return
         self._shown = shown
         with contextlib.suppress(Exception), self.client.atomic():
             self.banner.show(*line, tab)
-            self.hand_in.show(self._worked, report, tab)
+            self.hand_in.show(self.worked, report, tab)
             if self.answers is not None:
                 self.answers.fold(lessons.open)
                 first = Ballot() if poll is None else room.ballots.first_ballot_of(poll.question, self.id)

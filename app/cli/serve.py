@@ -133,9 +133,7 @@ def _workers(command: Serve) -> int:
         BadSetting: the option is not a number of processes, or there can be one only.
     """
     reason = (
-        "the stage of a lecture is in one process"
-        if command.lecture
-        else "one process reads the camera"
+        "one process reads the camera"
         if command.camera is not None or command.video is not None
         else "this system cannot hand connections over"
         if not hasattr(socket, "send_fds")

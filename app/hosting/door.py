@@ -19,7 +19,21 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
-from app.hosting.worker_process import ClientCount, Failed, Ready, StartJobs, Stop, WorkerProcess, WorkerStart
+from app.hosting.worker_process import (
+    ClientCount,
+    Failed,
+    ForAll,
+    ForgetTabs,
+    ForTab,
+    Ready,
+    Relayed,
+    Replaced,
+    StartJobs,
+    Stop,
+    ToStage,
+    WorkerProcess,
+    WorkerStart,
+)
 from app.runtime.job_address import JobAddress, start_job_server
 from controllers.errors import DuetError
 
@@ -70,7 +84,7 @@ class Door:
     Args:
         listener: a socket that listens.
         start: what every worker serves; `run` and `jobs` are filled in here.
-        most: workers at once.
+        most: workers at once; in a lecture, besides the one with the stage.
 
     Raises:
         DuetError: the first worker cannot start; its message.
@@ -87,6 +101,9 @@ class Door:
         self._due: dict[int, float] = {}
         self._short: dict[int, int] = {}
         self._tabs: OrderedDict[str, int] = OrderedDict()
+        self._lecture = start.app.get("lecture", False)
+        self._sent: dict[str, tuple[int, bytes]] = {}
+        self._decided: bytes | None = None
         self._unread: OrderedDict[socket.socket, tuple[float, float]] = OrderedDict()
         self._announced = False
         listener.setblocking(False)
@@ -166,7 +183,10 @@ class Door:
         connection.close()
 
     def _worker_of(self, tab: str) -> WorkerProcess:
-        """Return the worker of a tab: always the same one; a new tab's has the fewest browsers."""
+        """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. In a lecture it is that of the stage, or
+        of the tab's breakout session."""
+        if self._lecture:
+            return self.workers[self._sent[tab][0] if tab in self._sent else 0]
         index = self._tabs.pop(tab, None) if tab else None
         if index is None:
             index = self._place()
@@ -192,13 +212,27 @@ class Door:
 
     def _begin(self, index: int) -> None:
         """Start a worker, in the place of one that has ended or as one more."""
-        worker = WorkerProcess(self._start, monotonic())
+        worker = WorkerProcess(replace(self._start, index=index), monotonic())
         if index < len(self.workers):
             worker.waiting = self.workers[index].waiting
             self.workers[index] = worker
         else:
             self.workers.append(worker)
         self._selector.register(worker.control, selectors.EVENT_READ, lambda: self._hear(worker))
+        if index and self._decided is not None:
+            worker.send(Relayed(self._decided))
+            for content in [content for place, content in self._sent.values() if place == index]:
+                worker.send(Relayed(content))
+
+    def _place_student(self) -> int:
+        """Return the worker for one more breakout session: that with the fewest, or a new one."""
+        counts = [0] * (len(self.workers) - 1)
+        for index, _ in self._sent.values():
+            counts[index - 1] += 1
+        if min(counts, default=FEW) >= FEW and len(counts) < self._most:
+            self._begin(len(self.workers))
+            return len(self.workers) - 1
+        return 1 + counts.index(min(counts))
 
     def _hear(self, worker: WorkerProcess) -> None:
         try:
@@ -209,6 +243,13 @@ class Door:
         match message:
             case Ready():
                 worker.serve()
+                index = self.workers.index(worker)
+                if self._lecture:
+                    for other in self.workers[:1] if index else self.workers[1:]:
+                        other.send(Replaced(index))
+                    if len(self.workers) == 1:
+                        # A class that is sent to explore does not wait for its start.
+                        self._begin(1)
             case Failed(text):
                 if not self._announced:
                     raise DuetError(text)
@@ -218,6 +259,18 @@ class Door:
                 self._tell_counts()
             case StartJobs():
                 self._start_jobs()
+            case ToStage(content):
+                self.workers[0].send(Relayed(content))
+            case ForTab(tab, content):
+                index = self._sent[tab][0] if tab in self._sent else self._place_student()
+                self._sent[tab] = index, content
+                self.workers[index].send(Relayed(content))
+            case ForAll(content):
+                self._decided = content
+                for other in self.workers[1:]:
+                    other.send(Relayed(content))
+            case ForgetTabs():
+                self._sent.clear()
             case _:
                 log.error("a worker says %r", message)
 

@@ -30,6 +30,7 @@ class WorkerStart:
         given: what only the command line knows of robots; None for nothing.
         run: see `app.web.server.DuetServer`; chosen by the door.
         jobs: the pool of jobs that all workers share; chosen by the door.
+        index: of the worker, from 0; chosen by the door.
     """
 
     host: str
@@ -39,6 +40,7 @@ class WorkerStart:
     given: Any = None
     run: str = ""
     jobs: JobAddress | None = None
+    index: int = 0
 
 
 class Ready(NamedTuple):
@@ -59,6 +61,41 @@ class ClientCount(NamedTuple):
 
 class StartJobs(NamedTuple):
     """A worker has a job, and the shared pool does not run."""
+
+
+class ToStage(NamedTuple):
+    """For the process with the stage of a lecture; like the next two, opaque to the door."""
+
+    content: bytes
+
+
+class ForTab(NamedTuple):
+    """For the process with breakout sessions that gets a tab from now on."""
+
+    tab: str
+    content: bytes
+
+
+class ForAll(NamedTuple):
+    """For all processes with breakout sessions, also for those that start later."""
+
+    content: bytes
+
+
+class ForgetTabs(NamedTuple):
+    """All tabs come to the stage when they connect again."""
+
+
+class Relayed(NamedTuple):
+    """What another process has sent."""
+
+    content: bytes
+
+
+class Replaced(NamedTuple):
+    """Another process of a lecture has been replaced: the stage's, to all others; another one, to the stage's."""
+
+    index: int
 
 
 class Stop(NamedTuple):

@@ -21,7 +21,7 @@ class Served:
         self.errors = (folder / "errors").open("a+")
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.errors, text=True)
         assert self.process.stdout is not None
-        self.url = self.process.stdout.readline().split()[3]
+        self.url = self.process.stdout.readline().split()[3].partition("/?")[0]
 
     def said(self) -> str:
         self.errors.seek(0)
