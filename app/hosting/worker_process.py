@@ -95,7 +95,7 @@ class Relayed(NamedTuple):
 class Replaced(NamedTuple):
     """Another process of a lecture has been replaced: the stage's, to all others; another one, to the stage's."""
 
-    index: int
+    worker: int
 
 
 class Stop(NamedTuple):

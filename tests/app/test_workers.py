@@ -93,6 +93,21 @@ def test_a_worker_that_is_killed_is_replaced_and_its_tabs_go_on(serve: Serve) ->
         assert worker_of(served, first) == places[0] and "another one takes its place" in served.said()
 
 
+def test_workers_are_renewed_and_their_tabs_go_on(serve: Serve) -> None:
+    served = serve("--workers", "2")
+    with ExitStack() as opened:
+        visitors = [opened.enter_context(come(served, number)) for number in range(5)]
+        before = served.workers
+        assert len(before) == 2
+        served.process.send_signal(signal.SIGUSR1)
+        for number, visitor in enumerate(visitors):
+            visitor.wait_for(lambda v: v.closed is not None, 60.0)
+            visitors[number] = opened.enter_context(come(served, number))
+        until(lambda: len(served.workers) == 2 and not set(served.workers) & set(before))
+        assert {worker_of(served, visitor) for visitor in visitors} == set(served.workers)
+    assert served.process.poll() is None and "has ended with code" not in served.said()
+
+
 def test_a_server_that_cannot_start_says_so_in_one_line(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", "memory", "--workers", "2"]
     ended = subprocess.run(
