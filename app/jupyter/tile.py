@@ -13,7 +13,7 @@ def tile() -> dict[str, Any]:
     return {**proxied(), "launcher_entry": {"title": "Duet", "icon_path": str(ICON)}}
 
 
-def proxied(options: Sequence[str] = ("--store", "memory")) -> dict[str, Any]:
+def proxied(options: Sequence[str] = ("--store", "memory", "--workers", "1")) -> dict[str, Any]:
     """Return how jupyter-server-proxy starts Duet. `options`: of `lwr-duet serve`."""
     return {
         # Without -P a folder named `app` in the notebook's folder would be started.
