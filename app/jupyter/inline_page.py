@@ -51,5 +51,5 @@ def inline_html(server: OpenServer, height: int) -> str:
         "height": height,
         "texts": texts,
     }
-    # The sentence is what is left of the output in a notebook whose scripts Jupyter does not run.
+    # The sentence is what is left of the output where Jupyter does not run the scripts of a notebook.
     return f'<div id="{place}">{html.escape(RUN_AGAIN)}</div>{PageAssets((SCRIPT,), constants={"inline": inline}).script_html()}'
