@@ -94,7 +94,7 @@ class StageControls:
                 client.gui.reset()
             teacher.page = StagePage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
             if leads:
-                self.operation = Operation(client, self._session, teacher.page.view)
+                self.operation = Operation(client, self._session, teacher.page.view, presenting=True)
             notes = context.notes if context.key is not None else None
-            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes)
+            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes, self._session.settings.page)
             teacher.page.view.welcome(client)
