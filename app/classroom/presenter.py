@@ -56,7 +56,7 @@ _OF_PHASE: Final = {
 _BEFORE_THE_RUN: Final = (Station.SCENE, Station.QUESTION, Station.ANSWERS)
 
 
-class _Place(NamedTuple):
+class _StagePlace(NamedTuple):
     """Where the stage's lesson is, as far as it decides what the projector shows."""
 
     step: tuple[str, str] | None = None
@@ -82,7 +82,7 @@ class Presenter:
         self._clock = clock
         self.station = Station.SCENE
         self.blank = self.frozen = self.panels = False
-        self._place = _Place()
+        self._place = _StagePlace()
         self._asked_at: float | None = None
         self._ends_at: float | None = None
 
@@ -96,7 +96,7 @@ class Presenter:
             revealed: whether everybody sees the class's answers.
             running: whether the run is going on.
         """
-        place = _Place() if walk is None else _Place((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
+        place = _StagePlace() if walk is None else _StagePlace((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
         if place != self._place:
             before, self._place = self._place, place
             self.show(self._station_at(place, before))
@@ -107,7 +107,7 @@ class Presenter:
         if running and place.phase is Phase.DO and self.station in _BEFORE_THE_RUN:
             self.show(Station.RUN)
 
-    def _station_at(self, place: _Place, before: _Place) -> Station:
+    def _station_at(self, place: _StagePlace, before: _StagePlace) -> Station:
         if place.step is None:
             return Station.SCENE
         if place.showing:

@@ -10,7 +10,6 @@ from app.classroom.presenter import SECONDS, STATION_NAMES, Presenter, clock_tex
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.settings import PageSettings
 from app.text.html_element import element
 
@@ -33,9 +32,10 @@ class ScreenPanel:
     Args:
         act: called with what the teacher asks for, on the network's thread.
         page: of the teacher; a projector that is opened from here looks the same.
+        keyed: whether the teacher has a key, which that projector is given.
     """
 
-    def __init__(self, gui: viser.GuiApi, act: Callable[[ScreenAction], None], page: PageSettings) -> None:
+    def __init__(self, gui: viser.GuiApi, act: Callable[[ScreenAction], None], page: PageSettings, keyed: bool) -> None:
         self._state = gui.add_html("")
         self._on = gui.add_button("", icon=viser.Icon.ARROW_DOWN)
         self._back = gui.add_button(tr("Back"), color="gray", icon=viser.Icon.ARROW_UP)
@@ -43,25 +43,25 @@ class ScreenPanel:
         self._timer = ChoiceButtons(
             gui,
             "timer",
-            (*(f"{seconds} s" for seconds in SECONDS), N_("No timer")),
+            (*(f"{seconds} s" for seconds in SECONDS), N_("Off")),
             N_("Everybody sees the time run down. When it is over, answers still count until the reveal."),
             lambda i: act(timers[i]),
         )
         self._picture = ChoiceButtons(
             gui,
-            "picture there",
+            "screen",
             (N_("Live"), N_("Frozen"), N_("Black")),
             N_("Frozen: the screen keeps its picture while you prepare something. Page ↓ brings it back."),
             lambda i: act(_PICTURES[i]),
         )
         self._layout = ChoiceButtons(
             gui,
-            "beside it",
+            "shows",
             (N_("Stage alone"), N_("With panels")),
             N_("With panels: lesson and plots beside the stage, as students see them."),
             lambda i: act(_LAYOUTS[i]),
         )
-        gui.add_html(open_html(page))
+        gui.add_html(open_html(page, keyed))
 
         @self._on.on_click
         async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
@@ -110,12 +110,14 @@ def pills_html(*pills: str) -> str:
     return element("div", "", element("div", "", *pills, class_="duet-heads", role="status"), class_="duet-class duet-lesson")
 
 
-def open_html(page: PageSettings) -> str:
-    """Return the button that opens a projector's window with the teacher's key, and the keys; see the script `presenter.js`."""
+def open_html(page: PageSettings, keyed: bool) -> str:
+    """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
+    `presenter.js`."""
     query = {"screen": "1", "profile": "projector", "theme": page.theme, "lang": page.language}
     if page.language == "auto":
         del query["lang"]
     button = element("button", tr("Open the screen"), type="button", class_="duet-open-screen", data_query=urlencode(query))
-    keys = [element("span", "", element("kbd", tr(one.shown)), f" {tr(one.text)}") for one in PRESENTER_KEYS]
-    how = tr("Drag the new window to the projector and press F11. A clicker works there and here:")
-    return element("div", "", button, element("p", how, class_="soft"), element("p", "", *keys, class_="keys"), class_="duet-class duet")
+    how = tr("Drag the new window to the projector and press F11.")
+    keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")
+    keys += " " + tr("Page ↓ goes on, Page ↑ back, B makes it black, F freezes it.")
+    return element("div", "", button, element("p", f"{how} {keys}", class_="soft"), class_="duet-class duet-lesson")

@@ -70,7 +70,7 @@ class TeacherPanel:
             self._again = self._button(tr("Ask again"), "again", "gray", viser.Icon.REFRESH)
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
         with tabs.add_tab(tr("Screen"), viser.Icon.PRESENTATION):
-            self._screen = ScreenPanel(gui, act, page)
+            self._screen = ScreenPanel(gui, act, page, notes is not None)
         self._notes: NotesView | None = None
         if notes is not None:
             with tabs.add_tab(tr("Notes"), viser.Icon.NOTEBOOK):

@@ -162,7 +162,9 @@ class LessonControls:
             return
         self._asking = True
         with self._gui.add_modal(tr("Leave the lessons?")) as modal:
-            self._gui.add_html(element("p", tr("The whole class leaves the lesson with you. Its answers are kept."), class_="duet"))
+            self._gui.add_html(
+                element("p", tr("The whole class leaves the lesson with you. Its answers are kept."), class_="duet")
+            )
             leave = self._gui.add_button(tr("Leave with the class"))
             stay = self._gui.add_button(tr("Stay"), color="gray")
 
