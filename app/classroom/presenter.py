@@ -60,7 +60,7 @@ class _StagePlace(NamedTuple):
     """Where the stage's lesson is, as far as it decides what the projector shows."""
 
     step: tuple[str, str] | None = None
-    phase: Phase = Phase.DO
+    phase: Phase | None = None
     showing: bool = False
     revealed: bool = False
 
@@ -108,7 +108,7 @@ class Presenter:
             self.show(Station.RUN)
 
     def _station_at(self, place: _StagePlace, before: _StagePlace) -> Station:
-        if place.step is None:
+        if place.phase is None:
             return Station.SCENE
         if place.showing:
             return Station.RUN

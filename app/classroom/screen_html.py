@@ -25,7 +25,7 @@ def screen_html(station: Station, view: StepView | None, poll: Poll | None, left
     if view is None:
         body, kind = "", "scene"
     elif station.is_scene:
-        counts = (poll is not None and poll.tally.answered > 0) or left is not None
+        counts = poll is not None and poll.open and (poll.tally.answered > 0 or left is not None)
         body, kind = ("" if "panels" in cues else _caption(station, view) + (_meter(poll, left) if counts else "")), "scene"
     else:
         body, kind = _head(view) + _slide(station, view, poll) + _meter(poll, left), "slide"

@@ -17,12 +17,19 @@ addEventListener("DOMContentLoaded", () => {
     }
     for (const { name } of [...old.attributes]) if (!fresh.hasAttribute(name)) old.removeAttribute(name);
     for (const { name, value } of fresh.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
-    const [now, then] = [[...old.childNodes], [...fresh.childNodes]];
-    then.forEach((child, i) => {
-      if (now[i]) turnInto(now[i], child);
-      else old.append(child);
-    });
-    for (const child of now.slice(then.length)) child.remove();
+    let at = old.firstChild;
+    for (const child of [...fresh.childNodes]) {
+      let like = at;
+      while (like && like.nodeName !== child.nodeName) like = like.nextSibling;
+      if (!like) {
+        old.insertBefore(child, at);
+        continue;
+      }
+      for (; at !== like; [at] = [at.nextSibling, at.remove()]);
+      at = like.nextSibling;
+      turnInto(like, child);
+    }
+    while (at) [at] = [at.nextSibling, at.remove()];
   };
 
   // 40 px on a screen of 1920 × 1080 or less, larger on a larger one, and smaller where a long text would not fit.
