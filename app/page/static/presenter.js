@@ -32,7 +32,9 @@ addEventListener("DOMContentLoaded", () => {
     while (at) [at] = [at.nextSibling, at.remove()];
   };
 
-  // 40 px on a screen of 1920 × 1080 or less, larger on a larger one, and smaller where a long text would not fit.
+  // The question has 40 px on a screen of 1920 × 1080 or less, more on a larger one. Where a long text would not fit, all else is drawn
+  // smaller first.
+  const ALONE = 0.75;
   const fit = () => {
     const whole = Math.max(1, Math.min(innerWidth / 1920, innerHeight / 1080));
     const fits = () => {
@@ -41,6 +43,7 @@ addEventListener("DOMContentLoaded", () => {
     };
     for (let share = 1; share >= 0.5; share -= 0.05) {
       screen.style.setProperty("--fit", (whole * share).toFixed(3));
+      screen.style.setProperty("--fit-question", (whole * Math.min(1, share / ALONE)).toFixed(3));
       if (fits()) return;
     }
   };
