@@ -1,4 +1,4 @@
-"""A teacher, the projector's window and a student in a real browser: a clicker, the reveal, black and frozen; and what a student cannot do."""
+"""A teacher, the projector and a student in a real browser: clicker, reveal, black and frozen; and what a student cannot do."""
 
 from playwright.sync_api import Page
 
