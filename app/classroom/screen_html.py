@@ -43,7 +43,7 @@ def _slide(station: Station, view: StepView, poll: Poll | None) -> str:
     if station is Station.EXPLANATION:
         return element("main", "", _text(lesson_html(texts.get("explain", ""), folder), "text"))
     if station is Station.CHALLENGE:
-        return element("main", "", _text(lesson_html(texts.get("challenge", ""), folder), "question"))
+        return element("main", "", _text(lesson_html(texts.get("challenge", ""), folder), "text task"))
     question = _text(lesson_html(texts.get("predict", ""), folder), "question") if texts.get("predict") else ""
     if poll is None:
         answers = _text("".join(element("p", line) for line in view.outcome), "question")

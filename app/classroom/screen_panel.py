@@ -36,6 +36,7 @@ class ScreenPanel:
     """
 
     def __init__(self, gui: viser.GuiApi, act: Callable[[ScreenAction], None], page: PageSettings, keyed: bool) -> None:
+        self._shown: object = None
         self._state = gui.add_html("")
         self._on = gui.add_button("", icon=viser.Icon.ARROW_DOWN)
         self._back = gui.add_button(tr("Back"), color="gray", icon=viser.Icon.ARROW_UP)
@@ -73,8 +74,13 @@ class ScreenPanel:
 
     def show(self, presenter: Presenter, lessons: LessonSession, screens: int) -> None:
         """Update the controls. `screens`: how many projectors there are."""
-        self._state.content = state_html(presenter, screens, lessons.open)
         following = presenter.following(lessons.walk) if lessons.open else None
+        cover = presenter.blank, presenter.frozen, presenter.panels
+        shown = lessons.open, presenter.station, following, cover, presenter.left, presenter.asked_for, screens
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self._state.content = state_html(presenter, screens, lessons.open)
         self._on.label = tr("Next: {what}", what=tr(STATION_NAMES[following])) if following is not None else tr("Next step")
         self._on.disabled = self._back.disabled = not lessons.open
         self._timer.show(visible=lessons.open)
@@ -96,7 +102,9 @@ def cover_pills(presenter: Presenter) -> list[str]:
         pills.append(element("span", tr("the screen is black"), class_="halt"))
     elif presenter.frozen:
         pills.append(element("span", tr("the screen is frozen"), class_="halt"))
-    if presenter.left is not None:
+    if presenter.left == 0:
+        pills.append(element("span", tr("Time is up."), class_="halt"))
+    elif presenter.left is not None:
         pills.append(element("span", tr("time left: {time}", time=clock_text(presenter.left)), class_="go"))
     elif presenter.asked_for is not None:
         pills.append(element("span", tr("asked for {time}", time=clock_text(presenter.asked_for))))

@@ -165,8 +165,9 @@ class LessonControls:
             self._gui.add_html(
                 element("p", tr("The whole class leaves the lesson with you. Its answers are kept."), class_="duet")
             )
-            leave = self._gui.add_button(tr("Leave with the class"))
-            stay = self._gui.add_button(tr("Stay"), color="gray")
+            # The first button has the keyboard.
+            stay = self._gui.add_button(tr("Stay"))
+            leave = self._gui.add_button(tr("Leave with the class"), color="gray")
 
         def close() -> None:
             self._asking = False

@@ -34,14 +34,14 @@ addEventListener("DOMContentLoaded", () => {
 
   // The question has 40 px on a screen of 1920 × 1080 or less, more on a larger one. Where a long text would not fit, all else is drawn
   // smaller first.
-  const ALONE = 0.75;
+  const ALONE = 0.85;
   const fit = () => {
     const whole = Math.max(1, Math.min(innerWidth / 1920, innerHeight / 1080));
     const fits = () => {
       const main = screen.querySelector(".slide main");
       return !main || (main.scrollHeight <= main.clientHeight + 1 && main.scrollWidth <= main.clientWidth + 1);
     };
-    for (let share = 1; share >= 0.5; share -= 0.05) {
+    for (let share = 1; share >= 0.45; share -= 0.05) {
       screen.style.setProperty("--fit", (whole * share).toFixed(3));
       screen.style.setProperty("--fit-question", (whole * Math.min(1, share / ALONE)).toFixed(3));
       if (fits()) return;
