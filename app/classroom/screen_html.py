@@ -1,7 +1,6 @@
 """HTML of the projector: the question, the class's answers, the outcome or the explanation over a dimmed scene; or a line below it."""
 
 from collections.abc import Collection
-from dataclasses import replace
 
 from app.classroom.ballots import Tally
 from app.classroom.classroom import Poll
@@ -58,8 +57,8 @@ def _text(made: str, kind: str) -> str:
 
 
 def _unseen(poll: Poll) -> Poll:
-    """Return a poll without its answers: the same rows with empty bars, which grow at the reveal."""
-    return replace(poll, tally=Tally((0,) * len(poll.choices), poll.tally.waiting, 0))
+    """Return a poll without its answers: rows with empty bars, which grow at the reveal."""
+    return Poll(poll.question, poll.choices, Tally((0,) * len(poll.choices), 0, 0), open=True, revealed=False)
 
 
 def _caption(station: Station, view: StepView) -> str:

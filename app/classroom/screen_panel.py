@@ -76,7 +76,7 @@ class ScreenPanel:
         """Update the controls. `screens`: how many projectors there are."""
         following = presenter.following(lessons.walk) if lessons.open else None
         cover = presenter.blank, presenter.frozen, presenter.panels
-        shown = lessons.open, presenter.station, following, cover, presenter.left, presenter.asked_for, screens
+        shown = lessons.open, presenter.station, following, cover, screens
         if shown == self._shown:
             return
         self._shown = shown
@@ -91,12 +91,11 @@ class ScreenPanel:
 def state_html(presenter: Presenter, screens: int, in_lesson: bool) -> str:
     """Return what the projectors show, and how many there are."""
     pills = [element("span", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if in_lesson else []
-    pills.append(element("span", tr("screens: {count}", count=screens)))
-    return pills_html(*pills, *cover_pills(presenter))
+    return _pills_html(*pills, element("span", tr("screens: {count}", count=screens)))
 
 
-def cover_pills(presenter: Presenter) -> list[str]:
-    """Return what a teacher must not forget: a covered picture, the time."""
+def covers_html(presenter: Presenter) -> str:
+    """Return what a teacher must not forget: a covered picture, the time; "" for nothing."""
     pills: list[str] = []
     if presenter.blank:
         pills.append(element("span", tr("the screen is black"), class_="halt"))
@@ -108,13 +107,10 @@ def cover_pills(presenter: Presenter) -> list[str]:
         pills.append(element("span", tr("time left: {time}", time=clock_text(presenter.left)), class_="go"))
     elif presenter.asked_for is not None:
         pills.append(element("span", tr("asked for {time}", time=clock_text(presenter.asked_for))))
-    return pills
+    return _pills_html(*pills) if pills else ""
 
 
-def pills_html(*pills: str) -> str:
-    """Return pills in a row; "" for none."""
-    if not pills:
-        return ""
+def _pills_html(*pills: str) -> str:
     return element("div", "", element("div", "", *pills, class_="duet-heads", role="status"), class_="duet-class duet-lesson")
 
 

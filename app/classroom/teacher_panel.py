@@ -9,7 +9,7 @@ from app.classroom.address import Address
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import heads_html, join_html, poll_html
 from app.classroom.presenter import Presenter
-from app.classroom.screen_panel import ScreenAction, ScreenPanel, cover_pills, pills_html
+from app.classroom.screen_panel import ScreenAction, ScreenPanel, covers_html
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
@@ -54,10 +54,11 @@ class TeacherPanel:
     ) -> None:
         self._gui, self._act = client.gui, act
         gui = client.gui
+        # Above the tabs, in view whichever of them is open.
+        self._covers = gui.add_html("", order=ORDER - 0.5)
         tabs = gui.add_tab_group(order=ORDER)
         with tabs.add_tab(tr("Class"), viser.Icon.USERS_GROUP):
             self._heads = gui.add_html("")
-            self._covers = gui.add_html("")
             self._mode = ChoiceButtons(
                 gui,
                 tr("class"),
@@ -114,7 +115,7 @@ class TeacherPanel:
     def show(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession, screens: int) -> None:
         """Update all tabs. `poll`: the question on the stage; `lessons`: the stage's; `screens`: how many projectors there are."""
         self._screen.show(presenter, lessons, screens)
-        self._covers.content = pills_html(*cover_pills(presenter))
+        self._covers.content = covers_html(presenter)
         if self._notes is not None:
             self._notes.show(lessons)
         shown = room.heads, room.free, room.paused, room.inviting, room.waiting, poll

@@ -56,28 +56,30 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     assert abs(size - 40.0) < 0.1 and fits(screen)
     teacher.get_by_role("button", name="60 s").click()
     over.get_by_role("timer").wait_for()
-    teacher.get_by_text("time left: ").last.wait_for()
+    teacher.get_by_text("time left: ").wait_for()
     click(student, "3 ")
     over.get_by_text("1 of 1 answered").wait_for()
     assert all(bar_width(screen, i) == 0.0 for i in range(4))
     # The bars grow where they are, from nothing.
     screen.evaluate("window.kept = document.querySelector('#duet-screen li:nth-child(3) > div > div')")
-    screen.keyboard.press("PageDown")
+    screen.keyboard.press("ArrowRight")
     over.locator(".at-answers").wait_for()
     until(screen, lambda: bar_width(screen, 2) > 300.0 and bar_width(screen, 0) == 0.0, "the answers")
     assert screen.evaluate("kept.isConnected")
     until(teacher, lambda: teacher.get_by_role("button", name="Next: the run").count(), "what comes next")
 
     # Black, and with it the next key only brings the picture back; frozen, the teacher goes on unseen.
-    screen.keyboard.press("b")
-    screen.locator("#duet-black").wait_for(state="visible")
-    teacher.get_by_text("the screen is black").last.wait_for()
+    black = screen.locator("#duet-black")
+    for key, covered in (("b", True), (".", False), ("b", True)):
+        screen.keyboard.press(key)
+        black.wait_for(state="visible" if covered else "hidden")
+    teacher.get_by_text("the screen is black").wait_for()
     teacher.locator("body").click(position={"x": 500, "y": 30})
     teacher.keyboard.press("PageDown")
-    screen.locator("#duet-black").wait_for(state="hidden")
+    black.wait_for(state="hidden")
     assert presenter.station is Station.ANSWERS
     teacher.get_by_role("button", name="Frozen").click()
-    teacher.get_by_text("the screen is frozen").last.wait_for()
+    teacher.get_by_text("the screen is frozen").wait_for()
     before = over.inner_html()
     place = "JSON.stringify(Object.entries(__viserMutable.nodeRefFromName).map(([n, o]) => [n, o?.quaternion.toArray()]))"
     pose = screen.evaluate(place)
