@@ -6,6 +6,7 @@ from typing import Final, Literal
 import viser
 
 from app.classroom.address import Address
+from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import heads_html, join_html, poll_html
 from app.classroom.presenter import Presenter
@@ -42,6 +43,7 @@ class TeacherPanel:
         act: called with the teacher's actions, on the network's thread.
         notes: Markdown by lesson id; None for a teacher without a key.
         page: of the teacher; a projector that is opened from here looks the same.
+        downloads: of the class's reports.
     """
 
     def __init__(
@@ -51,8 +53,9 @@ class TeacherPanel:
         address: Address,
         notes: Mapping[str, str] | None,
         page: PageSettings,
+        downloads: ClassDownloads,
     ) -> None:
-        self._gui, self._act = client.gui, act
+        self._gui, self._act, self._downloads = client.gui, act, downloads
         gui = client.gui
         # Above the tabs, in view whichever of them is open.
         self._covers = gui.add_html("", order=ORDER - 0.5)
@@ -70,6 +73,7 @@ class TeacherPanel:
             self._reveal = self._button(tr("Reveal to everybody"), "reveal", None, viser.Icon.EYE)
             self._again = self._button(tr("Ask again"), "again", "gray", viser.Icon.REFRESH)
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
+            downloads.build()
         with tabs.add_tab(tr("Screen"), viser.Icon.PRESENTATION):
             self._screen = ScreenPanel(gui, act, page, notes is not None)
         self._notes: NotesView | None = None
@@ -118,7 +122,8 @@ class TeacherPanel:
         self._covers.content = covers_html(presenter)
         if self._notes is not None:
             self._notes.show(lessons)
-        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, poll
+        self._downloads.show()
+        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, len(room.work.hand_ins), poll
         if shown == self._shown:
             return
         self._shown, self._free = shown, room.free
@@ -128,6 +133,11 @@ class TeacherPanel:
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._reveal.visible = poll is not None and not poll.revealed
         self._reveal.disabled = poll is None or not poll.tally.answered
-        self._again.visible = poll is not None and (poll.revealed or not poll.open)
+        # Two rounds with a talk between them: the first one need not be revealed.
+        self._again.visible = poll is not None and (not poll.open or poll.tally.answered > 0)
         self._pause.label = tr("Let everybody go on") if room.paused else tr("Pause everybody")
         self._invite.label = tr("Hide it again") if room.inviting else tr("Show it on every screen")
+
+    def close(self) -> None:
+        """Drop every report that is being made."""
+        self._downloads.close()

@@ -21,8 +21,10 @@ MOVED_CODE: Final = 4001
 """Code by which a connection is closed so that the page reconnects at once to another buffer."""
 
 MOST: Final = 8
-"""Audiences at once, as each is drawn separately, and as many of projectors. A browser with one more look joins the audience that is most
-like it."""
+"""Audiences at once, as each is drawn separately. A browser with one more look joins the audience that is most like it."""
+
+MOST_SCREENS: Final = 4
+"""Audiences of projectors besides."""
 
 SCREEN: Final = "screen"
 """Key of a projector's link."""
@@ -69,9 +71,7 @@ class Audiences:
 
     def move(self, client: viser.ClientHandle) -> None:
         """Close a browser's connection, so that its page reconnects and is assigned again."""
-        connection = connection_of(self._server, client.client_id)
-        if connection is not None:
-            asyncio.run_coroutine_threadsafe(connection.close(MOVED_CODE, ELSEWHERE), self._server.get_event_loop())
+        send_elsewhere(self._server, client)
 
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
@@ -95,7 +95,7 @@ class Audiences:
         with self._lock:
             audience = self._audiences.get((look, screen))
             alike = [one for one in self._audiences.values() if one.screen == screen]
-            if audience is None and len(alike) >= MOST:
+            if audience is None and len(alike) >= (MOST_SCREENS if screen else MOST):
                 audience = max(alike, key=lambda one: _likeness(one.look, look))
             if audience is None:
                 audience = self._audiences[look, screen] = Audience(self._server, look, screen, self._before)
@@ -110,6 +110,13 @@ class Audiences:
                 if not audience.watchers:
                     del self._audiences[audience.look, audience.screen]
         self._gone(number)
+
+
+def send_elsewhere(server: DuetServer, client: viser.ClientHandle) -> None:
+    """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from any thread."""
+    connection = connection_of(server, client.client_id)
+    if connection is not None:
+        asyncio.run_coroutine_threadsafe(connection.close(MOVED_CODE, ELSEWHERE), server.get_event_loop())
 
 
 def _likeness(one: Look, other: Look) -> tuple[bool, int]:
