@@ -171,6 +171,11 @@ def test_before_the_reveal_the_screen_says_only_how_many(stage: Stage) -> None:
     assert "Time is up." in over and "until the reveal" in over
     told = screen(stage, replace(poll, open=False, revealed=True), Station.ANSWERS, 45)
     assert "width:82%" in told and "0:45" not in told and "right" not in told
+    # Asked again, the first round stays out of sight until the second one is revealed beside it.
+    second = replace(poll, first=Tally((3, 20, 5, 0), 2, 28), round=2)
+    assert "Round" not in screen(stage, second, Station.QUESTION) and "71" not in screen(stage, second, Station.QUESTION)
+    both = screen(stage, replace(second, open=False, revealed=True), Station.ANSWERS)
+    assert "Round 1" in both and "width:71%" in both and "width:82%" in both
     # In the scene the count is there once there is something to count.
     assert "17 of 30" in screen(stage, poll, Station.SCENE)
     assert "answered" not in screen(stage, replace(poll, tally=Tally((0,) * 4, 0, 0)), Station.SCENE)
