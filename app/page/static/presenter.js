@@ -9,6 +9,12 @@ addEventListener("DOMContentLoaded", () => {
   black.hidden = true;
   document.body.append(screen, black);
 
+  const drop = (node) => {
+    const next = node.nextSibling;
+    node.remove();
+    return next;
+  };
+
   const turnInto = (old, fresh) => {
     if (old.isEqualNode(fresh)) return;
     if (old.nodeType !== Node.ELEMENT_NODE || fresh.nodeType !== Node.ELEMENT_NODE || old.tagName !== fresh.tagName) {
@@ -25,11 +31,11 @@ addEventListener("DOMContentLoaded", () => {
         old.insertBefore(child, at);
         continue;
       }
-      for (; at !== like; [at] = [at.nextSibling, at.remove()]);
+      while (at !== like) at = drop(at);
       at = like.nextSibling;
       turnInto(like, child);
     }
-    while (at) [at] = [at.nextSibling, at.remove()];
+    while (at) at = drop(at);
   };
 
   // The question has 40 px on a screen of 1920 × 1080 or less, more on a larger one. Where a long text would not fit, all else is drawn
