@@ -29,7 +29,10 @@ Environment = dict[str, str]
 """What figures depend on → its version or name."""
 
 CONNECTING: Final = 10.0
-"""Longest wait for a scheduler, then for a first worker [s]."""
+"""Longest wait for a scheduler [s]."""
+
+JOINING: Final = 10.0
+"""Longest wait for its first worker [s]."""
 
 ALONE: Final = 60.0
 """Time after which runs without any worker are given up [s]."""
@@ -41,7 +44,7 @@ LIBRARIES: Final = ("numpy", "scipy", "pin", "libpinocchio", "coal", "libcoal", 
 """Distributions that have a part in the figures."""
 
 _SAME: Final = "install the same Duet there, with the extra `cluster` and requirements.lock, and start it again."
-_GONE: Final = "The scheduler is gone, or has dropped the runs; give the same command again."
+_GONE: Final = "The scheduler is gone, or has dropped the runs. The rows so far are kept: give the same command again."
 
 # A worker may have several threads; a run belongs to one.
 _one_at_a_time: Final = threading.Lock()
@@ -107,7 +110,7 @@ def _connected(address: str) -> Any:
 async def _greet(address: str) -> None:
     """Connect once: `Client` waits for ever for what accepts a connection and never says a word."""
     from distributed import Security
-    from distributed.comm import connect
+    from distributed.comm.core import connect
 
     comm: Any = await connect(address, CONNECTING, **Security().get_connection_args("client"))
     comm.abort()
@@ -120,21 +123,22 @@ def _first_line(error: Exception) -> str:
 def _check(client: Any, address: str) -> None:
     """Compare the scheduler and all workers with this process."""
     try:
-        client.wait_for_workers(1, timeout=CONNECTING)
+        _compare(f"scheduler {address}", environment(), client.run_on_scheduler(environment))
+    except ImportError as error:
+        _compare(f"scheduler {address}", environment(), error)
+    try:
+        client.wait_for_workers(1, timeout=JOINING)
     except TimeoutError:
         raise BadSetting(f"scheduler = {address}: it has no workers; start one with `dask worker {address}`.") from None
-    try:
-        found: dict[str, Any] = {f"scheduler {address}": client.run_on_scheduler(environment)}
-    except Exception as error:
-        found = {f"scheduler {address}": error}
-    found |= {f"worker {worker}": answer for worker, answer in client.run(environment, on_error="return").items()}
-    for place, theirs in found.items():
-        if isinstance(theirs, Exception):
-            raise BadSetting(f"The {place} has no Duet, or an older one ({_first_line(theirs)}); {_SAME}")
-        _compare(place, environment(), theirs)
+    for worker, answer in client.run(environment, on_error="return").items():
+        # That of a worker which is just leaving.
+        if not isinstance(answer, OSError):
+            _compare(f"worker {worker}", environment(), answer)
 
 
-def _compare(place: str, here: Environment, there: Environment) -> None:
+def _compare(place: str, here: Environment, there: Environment | Exception) -> None:
+    if isinstance(there, Exception):
+        raise BadSetting(f"The {place} has no Duet, or an older one ({_first_line(there)}); {_SAME}") from None
     for name, version in here.items():
         if there.get(name) != version:
             raise BadSetting(f"The {place} has {name} {there.get(name)}, and this computer {version}: {_SAME}")
@@ -157,7 +161,9 @@ def _run_points(client: Any, grid: Grid, todo: Sequence[int]) -> Iterator[tuple[
         except TimeoutError:
             if client.nthreads():
                 continue
-            raise DuetError("The cluster has no workers any more; start one, then give the same command again.") from None
+            raise DuetError(
+                "The cluster has no workers any more. The rows so far are kept: start a worker, and give the same command again."
+            ) from None
         except (OSError, CancelledError):
             raise DuetError(_GONE) from None
         for future in ended.done:
@@ -173,10 +179,9 @@ def _result(future: Any) -> Figures:
         raise DuetError(_GONE) from None
     except KilledWorker:
         raise DuetError(
-            "One run has ended several workers (out of memory?); give them more, or make --seconds smaller."
+            "One run has ended several workers (out of memory, or started later without Duet?); their logs say why. Then give the same "
+            "command again."
         ) from None
-    except ImportError as error:
-        raise DuetError(f"A worker that has joined has no Duet, or an older one ({_first_line(error)}); {_SAME}") from None
 
 
 # --- on a worker ---------------------------------------------------------------------------------------------------------------
