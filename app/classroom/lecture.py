@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from math import inf
 
 import viser
 
@@ -22,6 +23,7 @@ from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
+from app.runtime.terminal import terminated
 from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
@@ -79,9 +81,13 @@ class LectureHost:
 
     def close(self) -> None:
         self.admission.close()
+        if terminated():
+            # A service that is started again goes on with it.
+            self._recorder.save(inf)
+        else:
+            self._recorder.close()
         for session in (self.session, *self.sessions.values()):
             session.close()
-        self._recorder.close()
         self._context.store.close()
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------

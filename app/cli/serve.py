@@ -70,7 +70,7 @@ class Serve:
 
 
 def serve(command: Serve) -> int:
-    """Serve the page until Ctrl+C; return the exit code.
+    """Serve the page until Ctrl+C or SIGTERM; return the exit code.
 
     Raises:
         BadSetting, BadInputFile, PortInUse, StoreInUse: before anything is served.

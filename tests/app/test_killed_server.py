@@ -1,4 +1,4 @@
-"""A server that is killed and started again: its tabs go on where they were."""
+"""A server that is killed or terminated, and started again: its tabs go on where they were."""
 
 import re
 import subprocess
@@ -13,6 +13,7 @@ from app.hosting.record_bytes import unpacked
 from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import Progress, from_json
+from app.runtime.terminal import TERMINATED
 from tests.app.page.helpers import buttons, click, hotkey_uuid
 from tests.blocking_client import BlockingClient
 
@@ -20,17 +21,17 @@ EXPLORER, STUDENT = "e" * 32, "5" * 32
 JOINT = re.compile(r"^/arms/.*/j[1-7]$")
 
 Kept = Callable[[str], VisitorRecord | None]
-Serve = Callable[[], tuple[subprocess.Popen[str], str]]
+Serve = Callable[..., tuple[subprocess.Popen[str], str]]
 
 
 @pytest.fixture
 def serve(tmp_path: Path) -> Iterator[Serve]:
-    """`serve()` starts a server with the test's store, and returns its process and its address."""
+    """`serve(*options)` starts a server with the test's store, and returns its process and its address."""
     processes: list[subprocess.Popen[str]] = []
 
-    def start() -> tuple[subprocess.Popen[str], str]:
-        command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", str(tmp_path / "store")]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    def start(*options: str) -> tuple[subprocess.Popen[str], str]:
+        command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", str(tmp_path / "store"), *options]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         processes.append(process)
         assert process.stdout is not None
         return process, process.stdout.readline().split()[3]
@@ -97,3 +98,18 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, k
         assert np.abs(joints(explorer) - moved).max() < 2e-3 < np.abs(moved - first).max()
         student.wait_for(lambda v: "Run" in buttons(v), 60.0)
         assert progress_of(kept(STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
+
+
+@pytest.mark.parametrize("lecture", [False, True])
+def test_sigterm_writes_what_waits_and_a_lecture_goes_on(serve: Serve, kept: Kept, lecture: bool) -> None:
+    process, url = serve("--lecture") if lecture else serve()
+    with come(url, f"lesson=3&step=2&resume={STUDENT}") as visitor:
+        if not lecture:
+            click(visitor, "2 ")
+            visitor.wait_for(lambda v: "Run" in buttons(v), 60.0)
+        process.terminate()
+        _, said = process.communicate(timeout=60.0)
+    assert (process.returncode, said) == (TERMINATED, "")
+    record = kept("lecture" if lecture else STUDENT)
+    assert record is not None and record.lessons is not None and record.lessons.open
+    assert [done.choice for done in progress_of(record).steps.values()] == ([] if lecture else [1])
