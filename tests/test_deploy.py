@@ -74,7 +74,7 @@ def test_the_unit_starts_what_the_command_line_knows_and_takes_its_exit_code(tmp
     for address in serve.allow_origin:
         check_origin(address)
     assert serve.allow_origin and not serve.open
-    assert settings["SuccessExitStatus"] == str(TERMINATED)
+    assert settings["SuccessExitStatus"] == str(TERMINATED) and settings["KillMode"] == "mixed"
     assert f"HOME=/var/lib/{settings['StateDirectory']}" == settings["Environment"]
 
 
