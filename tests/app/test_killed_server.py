@@ -89,7 +89,7 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, k
         assert progress_of(kept(STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
 
 
-@pytest.mark.parametrize(("workers", "lecture"), [("1", False), ("2", False), ("1", True), ("2", True)])
+@pytest.mark.parametrize(("workers", "lecture"), [("1", False), ("2", True)])
 def test_sigterm_writes_what_waits_and_a_lecture_goes_on(serve: Serve, kept: Kept, workers: str, lecture: bool) -> None:
     served = serve("--workers", workers, *(["--lecture"] if lecture else []))
     with come(served.url, f"lesson=3&step=2&resume={STUDENT}") as visitor:
