@@ -23,7 +23,7 @@ import viser
 import viser.infra._infra as viser_infra
 import websockets
 from viser import _gui_api, _gui_handles, _messages, _scene_handles
-from viser._assignable_props_api import AssignablePropsBase, colors_to_uint8
+from viser._assignable_props_api import AssignablePropsBase, colors_to_uint8, props_setattr
 from viser._icons import ICONS_DIR
 from viser._messages import HotkeyKey as HotkeyKey
 from viser._messages import KeyModifier as KeyModifier
@@ -170,18 +170,19 @@ _hints_of: Final = cache(get_type_hints)
 
 
 def adapt_viser() -> None:
-    """Replace five functions of viser for the whole process; calling it again changes nothing.
+    """Replace six functions of viser for the whole process; calling it again changes nothing.
 
     - A connection with a method `send_windows` sends messages by it instead of by viser's loop.
     - The types of an element's properties are looked up once per class instead of once per handle.
-    - A property's type is compared with types that are made once, and a pose with plain numbers: a frame sets some forty properties and
-      twenty poses, most of them to what they are.
+    - A property that is set to what it is costs next to nothing, an array is cast to a type that is looked up once, and a pose is compared
+      with plain numbers: a frame sets some forty properties and twenty poses, most of them to what they are.
     - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon, and keeps 32 icons.
     """
     viser_infra._message_producer = _send_windows
     # A type checker knows the attribute as a cached property of every handle.
     setattr(AssignablePropsBase, "_prop_hints", _hints)  # noqa: B010
     setattr(AssignablePropsBase, "_cast_value_recursive", _cast_property)  # noqa: B010
+    setattr(AssignablePropsBase, "__setattr__", _set_property)  # noqa: B010
     cast(dict[str, Any], vars(_scene_handles))["_set_pose_vector"] = _set_pose
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _icon
@@ -204,6 +205,56 @@ def _hints(handle: AssignablePropsBase[Any]) -> dict[str, Any]:
 
 _FLOATS: Final[dict[Any, type]] = {npt.NDArray[kind]: kind for kind in (np.float16, np.float32, np.float64)}
 _BYTES: Final = npt.NDArray[np.uint8]
+_PLAIN: Final = frozenset((str, bool, int, float))
+
+
+def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> None:
+    """Set an attribute of a handle as viser does, by the shortest way for plain values and for arrays of numbers."""
+    state = vars(handle).get("_impl")
+    if state is None or state.removed:
+        props_setattr(handle, name, value)
+        return
+    setter = _setters_of(type(handle)).get(name)
+    if setter is not None:
+        setter(handle, value)
+        return
+    props, kind = state.props, type(value)
+    current = vars(props).get(name)
+    if kind in _PLAIN and kind is type(current) and value == current:
+        return
+    number = _number_of(type(props), name)
+    if (
+        number is None
+        or current is None
+        or current.dtype != number
+        or (number is np.uint8 and getattr(value, "dtype", None) != number)
+    ):
+        props_setattr(handle, name, value)
+        return
+    # A copy, which nothing else changes while it waits to be sent.
+    new = np.array(value, number)
+    if new.shape != current.shape:
+        setattr(props, name, new.copy())
+    elif (new == current).all():
+        return
+    else:
+        current[...] = new
+    handle._queue_update(name, new)
+    handle._on_prop_assigned(name)
+
+
+@cache
+def _setters_of(kind: type) -> dict[str, Callable[[Any, Any], None]]:
+    """Return the properties of a class of handles that are set by a function."""
+    found = {name: getattr(kind, name, None) for name in dir(kind)}
+    return {name: one.fset for name, one in found.items() if isinstance(one, property) and one.fset is not None}
+
+
+@cache
+def _number_of(props: type, name: str) -> type | None:
+    """Return the type of the numbers of a property that is one array; None for any other property."""
+    hint = _hints_of(props).get(name)
+    return np.uint8 if hint == _BYTES and "color" in name else _FLOATS.get(hint) if isinstance(hint, types.GenericAlias) else None
 
 
 def _cast_property(handle: AssignablePropsBase[Any], hint: Any, value: Any, name: str) -> Any:
@@ -226,9 +277,11 @@ def _set_pose(
 ) -> None:
     """Write a position or a quaternion and queue its message, unless it differs by no more than `numpy.allclose` allows."""
     numbers = cast_vector(value, length)
-    if not all(abs(new - old) <= 1e-8 + 1e-5 * abs(old) for new, old in zip(numbers, current.tolist(), strict=True)):
-        current[:] = numbers
-        queue(make_message(numbers))
+    for new, old in zip(numbers, current.tolist(), strict=True):
+        if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
+            current[:] = numbers
+            queue(make_message(numbers))
+            return
 
 
 @cache

@@ -2,9 +2,11 @@
 
 import asyncio
 import importlib.util
+import math
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from types import ModuleType, SimpleNamespace
 from typing import Any, Literal
 
@@ -21,6 +23,7 @@ from viser._assignable_props_api import AssignablePropsBase
 
 import app.web.sending
 from app.bench.page_mirror import decode_frame
+from app.web import viser_internals
 from app.web.sending import STAMP, Packed
 from app.web.server import DuetServer
 from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, serving_with, shared_messages
@@ -194,6 +197,81 @@ def test_a_property_is_cast_as_viser_casts_it(hint: Any, value: Any, name: str, 
     for one, other in zip(ours, theirs, strict=True) if isinstance(ours, tuple) else [(ours, theirs)]:
         assert getattr(one, "dtype", None) == getattr(other, "dtype", None)
         assert np.array_equal(one, other)
+
+
+@dataclass
+class Props:
+    content: str
+    visible: bool
+    opacity: float | None
+    color: tuple[int, int, int]
+    points: npt.NDArray[np.float32]
+    colors: npt.NDArray[np.uint8]
+    faces: npt.NDArray[np.uint32]
+    data: tuple[npt.NDArray[np.float64], ...]
+
+
+class Handle(AssignablePropsBase[Any]):
+    """An element that notes what its browser would be sent."""
+
+    def __init__(self) -> None:
+        line, white = np.zeros((2, 3), np.float32), np.full((2, 3), 255, np.uint8)
+        props = Props("text", True, None, (1, 2, 3), line, white, np.zeros((1, 3), np.uint32), (np.zeros(2),))
+        super().__init__(SimpleNamespace(props=props, removed=False, turned=0))
+        self.noted: list[tuple[str, Any]] = []
+
+    @property
+    def turned(self) -> int:
+        return self._impl.turned
+
+    @turned.setter
+    def turned(self, value: int) -> None:
+        self._impl.turned = value
+        self.noted.append(("turned", value))
+
+    def _queue_update(self, name: str, value: Any) -> None:
+        self.noted.append((name, value))
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("content", ["text", "other", "other", ""]),
+        ("visible", [True, 1, False, np.False_]),
+        ("opacity", [None, 0.5, 0.5, 1, 1.0, math.nan, math.nan]),
+        ("color", [(1, 2, 3), [1, 2, 3], (3, 2, 1), (3, 2, 1)]),
+        ("points", [np.zeros((2, 3)), [[1, 2, 3], [4, 5, 6]], np.ones((3, 3)), np.full((3, 3), np.nan), np.full((3, 3), np.nan)]),
+        ("colors", [np.ones((2, 3)), np.ones((2, 3), np.uint8), np.zeros((2, 3), int), np.zeros(3, np.uint8)]),
+        ("faces", [np.ones((1, 3), np.uint32), np.ones((1, 3), np.uint32), np.ones((2, 3), np.uint32)]),
+        ("data", [(np.zeros(2),), (np.zeros(2), [1, 2]), (np.empty(0),)]),
+        ("turned", [1, 1, 2]),
+        ("note", [1, 1]),
+    ],
+)
+def test_a_property_is_set_as_viser_sets_it(name: str, values: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    adapt_viser()
+    original = untouched(_assignable_props_api, monkeypatch).props_setattr
+    ours, theirs = Handle(), Handle()
+    for value in values:
+        setattr(ours, name, value)
+        original(theirs, name, value)
+        np.testing.assert_equal(getattr(ours, name), getattr(theirs, name))
+    np.testing.assert_equal(ours.noted, theirs.noted)
+    for (_, sent), (_, value) in zip(ours.noted, theirs.noted, strict=True):
+        assert type(sent) is type(value) and getattr(sent, "dtype", None) == getattr(value, "dtype", None)
+        assert not isinstance(sent, np.ndarray) or not np.shares_memory(sent, getattr(ours, name))
+    ours._impl.removed = True
+    if name != "note":
+        with pytest.raises(RuntimeError, match="removed"):
+            setattr(ours, name, values[-1])
+
+
+def test_a_property_that_stays_is_not_even_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    adapt_viser()
+    handle = Handle()
+    monkeypatch.setattr(viser_internals, "props_setattr", None)
+    handle.content, handle.visible, handle.points = "text", True, np.ones((2, 3))
+    assert [name for name, _ in handle.noted] == ["points"]
 
 
 @given(
