@@ -1,9 +1,9 @@
 """viser's private side. Fits viser 1.1.x; no other file of Duet names it.
 
 viser has no public way to check requests and messages before it acts on them or to listen on a bound socket (`serving_with`), to pack once
-what many browsers are sent and to cache types and icons (`adapt_viser`), to show some browsers one thing and others another (`ServerView`,
-`expand_for`), to look up the element of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what
-stands beside it). A test in `tests/app/web` fails for each where a new version of viser differs.
+what many browsers are sent, to give a browser a buffer of ours and to set a property at little cost (`adapt_viser`), to put a message into
+plain types quickly (`content_of`), to show some browsers one thing and others another (`ServerView`, `expand_for`), to look up the element
+of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what stands beside it). A test in `tests/app/web` fails for each where a new version of viser differs.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from viser._messages import KeyModifier as KeyModifier
 from viser._scene_api import cast_vector
 from viser.infra._async_message_buffer import AsyncMessageBuffer as MessageBuffer
 from viser.infra._messages import Message as Message
+from viser.infra._messages import _prepare_for_serialization, wire_field_names
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request
 
@@ -298,6 +299,31 @@ def _icon(name: str) -> str:
 @cache
 def _icons() -> ZipFile:
     return ZipFile(ICONS_DIR / "tabler-icons.zip")
+
+
+# --- what is sent --------------------------------------------------------------------------------------------------------------
+
+_MOVES: Final = frozenset(
+    (_messages.SetOrientationMessage, _messages.SetPositionMessage, _messages.SetSceneNodeVisibilityMessage)
+)
+"""Messages whose handles cast every number."""
+
+_UPDATES: Final = frozenset((_messages.GuiUpdateMessage, _messages.SceneNodeUpdateMessage))
+
+
+def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
+    """Return a message as viser packs it, the frequent kinds without a look at the type of every number; adds to `arrays` what it has."""
+    kind = type(message)
+    if kind not in _MOVES and kind not in _UPDATES:
+        return message.as_serializable_dict(arrays)
+    content = {name: getattr(message, name) for name in wire_field_names(kind)}
+    if kind in _UPDATES:
+        content["updates"] = {
+            name: value if type(value) in _PLAIN else _prepare_for_serialization(value, Any, arrays)
+            for name, value in content["updates"].items()
+        }
+    content["type"] = kind.__name__
+    return content
 
 
 # --- what only some browsers see -----------------------------------------------------------------------------------------------
