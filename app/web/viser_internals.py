@@ -3,7 +3,8 @@
 viser has no public way to check requests and messages before it acts on them or to listen on a bound socket (`serving_with`), to pack once
 what many browsers are sent, to give a browser a buffer of ours and to set a property at little cost (`adapt_viser`), to put a message into
 plain types quickly (`content_of`), to show some browsers one thing and others another (`ServerView`, `expand_for`), to look up the element
-of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what stands beside it). A test in `tests/app/web` fails for each where a new version of viser differs.
+of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what stands beside it). A test in
+`tests/app/web` fails for each where a new version of viser differs.
 """
 
 from __future__ import annotations
