@@ -228,7 +228,7 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
         return
     props, kind = state.props, type(value)
     current = vars(props).get(name)
-    if kind in _PLAIN and kind is type(current) and value == current:
+    if kind is type(current) and (kind in _PLAIN or (kind is tuple and set(map(type, value)) <= _PLAIN)) and value == current:
         return
     number = _number_of(type(props), name)
     if (
@@ -284,11 +284,23 @@ def _set_pose(
     make_message: Callable[[Any], Any],
 ) -> None:
     """Write a position or a quaternion and queue its message, unless it differs by no more than `numpy.allclose` allows."""
-    numbers = cast_vector(value, length)
+    numbers = cast_vector(value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value, length)
     for new, old in zip(numbers, current.tolist(), strict=True):
         if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
             current[:] = numbers
             queue(make_message(numbers))
+            return
+
+
+def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -> None:
+    """Set a node's `wxyz` without a look at whether that is four numbers: an arm turns seven nodes a frame."""
+    state = node._impl
+    if state.removed:
+        node.wxyz = wxyz  # As viser refuses it.
+    for new, old in zip(wxyz, state.wxyz.tolist(), strict=True):
+        if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
+            state.wxyz[:] = wxyz
+            state.api._queue_scene_message(_messages.SetOrientationMessage(state.name, wxyz))
             return
 
 
