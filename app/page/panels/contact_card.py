@@ -77,7 +77,7 @@ class ContactCard:
         with tab:
             for handles in self._parts.values():
                 handles.append(gui.add_html("", order=-1.0))
-        self._texts: dict[str, str] = {}
+        self._sent: dict[str, object] = {}
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
         self._trend = 0
@@ -101,18 +101,18 @@ class ContactCard:
             numbers = contact_numbers(frame, now, terms, self._trend)
         if frame.replayed:
             words["past"] = tr("replay")
-        for name, text in zip(self._parts, card_parts(words, note, numbers), strict=True):
-            if self._texts.get(name) == text:
-                continue
-            self._texts[name] = text
-            content = element("i", class_=f"duet-contact-{name}", data_text=text)
+        parts: dict[str, object] = {"words": words, "note": note, "now": numbers}
+        changed = [name for name, part in parts.items() if part != self._sent.get(name)]
+        self._sent = parts
+        for name in changed:
+            content = element("i", class_=f"duet-contact-{name}", data_text=part_text(parts[name]))
             for handle in self._parts[name]:
                 handle.content = content
 
 
-def card_parts(words: Words, note: Note, numbers: Numbers) -> tuple[str, str, str]:
-    """Return words, note and numbers as the page reads them: each is sent when it changes, the numbers at every moment."""
-    return _json(words), _json(note), ",".join("" if number is None else str(number) for number in numbers)
+def part_text(part: object) -> str:
+    """Return words, note or numbers as the page reads them: JSON, but for the numbers, which are sent at every moment."""
+    return ",".join("" if number is None else str(number) for number in part) if isinstance(part, list) else _json(part)
 
 
 def contact_words(frame: Frame, terms: list[Term]) -> Words:
