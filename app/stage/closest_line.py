@@ -7,7 +7,7 @@ import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.theme import PALETTES, blend, scale
+from app.theme import PALETTES, Rgb, blend, scale
 
 LABEL_ABOVE: Final = 0.02
 """How far the number stands above the middle of the line [m]."""
@@ -31,10 +31,10 @@ class ClosestLine:
         ]
         self._label = scene.add_label("/closest/distance", "", anchor="bottom-center", visible=False)
         self._seen = False
-        self._activation: float | None = None
+        self._colour: Rgb | None = None
 
     def dress(self, page: PageSettings) -> None:
-        self._activation = None
+        self._colour = None
         self._on, self._palette, self._scale = page.contact, PALETTES[page.theme], scale(page.profile)
         self._label.font_screen_scale = 1.15 * self._scale
         for end in self._ends:
@@ -55,11 +55,12 @@ class ClosestLine:
         for end, point in zip(self._ends, (a, b), strict=True):
             end.position = point
         lam = sample.activation
-        if lam != self._activation:
-            self._activation = lam
-            self._line.colors = np.array(blend(self._palette.calm, self._palette.activation, lam), np.uint8)
-            # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
-            self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
+        colour = blend(self._palette.calm, self._palette.activation, lam)
+        if colour != self._colour:
+            self._colour = colour
+            self._line.colors = np.array(colour, np.uint8)
+        # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
+        self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
         x, y, z = ((a + b) / 2.0).tolist()
         self._label.position = (x, y, z + LABEL_ABOVE)
         self._label.text = f"d = {sample.distance * 1000.0:.0f} mm"

@@ -173,6 +173,12 @@ _client_state: Final = viser_infra._ClientHandleState
 _hints_of: Final = cache(get_type_hints)
 
 
+_MOVES: Final = frozenset(
+    (_messages.SetOrientationMessage, _messages.SetPositionMessage, _messages.SetSceneNodeVisibilityMessage)
+)
+"""Messages whose handles cast every number."""
+
+
 def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | None = None) -> None:
     """Replace parts of viser for the whole process; calling it again changes nothing.
 
@@ -181,6 +187,7 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | No
     - The types of an element's properties are looked up once per class instead of once per handle.
     - A property that is set to what it is costs next to nothing, an array is cast to a type that is looked up once, and a pose is compared
       with plain numbers: a frame sets some forty properties and twenty poses, most of them to what they are.
+    - A move of a node has its name at once.
     - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon, and keeps 32 icons.
     """
     viser_infra._message_producer = _send_windows
@@ -192,8 +199,15 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | No
     setattr(AssignablePropsBase, "_cast_value_recursive", _cast_property)  # noqa: B010
     setattr(AssignablePropsBase, "__setattr__", _set_property)  # noqa: B010
     cast(dict[str, Any], vars(_scene_handles))["_set_pose_vector"] = _set_pose
+    for kind in _MOVES:
+        setattr(kind, "redundancy_key", _key_of_move)  # noqa: B010
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _icon
+
+
+def _key_of_move(message: Any) -> str:
+    """Return what tells a move of a node from others, as viser does, whose search for it takes longer than all else that is queued."""
+    return f"scene:{message.name}:update:{type(message).__name__}"
 
 
 async def _send_windows(
@@ -315,11 +329,6 @@ def _icons() -> ZipFile:
 
 
 # --- what is sent --------------------------------------------------------------------------------------------------------------
-
-_MOVES: Final = frozenset(
-    (_messages.SetOrientationMessage, _messages.SetPositionMessage, _messages.SetSceneNodeVisibilityMessage)
-)
-"""Messages whose handles cast every number."""
 
 _UPDATES: Final = frozenset((_messages.GuiUpdateMessage, _messages.SceneNodeUpdateMessage))
 

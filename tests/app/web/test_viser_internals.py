@@ -310,6 +310,16 @@ def test_a_pose_is_sent_when_viser_would_send_it(old: list[float], step: list[fl
     assert current.tolist() == list(new if moved else old)
 
 
+def test_a_move_has_the_name_that_viser_gives_it() -> None:
+    adapt_viser()
+    for message in (
+        viser_messages.SetPositionMessage("/a/b", (0.0, 0.0, 0.0)),
+        viser_messages.SetOrientationMessage("/a/b", (1.0, 0.0, 0.0, 0.0)),
+        viser_messages.SetSceneNodeVisibilityMessage("/a/b", True),
+    ):
+        assert message.redundancy_key() == viser_messages.Message.redundancy_key(message)
+
+
 def test_the_function_that_serves_is_given_back() -> None:
     def serve(*_: object) -> None: ...
 
