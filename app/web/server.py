@@ -28,6 +28,7 @@ from app.runtime.throttled_log import ThrottledLog
 from app.settings import Language
 from app.version import duet_version
 from app.web import viser_internals
+from app.web.client_buffer import ClientBuffer
 from app.web.connection import BufferChoice, FilteredConnection, Forwarder
 from app.web.http_methods import ALLOWED
 from app.web.index_page import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query, patched_index
@@ -130,7 +131,7 @@ class DuetServer(viser.ViserServer):
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
         page = patched_index(viser_internals.client_html(), title="Duet", run=self.run, assets=assets, body=body).encode()
         self._pages = {"plain": page, "packed": gzip.compress(page, 6), "full": full_page(max_clients or 0).encode()}
-        viser_internals.adapt_viser()
+        viser_internals.adapt_viser(ClientBuffer)
         with viser_internals.serving_with(partial(self._serve, listener)), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=self._origins.port, label="Duet", verbose=False)
         viser_internals.remove_share_handlers(self)
