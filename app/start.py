@@ -8,6 +8,7 @@ from pathlib import Path
 
 from app.classroom.lecture import LectureHost
 from app.hosting.app_context import AppContext
+from app.hosting.capacity import places, step_seconds
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
@@ -15,6 +16,7 @@ from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import KEEP, SessionStore
 from app.hosting.store_file import MOST_BYTES, StoreInUse
 from app.hosting.teacher_key import Guesses
+from app.hosting.workload import Workload
 from app.lessons.loading import load_lessons, load_notes
 from app.page.page_scripts import loading_html, page_assets
 from app.runtime.job_pool import JobPool
@@ -43,7 +45,7 @@ class App:
     def __init__(self, context: AppContext, host: PrivateHost | LectureHost, preparation: Preparation | None) -> None:
         self.context, self.host, self.server, self.url = context, host, context.server, context.server.url
         self._preparation = preparation
-        self._loop = FrameLoop(host.frame, context.frame_due)
+        self._loop = FrameLoop(host.frame, context.frame_due, context.workload.note)
         self.server.is_at_work = self._loop.is_at_work
         self._loop.start()
         self._closed = threading.Event()
@@ -69,7 +71,7 @@ def start_app(
     host: str,
     port: int,
     settings: Settings,
-    sessions: int = 8,
+    sessions: int | None = None,
     lecture: bool = False,
     key: str | None = None,
     allowed_origins: tuple[str, ...] = (),
@@ -86,7 +88,7 @@ def start_app(
     Args:
         host, port: address to listen on; port 0 takes any free one.
         settings: of a link without a query.
-        sessions: private sessions at once.
+        sessions: private sessions at once; None for as many as this machine carries.
         lecture: whether all see one stage.
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.
@@ -102,11 +104,12 @@ def start_app(
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
         StoreInUse: another server holds the file.
     """
+    workload = Workload(places(step_seconds()), corrected=True) if sessions is None else Workload(sessions)
     server = DuetServer(
         host,
         port,
         allowed_origins=allowed_origins,
-        max_clients=watchers if lecture else sessions,
+        max_clients=watchers if lecture else workload.places,
         turn_away=Guesses(key).turn_away,
         assets=page_assets(settings.page),
         body=loading_html(),
@@ -124,6 +127,6 @@ def start_app(
         server.stop()
         raise
     kept = SessionStore(keep, file=file)
-    context = AppContext(server, settings, JobPool(), sources, book, key, notes, kept, sessions, host)
+    context = AppContext(server, settings, JobPool(), sources, book, key, notes, kept, workload, host)
     preparation = Preparation(book, context.jobs) if ahead else None
     return App(context, LectureHost(context) if lecture else PrivateHost(context), preparation)

@@ -11,6 +11,7 @@ from app.lessons.phases import Phase
 from app.lessons.progress import Progress, StepProgress, to_json
 from app.lessons.step_view import StepPosition, fill, verdict
 from app.lessons.walkthrough import Walkthrough
+from app.page.panels.server_load import ServerLoad
 from app.plots.curve_chart import Curve
 
 
@@ -57,12 +58,14 @@ class Classroom:
         paused: whether all sessions are paused.
         inviting: whether the address is on every screen.
         waiting: how many students want to explore and have no place.
+        load: of the server; None before it was measured.
         ballots, places: the answers, and the breakout sessions' places.
     """
 
     def __init__(self, most: int) -> None:
         self.free = self.paused = self.inviting = False
         self.waiting = 0
+        self.load: ServerLoad | None = None
         self.ballots = Ballots()
         self.places = BreakoutPlaces(most)
         self._here: dict[int, str] = {}

@@ -40,7 +40,7 @@ class LectureHost:
 
     def __init__(self, context: AppContext) -> None:
         self._context = context
-        self.room = Classroom(context.max_sessions)
+        self.room = Classroom(context.workload.places)
         interrupted = context.store.interrupted_lecture()
         start = context.start if interrupted is None or interrupted.state is None else interrupted.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
@@ -97,7 +97,10 @@ class LectureHost:
         if self.controls.operator is not None and self.controls.language_changed:
             self._build(self.controls.operator, self.controls.build_operator_page)
         set_language(self.controls.language)
-        frame = make_frame(self.session, self.lessons.decide, now, elapsed)
+        workload = self._context.workload
+        self.room.load, self.room.places.most = workload.report, workload.places
+        frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
+        workload.drew(self.session.stepping)
         if self.room.paused and not self.room.free and not self.session.paused:
             # The teacher has pressed Run on the stage.
             self.room.paused = False

@@ -101,7 +101,7 @@ class TeacherPanel:
         """Update all tabs. `poll`: the question on the stage; `lessons`: the stage's."""
         if self._notes is not None:
             self._notes.show(lessons)
-        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, poll
+        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, poll, room.load
         if shown == self._shown:
             return
         self._shown, self._free = shown, room.free

@@ -3,7 +3,7 @@
 import webbrowser
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 from urllib.parse import quote
 
 import tyro
@@ -34,8 +34,9 @@ class Serve:
     """Port to listen on."""
     open: bool = True
     """Open the browser."""
-    sessions: int = 8
-    """Most tabs with a session of their own at once; in a lecture, most students who explore by themselves."""
+    sessions: int | Literal["auto"] = "auto"
+    """Most tabs with a session of their own at once; in a lecture, most students who explore by themselves. `auto`: as many as this
+    machine carries at 20 frames a second; the start says about how many that is."""
     watchers: int = 200
     """Most pages open in a lecture at once; visitors with the key always get in."""
     lecture: bool = False
@@ -76,7 +77,7 @@ def serve(command: Serve) -> int:
         BadSetting, BadInputFile, PortInUse, StoreInUse: before anything is served.
     """
     for name, count in (("sessions", command.sessions), ("watchers", command.watchers)):
-        if count < 1:
+        if isinstance(count, int) and count < 1:
             raise BadSetting(f"--{name} must be at least 1.")
     if not 0.0 < command.keep <= LONGEST_KEEP:
         raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
@@ -99,7 +100,7 @@ def serve(command: Serve) -> int:
                 command.host,
                 command.port,
                 settings,
-                command.sessions,
+                None if command.sessions == "auto" else command.sessions,
                 command.lecture,
                 key,
                 command.allow_origin,
@@ -119,6 +120,8 @@ def serve(command: Serve) -> int:
         print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
         if command.lecture:
             print(f"The class opens {find_address('', command.host, app.server.get_port()).url}", flush=True)
+        if command.sessions == "auto":
+            print(f"This machine carries about {app.context.workload.places} sessions at once.", flush=True)
         if command.open:
             webbrowser.open(link)
         app.wait()

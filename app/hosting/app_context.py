@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from app.hosting.session_store import SessionStore
+from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
 from app.runtime.job_pool import JobPool
 from app.session.input_sources import InputSources
@@ -24,7 +25,7 @@ class AppContext:
         key: of the teacher's link (`?key=…`), None if there is no teacher.
         notes: the teacher's, Markdown by lesson id.
         store: what visitors who have gone left behind.
-        max_sessions: private sessions at once.
+        workload: what the rounds take, and how many private sessions there may be at once.
         listening: the address to which the server is bound.
         frame_due: set to ask for a frame at once.
     """
@@ -37,7 +38,7 @@ class AppContext:
     key: str | None
     notes: Mapping[str, str]
     store: SessionStore
-    max_sessions: int
+    workload: Workload
     listening: str
     frame_due: threading.Event = field(default_factory=threading.Event)
 

@@ -164,7 +164,7 @@ def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list
     monkeypatch.setitem(COMMANDS, "serve", (Serve, lambda command: seen.append(command) or 0))
     assert main(arguments) == 0
     (command,) = seen
-    assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", 8, False, None)
+    assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", "auto", False, None)
     assert command.watchers == 200
     assert command.port == (9000 if "9000" in arguments else 8080)
     assert command.open is ("--no-open" not in arguments)
