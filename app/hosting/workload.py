@@ -9,8 +9,8 @@ from app.session.clock import SLOWEST, budget_of
 MEMORY: Final = 3.0
 """Rounds are averaged over about so long [s]."""
 
-ENOUGH: Final = 3
-"""With fewer sessions than this, a round says little about what one more would take."""
+ENOUGH: Final = 2.5
+"""With fewer sessions than this on average, rounds say little about what one more would take."""
 
 BAND: Final = 0.1
 """The number of places changes when the measured one differs by more than this part."""
@@ -27,6 +27,7 @@ class Workload:
         corrected: whether the measured rounds correct them.
 
     Attributes:
+        sessions: that had a frame in the last round.
         report: for the teacher.
     """
 
@@ -34,14 +35,14 @@ class Workload:
         self.places, self._corrected = places, corrected
         self.report = ServerLoad(0, 0, places, 0)
         self._drawn, self._stepping = 0, 0.0
-        self._sessions = 0
-        self._work = self._steps = self._mean_sessions = self._interval = 0.0
+        self.sessions = 0
+        self._work = self._drawing = self._mean_sessions = self._interval = 0.0
         self._since_report = 0.0
 
     @property
     def budget(self) -> float:
         """Wall time that each session may use for its steps in one frame [s]."""
-        return budget_of(max(self._sessions, self._drawn), self._work - self._steps)
+        return budget_of(self.sessions, self._drawing)
 
     def drew(self, stepping: float) -> None:
         """Count a session that had a frame in this round. `stepping`: wall time of its steps [s]."""
@@ -50,12 +51,13 @@ class Workload:
 
     def note(self, work: float, elapsed: float) -> None:
         """Take note of a round. `work`: wall time that it took; `elapsed`: from its beginning to that of the next one [s]."""
-        part = min(elapsed / MEMORY, 1.0)
+        part = min(elapsed / MEMORY, 1.0) if self._interval else 1.0
         self._work += (work - self._work) * part
-        self._steps += (self._stepping - self._steps) * part
         self._mean_sessions += (self._drawn - self._mean_sessions) * part
-        self._interval += (elapsed - self._interval) * (part if self._interval else 1.0)
-        self._sessions, self._drawn, self._stepping = self._drawn, 0, 0.0
+        self._interval += (elapsed - self._interval) * part
+        # What comes next is drawn like this.
+        self._drawing = work - self._stepping
+        self.sessions, self._drawn, self._stepping = self._drawn, 0, 0.0
         if self._corrected and self._mean_sessions >= ENOUGH:
             measured = affordable(self._work / self._mean_sessions)
             if abs(measured - self.places) > BAND * self.places:
@@ -64,4 +66,4 @@ class Workload:
         if self._since_report >= REPORT:
             self._since_report = 0.0
             frames, load = round(1.0 / max(self._interval, 1e-9)), round(100.0 * self._work / SLOWEST)
-            self.report = ServerLoad(frames, self._sessions, self.places, load)
+            self.report = ServerLoad(frames, self.sessions, self.places, load)

@@ -144,6 +144,7 @@ class ByHand:
     def frame(self) -> None:
         self.now += FRAME
         self.host.frame(self.now, FRAME)
+        self.house.context.workload.note(0.0, FRAME)
 
     def come(self, query: str = "") -> BlockingClient:
         """A browser that is connected, and about which the next frame knows."""

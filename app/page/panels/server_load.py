@@ -28,7 +28,7 @@ def load_html(load: ServerLoad) -> str:
     return "".join(
         (
             element("span", tr("frames/s: {count}", count=load.frames)),
-            element("span", tr("at work: {count} of {places}", count=load.sessions, places=load.places)),
+            element("span", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),
             element("span", tr("load: {percent} %", percent=load.load), class_=state),
         )
     )
