@@ -78,7 +78,7 @@ def serve(command: Serve) -> int:
     """
     for name, count in (("sessions", command.sessions), ("watchers", command.watchers)):
         if isinstance(count, int) and count < 1:
-            raise BadSetting(f"--{name} must be at least 1.")
+            raise BadSetting(f"--{name} must be at least 1{', or auto' if name == 'sessions' else ''}.")
     if not 0.0 < command.keep <= LONGEST_KEEP:
         raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
     if not command.store_size >= SMALLEST_STORE:

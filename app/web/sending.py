@@ -50,12 +50,16 @@ class Packed:
         return data
 
 
+async def _at_once() -> None:
+    """Return at once."""
+
+
 async def send_windows(
     connection: ServerConnection,
     buffer: MessageBuffer,
     client_id: int,
-    backlog_done_message: Message | None,
-    seen: Callable[[], Awaitable[object]],
+    backlog_done_message: Message | None = None,
+    seen: Callable[[], Awaitable[object]] = _at_once,
 ) -> None:
     """Send one browser what a buffer holds for it, window by window.
 
