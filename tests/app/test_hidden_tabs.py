@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from app.bench.headless_client import CAMERA
 from app.classroom.lecture import LectureHost
 from app.hosting.attention import LIVELY, RESTING, UNSEEN, Attention
 from app.hosting.private_host import PrivateHost
@@ -197,3 +198,32 @@ def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: P
     until(lambda: session.paused)
     opened.server._websock_server.disconnect_all_clients()
     until(lambda: any(one is session and one.paused for one in opened.host.sessions.values()))
+
+
+def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = by_hand(lecture=True)
+    host = opened.host
+    assert isinstance(host, LectureHost)
+    teacher, student = opened.let_in(), opened.let_in("lang=en")
+    shown: list[float] = []
+    show = host._show_stage
+    monkeypatch.setattr(host, "_show_stage", lambda frame: shown.append(frame.now) or show(frame))
+
+    def count(seconds: float) -> int:
+        shown.clear()
+        drawn(opened, seconds)
+        return len(shown)
+
+    host.session.post(host.session.toggle_pause)
+    count(2.0 * LIVELY)
+    assert count(5.0) <= 5.0 / RESTING + 1
+    for visitor in (teacher, student):
+        visitor.send(CAMERA)
+        until(host._stirred)
+        # What was just looked at is for the next frame to find.
+        host._heard = (0, 0)
+        assert count(1.0) == 32
+        count(2.0 * LIVELY)
+    assert count(5.0) <= 5.0 / RESTING + 1
+    host.session.post(host.session.toggle_pause)
+    assert count(1.0) == 32
