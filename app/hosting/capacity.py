@@ -1,7 +1,6 @@
 """How many sessions a machine carries: an estimate from the speed of its steps, to be corrected by what rounds take."""
 
 import math
-import os
 import time
 from typing import Final
 
@@ -19,11 +18,6 @@ BATCHES, BATCH = 5, 20
 """The steps that are timed: the quickest batch counts, as whatever else runs makes it slower only."""
 
 
-def usable_cores() -> int:
-    """Return on how many cores this process may run."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def step_seconds() -> float:
     """Measure how much processor time one step takes here, in some 10 ms [s]."""
     run = RunSettings()
@@ -37,16 +31,15 @@ def step_seconds() -> float:
     return least
 
 
-def places(step: float, workers: int = 1, cores: int = 1) -> int:
+def places(step: float, loops: int = 1) -> int:
     """Estimate how many sessions have 1 / `SLOWEST` frames a second at once, each at real time.
 
     Args:
         step: see `step_seconds` [s].
-        workers: processes with a frame loop of their own.
-        cores: that they share.
+        loops: processes with a frame loop each, and a core for each.
     """
     session = (SLOWEST / RunSettings().dt + DRAWING) * step
-    return affordable(session) * max(min(workers, cores), 1)
+    return affordable(session) * loops
 
 
 def affordable(session: float) -> int:

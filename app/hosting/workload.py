@@ -23,17 +23,18 @@ class Workload:
     """Belongs to the frame loop's thread; `places` and `report` may be read from any.
 
     Args:
-        places: sessions at once; to begin with, where they are corrected.
+        places: sessions at once in all processes; to begin with, where they are corrected.
+        loops: processes that share them, each with a frame loop.
         corrected: whether the measured rounds correct them.
 
     Attributes:
         sessions: that had a frame in the last round.
-        report: for the teacher.
+        report: of this process, for the teacher.
     """
 
-    def __init__(self, places: int, corrected: bool = False) -> None:
-        self.places, self._corrected = places, corrected
-        self.report = ServerLoad(0, 0, places, 0)
+    def __init__(self, places: int, loops: int = 1, corrected: bool = False) -> None:
+        self.places, self._loops, self._corrected = places, loops, corrected
+        self.report = ServerLoad(0, 0, max(places // loops, 1), 0)
         self._drawn, self._stepping = 0, 0.0
         self.sessions = 0
         self._work = self._drawing = self._mean_sessions = self._interval = 0.0
@@ -59,11 +60,11 @@ class Workload:
         self._drawing = work - self._stepping
         self.sessions, self._drawn, self._stepping = self._drawn, 0, 0.0
         if self._corrected and self._mean_sessions >= ENOUGH:
-            measured = affordable(self._work / self._mean_sessions)
+            measured = affordable(self._work / self._mean_sessions) * self._loops
             if abs(measured - self.places) > BAND * self.places:
                 self.places = measured
         self._since_report += elapsed
         if self._since_report >= REPORT:
             self._since_report = 0.0
             frames, load = round(1.0 / max(self._interval, 1e-9)), round(100.0 * self._work / SLOWEST)
-            self.report = ServerLoad(frames, self.sessions, self.places, load)
+            self.report = ServerLoad(frames, self.sessions, max(self.places // self._loops, 1), load)

@@ -64,7 +64,7 @@ def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeyp
         opened.come()
     for count in (1, 2, 3):
         opened.frame()
-        built = host.participants if isinstance(host, LectureHost) else host.visitors
+        built = host.visitors if isinstance(host, PrivateHost) else host.participants
         assert len(built) == count and host.admission.busy == (count < 3)
 
 

@@ -182,7 +182,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(App, "wait", wait)
-    assert main(["serve", "--store", "memory", "--port", "0", "--lecture", "--key", "auto"]) == INTERRUPTED
+    assert main(["serve", "--store", "memory", "--port", "0", "--lecture", "--key", "auto", "--workers", "1"]) == INTERRUPTED
     link, status = opened
     assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= 8
     assert "key=auto" not in link and status == "200"
@@ -191,7 +191,8 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     # The port is free again.
     port = int(link.split(":")[2].split("/")[0])
     socket.create_server(("127.0.0.1", port)).close()
-    assert main(["serve", "--store", "memory", "--port", "0", "--no-open", "--sessions", "3"]) == INTERRUPTED
+    alone = ["serve", "--store", "memory", "--port", "0", "--no-open", "--workers", "1"]
+    assert main([*alone, "--sessions", "3"]) == INTERRUPTED
     assert len(opened) == 3 and "carries" not in capsys.readouterr().out
 
 

@@ -148,7 +148,7 @@ def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest
     opened.let_in()
     hidden, other = opened.let_in("lang=en"), opened.let_in("lang=en")
 
-    def pose(one: BlockingClient) -> Any:
+    def pose(one: Any) -> Any:
         return [
             node["wxyz"] for name, node in sorted(one.mirror.nodes.items()) if name.startswith("/arms/left") and "wxyz" in node
         ]
