@@ -18,7 +18,7 @@ from app.lessons.session.saved import SavedLesson
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
 from app.settings import Settings
-from app.web.audiences import Audiences
+from app.web.audiences import SCREEN, Audiences
 from scenes.settings import values
 
 log = logging.getLogger("duet.lecture")
@@ -46,7 +46,7 @@ class BreakoutSessions:
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
         tab = None if self.workers is not None else tab_id(query)
-        return tab is not None and "screen" not in query and self._room.free and self._room.places.holds(tab)
+        return tab is not None and SCREEN not in query and self._room.free and self._room.places.holds(tab)
 
     def hurry(self) -> None:
         """Assign places in the next frame, after a decision of the teacher's."""

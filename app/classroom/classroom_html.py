@@ -84,7 +84,7 @@ def join_html(address: Address) -> str:
         hint = tr("Only this computer can open it. Start with --host 0.0.0.0 to let the class in.")
     else:
         hint = tr(
-            "Students type it, or point a camera at the code. For the projector open {link}: it shows everything and is not counted.",
+            "Students type it, or point a camera at the code. {link} is for a projector, without a clicker; it is not counted.",
             link=f"{address.short}?screen=1",
         )
     text = element("div", "", element("p", "", element("b", address.short, class_="url")))

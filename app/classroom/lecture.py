@@ -115,6 +115,7 @@ class LectureHost:
             # The teacher has pressed Run on the stage.
             self.room.paused = False
         self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
+        self.control.present()
         if due:
             self._show_stage(frame)
             self._attention.note(now, frame.state)
@@ -144,6 +145,10 @@ class LectureHost:
                 if client_id in self._context.server.get_clients():
                     self._errors.exception("a frame of a teacher's page failed", error, client_id)
         for audience, page in self.stage.pages.items():
+            page.cover()
+            if audience.screen and self.control.presenter.frozen and page.shown:
+                page.flush()
+                continue
             set_language(page.language)
             poll = self.control.poll(page.book)
             page.show(frame, poll, self._invitation)
@@ -161,7 +166,8 @@ class LectureHost:
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():
                 operation.show(frame)
-        teacher.show(self.room, poll, None, page.view, self.lessons)
+        screens = sum(one.screen for one in self.participants.values())
+        teacher.show_panel(self.control.presenter, self.room, poll, self.lessons, screens)
         page.flush()
 
     def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:

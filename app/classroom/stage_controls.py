@@ -99,10 +99,11 @@ class StageControls:
                 client.gui.reset()
             teacher.page = StagePage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
             if leads:
-                self.operation = Operation(client, self._session, teacher.page.view)
+                self.operation = Operation(client, self._session, teacher.page.view, presenting=True)
             notes = context.notes if context.key is not None else None
             if teacher.panel is not None:
                 teacher.panel.close()
             downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
-            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes, downloads)
+            page = self._session.settings.page
+            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes, page, downloads)
             teacher.page.view.welcome(client)
