@@ -76,6 +76,7 @@ class DuetServer(viser.ViserServer):
         run: see below; "" makes one.
 
     Attributes:
+        max_clients: places; may be set at any time.
         gate: the filter of messages; `gate.may_share` decides which browser may operate what all browsers see.
         always_admits: whether a page with a query gets in though every place is taken.
         trusts: whether a page with a query may connect from an address that the server does not know.
@@ -130,7 +131,7 @@ class DuetServer(viser.ViserServer):
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
         page = patched_index(viser_internals.client_html(), title="Duet", run=self.run, assets=assets, body=body).encode()
-        self._pages = {"plain": page, "packed": gzip.compress(page, 6), "full": full_page(max_clients or 0).encode()}
+        self._pages = {"plain": page, "packed": gzip.compress(page, 6)}
         viser_internals.adapt_viser(ClientBuffer)
         with viser_internals.serving_with(partial(self._serve, listener)), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=self._origins.port, label="Duet", verbose=False)
@@ -145,6 +146,11 @@ class DuetServer(viser.ViserServer):
     def count_clients(self) -> int:
         """Return how many browsers are connected, including those with a page that is still being built."""
         return len(self._holders)
+
+    def page_of(self, client_id: int) -> FilteredConnection | None:
+        """Return the connection of a browser's page, None if it is gone; from any thread."""
+        connection = viser_internals.connection_of(self, client_id)
+        return connection if isinstance(connection, FilteredConnection) else None
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Return None: Duet opens no tunnel to the outside."""
@@ -209,7 +215,9 @@ class DuetServer(viser.ViserServer):
             return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
         if path in ("", "/"):
             if not self._has_room(request.path):
-                return respond(503, HTML, self._pages["full"], {"Retry-After": "10", "Cache-Control": "no-store"})
+                return respond(
+                    503, HTML, full_page(self.max_clients or 0).encode(), {"Retry-After": "10", "Cache-Control": "no-store"}
+                )
             packed = "gzip" in request.headers.get("Accept-Encoding", "")
             extra = {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"} if packed else {"Vary": "Accept-Encoding"}
             return respond(200, HTML, self._pages["packed" if packed else "plain"], extra)
