@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controllers.kinematics import Array
 
@@ -122,11 +123,18 @@ class History:
         q, dq, desired = row[_HEAD : self._middle].copy(), row[self._middle : self._end].copy(), row[self._end :].copy()
         return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, int(authority), int(joint), lever, second, q, dq, desired)
 
-    def table(self, newest: int | None = None) -> Array:
-        """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones."""
+    def table(self, newest: int | None = None, but: int = 0) -> Array:
+        """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones, without the last `but` of them."""
+        return self._rows[self._kept(newest, but)]
+
+    def column(self, name: str) -> Array:
+        """Return one of `SCALARS` of the rows kept, oldest first (rows,), a copy."""
+        return self._rows[self._kept(None, 0), COLUMN[name]]
+
+    def _kept(self, newest: int | None, but: int) -> NDArray[np.int64]:
         kept = min(self.count, self._capacity)
         kept = kept if newest is None else min(kept, newest)
-        return self._rows[np.arange(self.count - kept, self.count) % self._capacity]
+        return np.arange(self.count - kept, self.count - but) % self._capacity
 
     def positions(self, table: Array) -> Array:
         """Return q (rows, nv) of a table."""
