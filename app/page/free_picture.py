@@ -69,18 +69,21 @@ class FreePicture(NamedTuple):
         return any(part.inset(share).contains(x, y) for part in self.free)
 
 
-def free_picture(window: tuple[float, float], width: float, profile: Profile) -> FreePicture:
+def free_picture(window: tuple[float, float], width: float, profile: Profile, plots_cover: float | None = None) -> FreePicture:
     """Return what is free of a picture.
 
     Args:
         window: width and height of the window below the title bar [CSS px].
         width: of the picture, which is what docked panels leave of the window's [CSS px].
         profile: of the page.
+        plots_cover: how high the plots are over the picture; None where only the page's usual layout is known [CSS px].
     """
     height, k = window[1], scale(profile)
     phone = window[0] / height < PHONE_ASPECT
     if phone:
         covered = PHONE_SHEET * height
+    elif plots_cover is not None:
+        covered = min(plots_cover, 0.6 * height)
     else:
         row = PLOTS_ROW[1] * k if width < PLOTS_ROW[0] * k else 0.0
         panel = plots_height(height, profile) + PLOTS_FRAME * k + row if height >= LOW_CANVAS else PLOTS_BAR
