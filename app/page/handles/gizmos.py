@@ -77,8 +77,11 @@ class Gizmos:
             self._handles = self._make() if offered else ()
         if self._grip is not None:
             self._grip.show()
+        pulled = self._grip is not None and self._grip.dragged
         for handle in self._handles:
             handle.show()
+            # Arrows that came by the pointer alone would only be in the picture of a pull.
+            handle.visible = self._arrows == "all" or not pulled
 
     @property
     def hand(self) -> str:

@@ -106,6 +106,7 @@ def test_a_mouse_that_rests_on_the_hand_brings_its_arrows(house: OpenHouse, page
     page.mouse.down()
     page.mouse.move(x + 12, y)
     until(page, lambda: isinstance(session.held, LinkTarget), "the hand held")
+    until(page, lambda: page.evaluate(f"!{there}"), "a pull without arrows")
     page.mouse.up()
     until(page, lambda: session.held is None, "letting go")
     run_on(page, session, 1.0)
