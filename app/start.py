@@ -1,11 +1,13 @@
 """Starts the app: the server, its host (private sessions, or a lecture), and the frame loop."""
 
 import logging
+import socket
 import threading
 import warnings
 from functools import partial
 from pathlib import Path
 
+from app.classroom.breakout_host import BreakoutHost
 from app.classroom.lecture import LectureHost
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
@@ -15,9 +17,10 @@ from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import KEEP, SessionStore
 from app.hosting.store_file import MOST_BYTES, StoreInUse
 from app.hosting.teacher_key import Guesses
+from app.hosting.worker_link import WorkerLink
 from app.lessons.loading import load_lessons, load_notes
 from app.page.page_scripts import loading_html, page_assets
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import JobPool, Jobs
 from app.session.input_sources import NO_SOURCES, InputSources
 from app.settings import Settings
 from app.text.documents import DOCUMENTS, PREFIX, document_page
@@ -27,6 +30,9 @@ log = logging.getLogger("duet.hosts")
 
 # A tab may close in the middle of a frame; the next frame is drawn without it.
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
+
+
+Host = PrivateHost | LectureHost | BreakoutHost
 
 
 class App:
@@ -40,7 +46,7 @@ class App:
         server, url: the context's server, and the address of the page.
     """
 
-    def __init__(self, context: AppContext, host: PrivateHost | LectureHost, preparation: Preparation | None) -> None:
+    def __init__(self, context: AppContext, host: Host, preparation: Preparation | None) -> None:
         self.context, self.host, self.server, self.url = context, host, context.server, context.server.url
         self._preparation = preparation
         self._loop = FrameLoop(host.frame, context.frame_due)
@@ -80,6 +86,10 @@ def start_app(
     store: Path | None = None,
     keep: float = KEEP,
     most_bytes: int = MOST_BYTES,
+    listener: socket.socket | None = None,
+    run: str = "",
+    jobs: Jobs | None = None,
+    link: WorkerLink | None = None,
 ) -> App:
     """Start to serve the page.
 
@@ -97,6 +107,9 @@ def start_app(
         store: file in which what visitors do outlives the server; None for memory alone.
         keep: how long it is kept after their last visit [s].
         most_bytes: of the file.
+        listener, run: see `DuetServer`; given in a worker, where the door holds the lock of the file.
+        jobs: runs what takes longer than a frame; None for a pool of this process.
+        link: to the other processes of a lecture.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
@@ -111,6 +124,8 @@ def start_app(
         assets=page_assets(settings.page),
         body=loading_html(),
         documents={PREFIX + name: partial(document_page, name) for name in DOCUMENTS},
+        listener=listener,
+        run=run,
     )
     server.scene.world_axes.visible = False
     book = load_lessons() if lessons is None else load_lessons(lessons)
@@ -119,11 +134,19 @@ def start_app(
     # Without a key the notes are not even read.
     notes = {} if key is None else load_notes() if lessons is None else load_notes(lessons)
     try:
-        file = None if store is None else RecordWriter(store, keep, most_bytes)
+        file = None if store is None else RecordWriter(store, keep, most_bytes, owned=listener is None)
     except StoreInUse:
         server.stop()
         raise
     kept = SessionStore(keep, file=file)
-    context = AppContext(server, settings, JobPool(), sources, book, key, notes, kept, sessions, host)
+    context = AppContext(server, settings, jobs or JobPool(), sources, book, key, notes, kept, sessions, host, link)
     preparation = Preparation(book, context.jobs) if ahead else None
-    return App(context, LectureHost(context) if lecture else PrivateHost(context), preparation)
+    return App(context, _host(context, lecture), preparation)
+
+
+def _host(context: AppContext, lecture: bool) -> Host:
+    if not lecture:
+        return PrivateHost(context)
+    if context.link is None or context.link.index == 0:
+        return LectureHost(context)
+    return BreakoutHost(context, context.link)

@@ -14,15 +14,13 @@ keeps the task's velocity too as long as any joints can.
 """
 
 from enum import IntEnum
-from typing import Final, Literal, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from controllers.choices import BoundsTreatment
 from controllers.kinematics import Array
 from controllers.null_space_saturation import saturated
-
-BoundsTreatment = Literal["distance", "scale", "null_space"]
-"""How bounds are met: by keeping the distance rate; by shortening the whole velocity; or by saturation in the null space."""
 
 TOLERANCE: Final = 1e-6
 """A distance rate missed by less than this counts as reached [m/s]."""

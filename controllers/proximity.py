@@ -11,17 +11,14 @@ does not matter which of the two p is, nor that the points travel over the surfa
 """
 
 import math
-from typing import Final, Literal, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
+from controllers.choices import Treatment
 from controllers.convex_distance import ConvexDistances
 from controllers.kinematics import Array, Kinematics
-
-Treatment = Literal["single", "soft", "smooth"]
-"""What the law sees of the pairs: the closest one (the paper), a smooth minimum over all (ours), or a smooth minimum over distances
-that are smooth themselves (ours, `controllers.convex_distance`)."""
 
 CROSS: Final = np.zeros((12, 6))
 """From a direction n and the nine products p_i n_j, in a row of 12, to the wrench (n, p × n) by a product with this matrix."""

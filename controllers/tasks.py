@@ -1,14 +1,12 @@
 """What an arm is asked to do, as a desired joint velocity q̇_n, eqs (7), (8)."""
 
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 import pinocchio as pin
 
+from controllers.choices import HoldTask
 from controllers.kinematics import Array, damped_solution
-
-HoldTask = Literal["position", "pose"]
-"""What the hand keeps: where it is (3 dimensions), or also how it is turned (6)."""
 
 TASK_DIMENSION: Final[dict[HoldTask, int]] = {"position": 3, "pose": 6}
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from controllers.choices import BoundsTreatment
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
-from controllers.limits import Bounded, BoundsTreatment, bounded_row, shortened_row
+from controllers.limits import Bounded, bounded_row, shortened_row
 from controllers.null_space_saturation import saturated
 from controllers.proximity import Proximity
 from scenes.arm_tasks.arm_task import ArmTask

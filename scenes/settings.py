@@ -4,10 +4,8 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, TypeVar, cast
 
+from controllers.choices import BoundsTreatment, HoldTask, Treatment
 from controllers.errors import BadSetting
-from controllers.limits import BoundsTreatment
-from controllers.proximity import Treatment
-from controllers.tasks import HoldTask
 from scenes.given_choices import start_remedy, with_added
 from scenes.setting_spec import SPEC, Spec, checked, choice, flag, number
 

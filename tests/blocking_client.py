@@ -14,6 +14,12 @@ from app.bench.headless_client import HeadlessClient
 class OperatingClient(HeadlessClient):
     """A `HeadlessClient` that operates the page as a visitor does, and breaks off as a lost line does."""
 
+    @property
+    def local_port(self) -> int:
+        """The port of this end of the connection."""
+        assert self._socket is not None
+        return self._socket.local_address[1]
+
     async def set_value(self, label: str, value: object) -> None:
         """Operate the GUI element with this label."""
         await self.send({"type": "GuiUpdateMessage", "uuid": self.mirror.labelled(label)["uuid"], "updates": {"value": value}})

@@ -85,7 +85,7 @@ class HeadlessClient:
         self._reader: asyncio.Task[None] | None = None
         self._socket: websockets.ClientConnection | None = None
 
-    async def connect(self, timeout: float = 10.0, *, camera: bool = True) -> HeadlessClient:
+    async def connect(self, timeout: float = 30.0, *, camera: bool = True) -> HeadlessClient:
         """Connect and send a camera, after which the server takes us for a visitor.
 
         Raises:

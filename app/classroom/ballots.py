@@ -1,60 +1,54 @@
-"""The answers and drawings of a class for the questions of the lessons: one of every student, counted without names."""
+"""The answers and drawings of a class for the questions of the lessons: one of every student in every round, counted without names."""
 
 from collections.abc import Collection, Mapping
-from typing import NamedTuple
 
+from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
 
-QuestionId = tuple[str, str]
-"""Names of the lesson and the step of a question."""
-
-
-class Ballot(NamedTuple):
-    """What a student has handed in: an answer, a curve that was drawn, or both."""
-
-    choice: int | None = None
-    curve: Curve = ()
-
-
-class Tally(NamedTuple):
-    """How a class has answered.
-
-    Attributes:
-        counts: of every choice.
-        waiting: how many of the present students have handed in nothing.
-        answered: how many have handed in an answer or a curve.
-        curves: that were drawn, without names.
-    """
-
-    counts: tuple[int, ...]
-    waiting: int
-    answered: int
-    curves: tuple[Curve, ...] = ()
-
-    @property
-    def favourite(self) -> int | None:
-        """The most frequent choice, the first of several; None without an answer."""
-        return self.counts.index(max(self.counts)) if any(self.counts) else None
+Round = Mapping[str, tuple[int | None, Curve]]
+"""Choice and curve by the id of a student's tab."""
 
 
 class Ballots:
-    """The answers of a class to every question so far, by the id of each student's tab; an answer outlives its student's connection."""
+    """The answers of a class to every question so far, by the id of each student's tab; an answer outlives its student's connection.
+
+    A question that is asked again begins a new round; the ballots of earlier rounds stay as they are.
+    """
 
     def __init__(self) -> None:
         self._ballots: dict[QuestionId, dict[str, Ballot]] = {}
+        self._earlier: dict[QuestionId, tuple[dict[str, Ballot], ...]] = {}
         self._revealed: set[QuestionId] = set()
 
     @property
     def everything(self) -> tuple[dict[QuestionId, dict[str, Ballot]], tuple[QuestionId, ...]]:
-        """Return a copy of all ballots, and the questions that were revealed."""
+        """Return a copy of all ballots of the newest rounds, and the questions that were revealed."""
         return {question: dict(ballots) for question, ballots in self._ballots.items()}, tuple(sorted(self._revealed))
 
+    @property
+    def earlier(self) -> dict[QuestionId, tuple[dict[str, Ballot], ...]]:
+        """Return the ballots of the rounds before, oldest first."""
+        return dict(self._earlier)
+
     def restore(
-        self, ballots: Mapping[QuestionId, Mapping[str, tuple[int | None, Curve]]], revealed: Collection[QuestionId]
+        self,
+        ballots: Mapping[QuestionId, Round],
+        revealed: Collection[QuestionId],
+        earlier: Mapping[QuestionId, tuple[Round, ...]],
     ) -> None:
-        """Take up what `everything` has returned."""
-        self._ballots = {q: {student: Ballot(*one) for student, one in given.items()} for q, given in ballots.items()}
+        """Take up what `everything` and `earlier` have returned."""
+        self._ballots = {question: _read(given) for question, given in ballots.items()}
+        self._earlier = {question: tuple(map(_read, rounds)) for question, rounds in earlier.items()}
         self._revealed = set(revealed)
+
+    @property
+    def questions(self) -> tuple[QuestionId, ...]:
+        """Return every question that was answered, in the order in which that was."""
+        return tuple(dict.fromkeys((*self._earlier, *(question for question, given in self._ballots.items() if given))))
+
+    def rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
+        """Return the ballots of every round, oldest first; the last one is open until the reveal."""
+        return (*self._earlier.get(question, ()), self._ballots.get(question, {}))
 
     def answer(self, question: QuestionId, student: str, choice: int) -> bool:
         """Take an answer instead of an earlier one; return whether it was taken: not after the reveal."""
@@ -76,17 +70,33 @@ class Ballots:
     def ballot_of(self, question: QuestionId, student: str) -> Ballot:
         return self._ballots.get(question, {}).get(student, Ballot())
 
+    def first_ballot_of(self, question: QuestionId, student: str) -> Ballot:
+        """Return what a student handed in when the question was asked for the first time, if it was asked again."""
+        rounds = self._earlier.get(question)
+        return rounds[0].get(student, Ballot()) if rounds else Ballot()
+
     def ballots_of(self, student: str) -> dict[QuestionId, Ballot]:
-        return {question: ballots[student] for question, ballots in self._ballots.items() if student in ballots}
+        """Return a student's newest ballot on every question."""
+        found: dict[QuestionId, Ballot] = {}
+        for question in self.questions:
+            for ballots in self.rounds_of(question):
+                if student in ballots:
+                    found[question] = ballots[student]
+        return found
 
     def tally(self, question: QuestionId, choices: int, here: Collection[str]) -> Tally:
-        """Return the counts of a question. `choices`: how many there are; `here`: the students who are present."""
-        ballots, counts = self._ballots.get(question, {}), [0] * choices
-        for choice, _ in ballots.values():
-            if choice is not None and choice < choices:
-                counts[choice] += 1
-        curves = tuple(ballot.curve for ballot in ballots.values() if ballot.curve)
-        return Tally(tuple(counts), len(set(here) - set(ballots)), len(ballots), curves)
+        """Return the counts of the newest round. `choices`: how many there are; `here`: the students who are present."""
+        return tally_of(self._ballots.get(question, {}), choices, here)
+
+    def first_tally(self, question: QuestionId, choices: int) -> Tally | None:
+        """Return the counts of the first round; None for a question that was not asked again."""
+        rounds = self._earlier.get(question)
+        return tally_of(rounds[0], choices) if rounds else None
+
+    def switches(self, question: QuestionId) -> tuple[Switch, ...]:
+        """Return how often each pair of answers was given, in the first round and in the newest one, by one student."""
+        first, *others = self.rounds_of(question)
+        return switches_between(first, others[-1]) if others else ()
 
     def reveal(self, question: QuestionId) -> None:
         """Show the tally to everybody; from now on no answer changes."""
@@ -97,6 +107,12 @@ class Ballots:
         return question in self._revealed
 
     def ask_again(self, question: QuestionId) -> None:
-        """Delete all answers and ask the question again."""
-        self._ballots.pop(question, None)
+        """Begin a new round of a question; the ballots so far are kept as a round of their own."""
+        ballots = self._ballots.pop(question, None)
+        if ballots:
+            self._earlier[question] = (*self._earlier.get(question, ()), ballots)
         self._revealed.discard(question)
+
+
+def _read(ballots: Round) -> dict[str, Ballot]:
+    return {student: Ballot(*one) for student, one in ballots.items()}

@@ -6,6 +6,7 @@ from dataclasses import replace
 from time import monotonic
 from typing import Final
 
+from app.classroom.breakout_workers import BreakoutWorkers
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
 from app.hosting.admission import Pieces
@@ -26,50 +27,64 @@ SETTLE: Final = 0.25
 """Time between two assignments of places [s]."""
 
 
-class BreakoutSessions:
-    """The students' own sessions beside the stage."""
+Stage = tuple[Session, LessonSession]
+"""The stage's session and lessons."""
 
-    def __init__(self, context: AppContext, room: Classroom) -> None:
-        self._context, self._room = context, room
+
+class BreakoutSessions:
+    """The students' own sessions beside the stage.
+
+    Attributes:
+        workers: the processes that have the sessions; None where this one has them.
+    """
+
+    def __init__(self, context: AppContext, room: Classroom, workers: BreakoutWorkers | None = None) -> None:
+        self._context, self._room, self.workers = context, room, workers
         self._errors = ThrottledLog(log)
         self._next = 0.0
 
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
-        tab = tab_id(query)
+        tab = None if self.workers is not None else tab_id(query)
         return tab is not None and "screen" not in query and self._room.free and self._room.places.holds(tab)
 
     def hurry(self) -> None:
         """Assign places in the next frame, after a decision of the teacher's."""
         self._next = 0.0
 
-    def settle(self, participants: Collection[Participant], audiences: Audiences, now: float) -> None:
+    def settle(self, participants: Collection[Participant], audiences: Audiences, stage: Stage, now: float) -> None:
         """Every `SETTLE`, assign places and move students to their own sessions or back to the stage. `now`: wall time [s]."""
         self._context.store.tidy()
+        if self.workers is not None:
+            self.workers.exchange()
         if now < self._next:
             return
         self._next = now + SETTLE
         room = self._room
         students = [one for one in participants if one.banner is not None or one.visitor is not None]
-        room.settle(tuple(one.id for one in students if one.lasting), monotonic())
+        elsewhere = () if self.workers is None else self.workers.students
+        room.settle((*(one.id for one in students if one.lasting), *elsewhere), monotonic())
         for one in students:
             wanted = room.free and one.lasting and room.places.holds(one.id)
             if wanted != (one.visitor is not None) and not one.moved:
                 one.moved = True
+                if wanted and self.workers is not None:
+                    self.workers.send(one.id, self.begin(one.id, *stage))
                 audiences.move(one.client)
 
-    def admit(
-        self, participant: Participant, participants: Collection[Participant], stage: Settings, lessons: LessonSession
-    ) -> Pieces:
-        """Give a student the session left in the store, or one with the student's last settings, or one like the stage's."""
+    def begin(self, student: str, session: Session, lessons: LessonSession) -> VisitorRecord:
+        """Return a session like the stage's, with a student's own answers."""
+        return VisitorRecord({}, session.settings, self._from_stage(student, lessons))
+
+    def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
+        """Give a student the session left in the store, or one with the student's last settings, or one that begins as `begin` says."""
         for other in participants:
             if other is not participant and other.id == participant.id and other.visitor is not None:
                 # A lost connection may not have been noticed yet.
                 other.visitor.supersede()
         found = yield from self._context.store.recall(participant.query)
         # A student's lesson is open again by any link.
-        record = VisitorRecord({}, stage, self._from_stage(participant.id, lessons)) if found is None else found
-        record = replace(record, query=participant.query)
+        record = replace(begin if found is None else found, query=participant.query)
         visitor = yield from open_visitor(self._context, participant.client, record.settings, record=record)
         if not visitor.is_back and found is not None and found.lessons is not None and found.lessons.open:
             visitor.session.post(lambda: _restore(visitor.session, found.settings), "restore")

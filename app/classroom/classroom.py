@@ -1,15 +1,18 @@
 """The state of a class: the students who are present, the question on the stage, and the teacher's decisions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from app.classroom.ballots import Ballots, QuestionId, Tally
+from app.classroom.ballots import Ballots
 from app.classroom.breakout_places import BreakoutPlaces
+from app.classroom.student_work import StudentWork, clean_name
+from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.phases import Phase
-from app.lessons.progress import Progress, StepProgress, to_json
+from app.lessons.progress import Progress, StepProgress, from_json, to_json
 from app.lessons.step_view import StepPosition, fill, verdict
+from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import Curve
 
@@ -28,6 +31,10 @@ class Poll:
         verdicts: on each choice; empty before the outcome is on the stage.
         drawing: what is drawn; None where no curve is asked for.
         truth: what the curves are compared with; () before the outcome is on the stage.
+        first: how the class answered when it was asked for the first time; None if it was not asked again.
+        switches: from the first round to this one.
+        round: from 1.
+        staged: the choice that the run on the stage is compared with.
     """
 
     question: QuestionId
@@ -40,6 +47,10 @@ class Poll:
     verdicts: tuple[AnswerVerdict | None, ...] = ()
     drawing: Drawing | None = None
     truth: Curve = ()
+    first: Tally | None = None
+    switches: tuple[Switch, ...] = ()
+    round: int = 1
+    staged: int | None = None
 
 
 _Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
@@ -58,12 +69,14 @@ class Classroom:
         inviting: whether the address is on every screen.
         waiting: how many students want to explore and have no place.
         ballots, places: the answers, and the breakout sessions' places.
+        work: what students have done in their own sessions, and have handed in.
     """
 
     def __init__(self, most: int) -> None:
         self.free = self.paused = self.inviting = False
         self.waiting = 0
         self.ballots = Ballots()
+        self.work = StudentWork()
         self.places = BreakoutPlaces(most)
         self._here: dict[int, str] = {}
         self._texts: dict[str, tuple[Step, StepOutcome | None, _Texts]] = {}
@@ -118,13 +131,25 @@ class Classroom:
         if walk.phase is Phase.PREDICT and done.untouched and self.ballots.revealed(question):
             # The teacher has begun the step again.
             self.ballots.ask_again(question)
-        tally = self.ballots.tally(question, len(asked.choices), self.here)
-        revealed = self.ballots.revealed(question)
+        ballots, count = self.ballots, len(asked.choices)
+        revealed, first = ballots.revealed(question), ballots.first_tally(question, count)
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
         choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
+        poll = Poll(
+            question,
+            choices,
+            ballots.tally(question, count, self.here),
+            done.outcome is None and not revealed,
+            revealed,
+            drawing=step.drawing,
+            first=first,
+            switches=ballots.switches(question) if first is not None else (),
+            round=len(ballots.rounds_of(question)),
+            staged=done.choice,
+        )
         if known is None:
-            return Poll(question, choices, tally, done.outcome is None and not revealed, revealed, drawing=step.drawing)
-        return Poll(question, choices, tally, False, revealed, outcome, asked.right, verdicts, step.drawing, known.curve)
+            return poll
+        return replace(poll, open=False, outcome=outcome, right=asked.right, verdicts=verdicts, truth=known.curve)
 
     def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
         """Return the texts of a question, which are made once in every language and not in every frame."""
@@ -154,6 +179,55 @@ class Classroom:
         for question, ballot in self.ballots.ballots_of(student).items():
             progress.steps[question] = StepProgress(choice=ballot.choice, drawing=ballot.curve)
         return to_json(progress)
+
+    # ---- what is left behind -----------------------------------------------------------------------------------------------
+
+    def has_work(self, student: str) -> bool:
+        """Return whether a student has done something that can be handed in."""
+        return bool(self.work.progress_of(student) or self.ballots.ballots_of(student))
+
+    def hand_in(self, walk: Walkthrough | None, student: str, name: str, progress: str) -> bool:
+        """Take a student's report: what was done in the student's own session, and the answers given here; return whether there was any.
+
+        Args:
+            walk: the stage's, for what came of the questions; None for none.
+            progress: of the student's own session, as JSON; "" on the stage.
+        """
+        if progress:
+            self.work.note(student, progress)
+        if not self.has_work(student):
+            return False
+        steps = from_json(self.work.progress_of(student)).steps
+        ballots = self.ballots.ballots_of(student)
+        for question, ballot in ballots.items():
+            own = steps.get(question, StepProgress())
+            if own.outcome is None:
+                outcome = None if walk is None else walk.done_in(*question).outcome
+                choice = own.choice if ballot.choice is None else ballot.choice
+                steps[question] = replace(own, choice=choice, drawing=ballot.curve or own.drawing, outcome=outcome)
+        answers = {q: tuple(one.get(student, Ballot()).choice for one in self.ballots.rounds_of(q)) for q in ballots}
+        self.work.hand_in(student, HandIn(clean_name(name), to_json(Progress(steps=steps)), answers))
+        return True
+
+    def summary(self, book: LessonBook, now: float) -> ClassSummary:
+        """Return what the class leaves behind. `now`: [s since 1970]."""
+        steps = {(lesson.id, step.id): step for lesson in book.lessons for step in lesson.steps}
+        asked = [q for q in self.ballots.questions if q in steps and steps[q].question is not None]
+        rounds = {q: tuple(one for one in self.ballots.rounds_of(q) if one) for q in asked}
+        hand_ins = sorted(self.work.hand_ins.values(), key=lambda one: (not one.name, one.name.casefold()))
+        return ClassSummary(
+            now,
+            len({student for given in rounds.values() for one in given for student in one}),
+            tuple(_asked(q, steps[q], rounds[q]) for q in asked),
+            {q: len(students) for q, students in self.work.passed.items()},
+            tuple(hand_ins),
+        )
+
+
+def _asked(question: QuestionId, step: Step, rounds: tuple[dict[str, Ballot], ...]) -> AskedQuestion:
+    choices = 0 if step.question is None else len(step.question.choices)
+    switches = switches_between(rounds[0], rounds[-1]) if len(rounds) > 1 else ()
+    return AskedQuestion(question, tuple(tally_of(one, choices) for one in rounds), switches)
 
 
 def _make_texts(lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:

@@ -3,10 +3,11 @@
 from typing import Final
 
 from app.classroom.address import Address, qr_svg
-from app.classroom.ballots import Ballot
 from app.classroom.classroom import Classroom, Poll
+from app.export.tally_html import bars_html, cloud_html, switches_text, tie_text
 from app.i18n.speaking import N_, spoken, tr
-from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
+from app.lessons.curve_drawing import drawing_svg, judge_drawing
+from app.lessons.tally import Ballot
 from app.page.lessons.lesson_html import drawing_verdict_html
 from app.text.html_element import element
 from app.text.lesson_text import inline_html, lesson_html
@@ -17,6 +18,8 @@ WATCHING: Final = N_("All {most} places for exploring are taken, so you go on wa
 NAMELESS: Final = N_("Your browser blocks storage for this page, so you can only watch.")
 HALTED: Final = N_("The teacher has paused everybody.")
 """Banner of a student's page."""
+
+_NONE: Final = Ballot()
 
 
 def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
@@ -31,37 +34,22 @@ def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> str:
     count = tr("{count} answered", count=tally.answered)
     if live:
         count += " · " + tr("{count} not yet", count=tally.waiting)
-    rows = [_row(poll, i, i == mine) for i in range(len(poll.choices))]
     # The first line answers the question; the verdict below has all of them.
     footer = [element("footer", "", element("span", tr("Measured")), element("p", poll.outcome[0]))] if poll.outcome else []
     head = element("header", "", element("b", title), element("span", count))
-    return element("div", "", head, cloud_html(poll), element("ol", "", *rows), *footer, class_="duet-poll")
+    rounds = ([] if poll.first is None else [(1, poll.first)]) + [(poll.round, tally)]
+    bars = bars_html(poll.choices, rounds, poll.right, mine)
+    words = [element("p", text, class_="said") for text in (_tie(poll), switches_text(poll.switches, poll.right)) if text]
+    cloud = cloud_html(poll.drawing, rounds, poll.truth)
+    return element("div", "", head, cloud, bars, *words, *footer, class_="duet-poll")
 
 
-def cloud_html(poll: Poll) -> str:
-    """Return the class's curves over one another, their median, and the truth once it is known; "" without a curve."""
-    curves = poll.tally.curves
-    if poll.drawing is None or not curves:
-        return ""
-    caption = element("figcaption", tr("{count} drawn", count=len(curves)))
-    svg = drawing_svg(poll.drawing, median_curve(curves), poll.truth, curves)
-    return element("figure", "", svg, caption, class_="duet duet-curves")
-
-
-def _row(poll: Poll, index: int, mine: bool) -> str:
-    count, answered = poll.tally.counts[index], sum(poll.tally.counts)
-    share = round(100.0 * count / answered) if answered else 0
-    kinds = " ".join(name for name, true in (("right", poll.right == index), ("mine", mine)) if true)
-    percent = [element("small", f"{share} %")] if answered else []
-    return element(
-        "li",
-        "",
-        element("i", f"{index + 1}"),
-        element("span", "", inline_html(poll.choices[index])),
-        element("b", f"{count}", *percent),
-        element("div", "", element("div", style=f"width:{share}%"), aria_hidden="true"),
-        class_=kinds,
-    )
+def _tie(poll: Poll) -> str:
+    """Return what is said to a tie, after the reveal with the answer that the run is compared with."""
+    text = tie_text(poll.tally)
+    if not text or not poll.revealed or poll.staged is None:
+        return text
+    return f"{text} {tr('The run is compared with answer {number}.', number=poll.staged + 1)}"
 
 
 def heads_html(room: Classroom) -> str:
@@ -74,6 +62,8 @@ def heads_html(room: Classroom) -> str:
             pills.append(element("span", tr("without a place: {count}", count=room.waiting), class_="halt"))
     elif present:
         pills.append(element("span", tr("all follow"), class_="go"))
+    if room.work.hand_ins:
+        pills.append(element("span", tr("reports handed in: {count}", count=len(room.work.hand_ins)), class_="go"))
     if room.paused:
         pills.append(element("span", tr("everybody is paused"), class_="halt"))
     return element("div", "", element("div", "", *pills, class_="duet-heads", role="status"), class_="duet-class duet-lesson")
@@ -116,19 +106,28 @@ def _qr_code(address: Address) -> str:
     return qr_svg(address.url, tr("QR code of the address"))
 
 
-def mine_html(poll: Poll, ballot: Ballot) -> str:
-    """Return the lines on what a student has handed in: what to do, and after the run the verdict."""
-    mine = ballot.choice
+def mine_html(poll: Poll, ballot: Ballot, first: Ballot = _NONE) -> str:
+    """Return the lines on what a student has handed in: what to do, and after the run the verdict.
+
+    Args:
+        first: what the student handed in when it was asked for the first time, if it was asked again.
+    """
+    mine, before = ballot.choice, ""
+    if first.choice is not None and not poll.verdicts:
+        answer = element("b", "", inline_html(poll.choices[first.choice]))
+        before = element("p", f"{tr('Your first answer:')} ", answer, class_="first")
     if poll.verdicts:
         line = _verdict_html(poll, ballot)
     elif mine is None:
         ask = tr("Your prediction? Answer here, or with the keys 1 to {count}.", count=len(poll.choices))
+        if poll.round > 1:
+            ask = tr("Asked again: talk it over with your neighbours, then answer once more.")
         line = element("p", ask if poll.open else tr("Answers are closed."), class_="mine duet-say")
     else:
         until = tr("You may change it until the reveal.") if poll.open else tr("Answers are closed.")
         answer = element("b", "", inline_html(poll.choices[mine]))
         line = element("p", f"{tr('Your prediction:')} ", answer, element("span", f". {until}"), class_="mine duet-say")
-    return element("div", "", line, class_="duet duet-lesson")
+    return element("div", "", before, line, class_="duet duet-lesson")
 
 
 def _verdict_html(poll: Poll, ballot: Ballot) -> str:

@@ -2,11 +2,13 @@
 
 import logging
 from collections.abc import Callable
+from time import time
 
 import viser
 
 from app.classroom.address import Address
 from app.classroom.breakout_sessions import BreakoutSessions
+from app.classroom.breakout_workers import BreakoutWorkers
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
 from app.classroom.lecture_record import LectureRecorder
@@ -14,6 +16,7 @@ from app.classroom.participant import Participant
 from app.classroom.stage_audiences import StageAudiences
 from app.classroom.stage_controls import StageControls
 from app.classroom.teacher_control import TeacherControl
+from app.export.class_summary import ClassSummary
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.connections import Connections
@@ -47,12 +50,16 @@ class LectureHost:
         self.lessons = LessonSession(self.session, in_language(context.book, language_of(context.start, "en")))
         self._breakouts = BreakoutSessions(context, self.room)
         self.control = TeacherControl(self.room, self.session, self.lessons, self._breakouts.hurry)
-        self.controls = StageControls(context, self.session, self.lessons, self.control)
+        if context.link is not None:
+            context.link.wake = context.wake
+            self._breakouts.workers = BreakoutWorkers(context.link, self.room, self.control, self._breakouts.hurry)
+        self._leader = Leader(context.key)
+        stage = self.session, self.lessons
+        self._recorder = LectureRecorder(context.store, interrupted, stage, self.room, self._leader, context.book)
+        self.controls = StageControls(context, self.session, self.lessons, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
         self.stage = StageAudiences(context, self.session, self.lessons, self.room, self.control, self.participants)
         self._errors = ThrottledLog(log)
-        self._leader = Leader(context.key)
-        self._recorder = LectureRecorder(context.store, interrupted, (self.session, self.lessons), self.room, self._leader)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
         self.admission = Admission(self._admit, self._not_built)
         self.connections = Connections(context.server, context.wake)
@@ -101,7 +108,7 @@ class LectureHost:
         if self.room.paused and not self.room.free and not self.session.paused:
             # The teacher has pressed Run on the stage.
             self.room.paused = False
-        self._breakouts.settle(self.participants.values(), self.audiences, now)
+        self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
         self._show_stage(frame)
         self._recorder.save(now)
         for client_id, one in list(self.participants.items()):
@@ -143,6 +150,11 @@ class LectureHost:
         teacher.show(self.room, poll, None, page.view, self.lessons)
         page.flush()
 
+    def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
+        """Return what this class leaves behind so far, and what the one before has left; a teacher without a key gets only the first."""
+        last = None if self._context.key is None else self._recorder.last_class
+        return self.room.summary(self._context.book, time()), last
+
     @property
     def _invitation(self) -> Address | None:
         return self.controls.address if self.room.inviting else None
@@ -170,9 +182,11 @@ class LectureHost:
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""
         client_id = client.client_id
-        participant = Participant(client, self._leader.holds(client_id), self.audiences.audience_of(client_id))
+        audience = self.audiences.audience_of(client_id)
+        participant = Participant(client, self._leader.holds(client_id), audience, self.control)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
-            yield from self._breakouts.admit(participant, self.participants.values(), self.session.settings, self.lessons)
+            begin = self._breakouts.begin(participant.id, self.session, self.lessons)
+            yield from self._breakouts.admit(participant, self.participants.values(), begin)
             self.participants[client_id] = participant
             self.room.enter(client_id, participant.id)
             return
@@ -200,6 +214,7 @@ class LectureHost:
         participant = self.participants.pop(client_id, None)
         self.room.leave(client_id)
         if participant is not None:
+            participant.leave()
             self._breakouts.leave(participant)
             if participant is self.controls.operator:
                 self.controls.release()

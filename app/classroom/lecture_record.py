@@ -1,13 +1,16 @@
-"""A lecture outlives a server that breaks off: the stage, the answers and the lead are stored every second."""
+"""A lecture outlives a server that breaks off: the stage, the answers and the lead are stored every second. Of one that has ended the
+summary is left."""
 
 from time import time
 from typing import Final
 
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
+from app.export.class_summary import ClassSummary
 from app.hosting.resume import run_again
 from app.hosting.session_store import SessionStore
 from app.hosting.visitor_record import ClassRecord, VisitorRecord
+from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
@@ -17,10 +20,11 @@ SAVING: Final = 1.0
 
 
 class LectureRecorder:
-    """Stores a lecture while it goes on. A lecture that ends by itself leaves nothing.
+    """Stores a lecture while it goes on, and its summary when it ends.
 
     Args:
         record: of the lecture that broke off, which goes on here; None for a new one.
+        book: the lessons.
     """
 
     def __init__(
@@ -30,18 +34,26 @@ class LectureRecorder:
         stage: tuple[Session, LessonSession],
         room: Classroom,
         leader: Leader,
+        book: LessonBook,
     ) -> None:
         self._store, (self._session, self._lessons), self._room, self._leader = store, stage, room, leader
-        self._save_at = 0.0
+        self._book, self._save_at = book, 0.0
+        self._last_class = _summary_in(store.last_lecture(), record is not None, book)
         if record is not None and record.room is not None:
             self._restore(record, record.room)
+
+    @property
+    def last_class(self) -> ClassSummary | None:
+        """Return what the class before this one has left behind, for as long as records are kept."""
+        last = self._last_class
+        return None if last is None or time() - last.saved > self._store.keep else last
 
     def _restore(self, record: VisitorRecord, room: ClassRecord) -> None:
         if record.lessons is not None:
             self._lessons.resume(record.lessons, reopen=True)
         for _ in run_again(self._session, self._lessons, record):
             pass
-        self._room.ballots.restore(room.ballots, room.revealed)
+        _take_up(self._room, room)
         self._room.free = room.free
         self._leader.restore(room.leader, room.students)
 
@@ -50,9 +62,34 @@ class LectureRecorder:
         if not self._store.lasting or now < self._save_at:
             return
         self._save_at = now + SAVING
-        room = ClassRecord(time(), *self._room.ballots.everything, self._room.free, *self._leader.tabs)
+        ballots, work, (leader, students) = self._room.ballots, self._room.work, self._leader.tabs
+        record = ClassRecord(
+            time(), *ballots.everything, self._room.free, leader, students, ballots.earlier, work.passed, work.hand_ins
+        )
         session = self._session
-        self._store.save_lecture(VisitorRecord({}, session.settings, self._lessons.saved(), session.state(), room))
+        self._store.save_lecture(
+            VisitorRecord({}, session.settings, self._lessons.saved(), session.state(), record, self.last_class)
+        )
 
     def close(self) -> None:
-        self._store.save_lecture(VisitorRecord({}, Settings(), None))
+        summary = self._room.summary(self._book, time())
+        self._store.save_lecture(VisitorRecord({}, Settings(), None, last_class=self.last_class if summary.empty else summary))
+
+
+def _take_up(room: Classroom, record: ClassRecord) -> None:
+    room.ballots.restore(record.ballots, record.revealed, record.earlier)
+    room.work.restore(record.passed, record.hand_ins)
+
+
+def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:
+    """Return the summary of the last class that has ended. `goes_on`: whether the lecture of the record goes on."""
+    if record is None:
+        return None
+    if record.room is not None and not goes_on:
+        # It broke off, and was not started again in time.
+        room = Classroom(0)
+        _take_up(room, record.room)
+        summary = room.summary(book, record.room.saved)
+        if not summary.empty:
+            return summary
+    return record.last_class

@@ -4,16 +4,18 @@ import contextlib
 
 import viser
 
-from app.classroom.ballots import Ballot
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
+from app.classroom.hand_in_box import HandInBox
 from app.classroom.stage_page import StagePage
 from app.classroom.student_answers import Answers, Banner, is_narrow
+from app.classroom.student_posts import StudentPosts
 from app.classroom.teacher_panel import TeacherPanel
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
+from app.lessons.tally import Ballot
 from app.page.view import View
 from app.web.audiences import Audience
 from app.web.request import request_query
@@ -25,6 +27,7 @@ class Participant:
     Args:
         teacher: whether it may lead.
         audience: with which it watches the stage; None for a page of its own.
+        control: takes what a student hands in.
 
     Attributes:
         id: of its tab, or of its connection if the tab has none.
@@ -32,13 +35,14 @@ class Participant:
         screen: whether it is a projector, and no student's.
         narrow: whether its window has no room for lesson, stage and controls beside each other.
         page: the stage on a teacher's own page; None for all others.
-        banner, answers, panel: what it has beside the stage; None for what it has not.
+        banner, answers, hand_in, panel: what it has beside the stage; None for what it has not.
         visitor: the student's breakout session; None while the student sees the stage.
         moved: whether it was asked to connect again.
+        worked: whether its student has done something that can be handed in.
     """
 
-    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None) -> None:
-        self.client, self.teacher, self.audience = client, teacher, audience
+    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, control: StudentPosts) -> None:
+        self.client, self.teacher, self.audience, self._control = client, teacher, audience, control
         self.query = request_query(client)
         tab = tab_id(self.query)
         self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
@@ -46,11 +50,25 @@ class Participant:
         self.page: StagePage | None = None
         self.banner: Banner | None = None
         self.answers: Answers | None = None
+        self.hand_in: HandInBox | None = None
         self.panel: TeacherPanel | None = None
         self.visitor: Visitor | None = None
         # In another language the view is a new one, and has no banner yet.
         self._view: View | None = None
         self._shown: object = None
+        self.worked = False
+
+    def add_banner(self) -> None:
+        """Add what a student's page has at the top."""
+        self.banner = Banner(self.client.gui)
+        self.hand_in = HandInBox(self.client.gui, self._control, self.id)
+
+    def leave(self) -> None:
+        """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
+        if self.visitor is not None and self.visitor.lessons.begun:
+            self._control.post_progress(self.id, self.visitor.lessons.walk.to_json())
+        if self.panel is not None:
+            self.panel.close()
 
     def show(self, room: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
         """Update what the page has beside the stage.
@@ -61,23 +79,30 @@ class Participant:
             view, lessons: the stage's, or the student's own ones.
         """
         if self.visitor is not None and self._view is not view:
-            self._view, self.banner, self._shown = view, Banner(self.client.gui), None
+            self._view, self._shown = view, None
+            self.add_banner()
         if self.panel is not None:
             with contextlib.suppress(Exception), self.client.atomic():
                 self.panel.show(room, poll, lessons)
-        if self.banner is None:
+        if self.banner is None or self.hand_in is None:
             return
+        self.hand_in.post(None if self.visitor is None else lessons)
+        report = room.work.handed_in(self.id)
+        self.worked = self.worked or report is not None or room.has_work(self.id)
         line, tab = self._line(room), view.lesson_panel.tab if lessons.open and self.narrow else None
-        shown = line, tab, None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
+        answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
+        shown = line, tab, answered, self.worked, report
         # Opening a batch for each of thirty pages in every frame would cost a message each.
         if shown == self._shown:
             return
         self._shown = shown
         with contextlib.suppress(Exception), self.client.atomic():
             self.banner.show(*line, tab)
+            self.hand_in.show(self.worked, report, tab)
             if self.answers is not None:
                 self.answers.fold(lessons.open)
-                self.answers.show(poll, mine)
+                first = Ballot() if poll is None else room.ballots.first_ballot_of(poll.question, self.id)
+                self.answers.show(poll, mine, first)
 
     def _line(self, room: Classroom) -> tuple[str, str]:
         """Return kind and text of the banner."""

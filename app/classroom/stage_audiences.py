@@ -7,7 +7,7 @@ import viser
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
 from app.classroom.stage_page import StagePage
-from app.classroom.student_answers import Answers, Banner
+from app.classroom.student_answers import Answers
 from app.classroom.teacher_control import TeacherControl
 from app.hosting.app_context import AppContext
 from app.hosting.teacher_key import is_mistaken
@@ -64,7 +64,7 @@ class StageAudiences:
         page.view.welcome(client)
         if not watcher.screen:
             self._room.enter(client.client_id, student)
-            watcher.banner = Banner(client.gui)
+            watcher.add_banner()
             watcher.answers = Answers(client, page.view.lesson_panel, self._control, student)
         if is_mistaken(self._context.key, watcher.query):
             name_mistake(client)

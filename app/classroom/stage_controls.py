@@ -1,6 +1,7 @@
 """The controls of the stage, and the teacher who has them: the operator."""
 
 from app.classroom.address import Address, find_address
+from app.classroom.class_downloads import ClassDownloads, Summaries
 from app.classroom.participant import Participant
 from app.classroom.stage_page import StagePage
 from app.classroom.teacher_control import TeacherControl
@@ -23,6 +24,7 @@ class StageControls:
 
     Args:
         control: carries out the teacher's actions.
+        summaries: returns what this class leaves behind so far, and what the one before has left.
 
     Attributes:
         operator: the participant who has the controls, or None.
@@ -30,8 +32,11 @@ class StageControls:
         address: for the students; None until a teacher has come.
     """
 
-    def __init__(self, context: AppContext, session: Session, lessons: LessonSession, control: TeacherControl) -> None:
+    def __init__(
+        self, context: AppContext, session: Session, lessons: LessonSession, control: TeacherControl, summaries: Summaries
+    ) -> None:
         self._context, self._session, self._lessons, self._control = context, session, lessons, control
+        self._summaries = summaries
         self.operator: Participant | None = None
         self.operation: Operation | None = None
         self._browser: Language = "en"
@@ -96,5 +101,8 @@ class StageControls:
             if leads:
                 self.operation = Operation(client, self._session, teacher.page.view)
             notes = context.notes if context.key is not None else None
-            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes)
+            if teacher.panel is not None:
+                teacher.panel.close()
+            downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
+            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes, downloads)
             teacher.page.view.welcome(client)

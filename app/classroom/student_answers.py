@@ -4,11 +4,11 @@ from typing import Any, Final
 
 import viser
 
-from app.classroom.ballots import Ballot
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import banner_html, mine_html
 from app.classroom.teacher_control import TeacherControl
 from app.i18n.speaking import tr
+from app.lessons.tally import Ballot
 from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
@@ -121,12 +121,13 @@ class Answers:
     def _answer(self, choice: int) -> None:
         self._control.post_answer(self._student, choice)
 
-    def show(self, poll: Poll | None, ballot: Ballot | None) -> None:
+    def show(self, poll: Poll | None, ballot: Ballot | None, first: Ballot) -> None:
+        """Update everything. `ballot`: the student's newest one; `first`: see `mine_html`."""
         mine = Ballot() if ballot is None else ballot
-        asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts)
-        if self._panel.tab is None or (asked, mine) == self._shown:
+        asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
+        if self._panel.tab is None or (asked, mine, first) == self._shown:
             return
-        self._shown = asked, mine
+        self._shown = asked, mine, first
         if not self._buttons:
             self._make()
         count = min(len(poll.choices), len(KEYS)) if poll is not None and poll.open else 0
@@ -141,6 +142,6 @@ class Answers:
             self._commands.append(self._command(len(self._commands)))
         drawing = poll.drawing if poll is not None and poll.open else None
         self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
-        line = "" if poll is None else mine_html(poll, mine)
+        line = "" if poll is None else mine_html(poll, mine, first)
         over = poll is not None and bool(poll.verdicts)
         self._texts[1].content, self._texts[2].content = ("", line) if over else (line, "")

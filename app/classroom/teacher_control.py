@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
-from app.classroom.ballots import QuestionId
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.teacher_panel import Action
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_actions import Choose, Draw, ResetStep
 from app.lessons.session.lesson_session import LessonSession
+from app.lessons.tally import QuestionId
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import Curve
 from app.session.action_queue import ActionQueue
@@ -16,7 +16,7 @@ from app.session.session import Session
 
 
 class TeacherControl:
-    """All methods but `post` and `post_answer` belong to the stage's thread.
+    """All methods but those that post belong to the stage's thread.
 
     Args:
         decided: called after every action.
@@ -44,6 +44,21 @@ class TeacherControl:
     def post_answer(self, student: str, choice: int) -> None:
         """Queue a student's answer for the next frame; from any thread. `student`: id of the tab."""
         self.answers.put(lambda: self._answer(student, choice), student)
+
+    def post_progress(self, student: str, progress: str) -> None:
+        """Queue the progress of a student's own session, as JSON; from any thread."""
+        self.answers.put(lambda: self._room.work.note(student, progress), (student, "progress"))
+
+    def post_hand_in(self, student: str, name: str, progress: str = "") -> None:
+        """Queue a student's report; from any thread. `name`: "" for none; `progress`: of the student's own session, as JSON."""
+        self.answers.put(lambda: self._hand_in(student, name, progress), (student, "report"))
+
+    def post_take_back(self, student: str) -> None:
+        """Queue that a student's report is deleted; from any thread."""
+        self.answers.put(lambda: self._room.work.take_back(student), (student, "report"))
+
+    def _hand_in(self, student: str, name: str, progress: str) -> None:
+        self._room.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
 
     def _act(self, action: Action) -> None:
         room = self._room

@@ -6,6 +6,7 @@ from typing import Final, Literal
 import viser
 
 from app.classroom.address import Address
+from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import heads_html, join_html, poll_html
 from app.i18n.speaking import N_, tr
@@ -34,6 +35,7 @@ class TeacherPanel:
     Args:
         act: called with the teacher's actions, on the network's thread.
         notes: Markdown by lesson id; None for a teacher without a key.
+        downloads: of the class's reports.
     """
 
     def __init__(
@@ -42,8 +44,9 @@ class TeacherPanel:
         act: Callable[[Action], None],
         address: Address,
         notes: Mapping[str, str] | None,
+        downloads: ClassDownloads,
     ) -> None:
-        self._gui, self._act = client.gui, act
+        self._gui, self._act, self._downloads = client.gui, act, downloads
         gui = client.gui
         tabs = gui.add_tab_group(order=ORDER)
         with tabs.add_tab(tr("Class"), viser.Icon.USERS_GROUP):
@@ -59,6 +62,7 @@ class TeacherPanel:
             self._reveal = self._button(tr("Reveal to everybody"), "reveal", None, viser.Icon.EYE)
             self._again = self._button(tr("Ask again"), "again", "gray", viser.Icon.REFRESH)
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
+            downloads.build()
         self._notes: NotesView | None = None
         if notes is not None:
             with tabs.add_tab(tr("Notes"), viser.Icon.NOTEBOOK):
@@ -101,7 +105,8 @@ class TeacherPanel:
         """Update all tabs. `poll`: the question on the stage; `lessons`: the stage's."""
         if self._notes is not None:
             self._notes.show(lessons)
-        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, poll
+        self._downloads.show()
+        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, len(room.work.hand_ins), poll
         if shown == self._shown:
             return
         self._shown, self._free = shown, room.free
@@ -111,6 +116,11 @@ class TeacherPanel:
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._reveal.visible = poll is not None and not poll.revealed
         self._reveal.disabled = poll is None or not poll.tally.answered
-        self._again.visible = poll is not None and (poll.revealed or not poll.open)
+        # Two rounds with a talk between them: the first one need not be revealed.
+        self._again.visible = poll is not None and (not poll.open or poll.tally.answered > 0)
         self._pause.label = tr("Let everybody go on") if room.paused else tr("Pause everybody")
         self._invite.label = tr("Hide it again") if room.inviting else tr("Show it on every screen")
+
+    def close(self) -> None:
+        """Drop every report that is being made."""
+        self._downloads.close()

@@ -5,6 +5,7 @@ import json
 import math
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
@@ -13,8 +14,10 @@ from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import readable
-from scenes.roles import TargetSource
 from scenes.settings import RunSettings, specs, values
+
+if TYPE_CHECKING:
+    from scenes.roles import TargetSource
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,7 @@ def _start_file(command: RunCommand) -> Path | None:
     return path
 
 
-def _target_source(command: RunCommand, settings: RunSettings) -> TargetSource | None:
+def _target_source(command: RunCommand, settings: RunSettings) -> "TargetSource | None":
     """Return the source of the targets; None for the experiment's own."""
     from app.session.input_sources import MODEL_REMEDY, PersonTarget, from_bvh
     from scenes.inputs_file import read_person

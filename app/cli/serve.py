@@ -1,21 +1,34 @@
 """`lwr-duet serve`: the page."""
 
+import socket
 import webbrowser
+from collections.abc import Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, Literal
 from urllib.parse import quote
 
 import tyro
 
 from app.cli.options import AllOptions, Flat, chosen
+from app.cli.sweep import cores
+from app.hosting.door import Door
+from app.hosting.store_file import StoreLock, usual_path
+from app.hosting.teacher_key import chosen_key
+from app.hosting.worker_process import WorkerStart
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from app.settings import Settings
+from app.web.listening import listen, url_of
 from controllers.errors import BadSetting
 from scenes.files import readable
+from scenes.given_choices import added_choices
 
 MEMORY: Final = "memory"
 """In place of a file: visitors' work is kept no longer than the server runs."""
+
+MOST_WORKERS: Final = 8
+"""Processes that `--workers auto` starts at most."""
 
 LONGEST_KEEP: Final = 24.0 * 366.0
 """[hours]"""
@@ -38,6 +51,8 @@ class Serve:
     """Most tabs with a session of their own at once; in a lecture, most students who explore by themselves."""
     watchers: int = 200
     """Most pages open in a lecture at once; visitors with the key always get in."""
+    workers: int | Literal["auto"] = "auto"
+    """Processes that share the visitors, started as they are needed; `auto` for as many as the machine has cores."""
     lecture: bool = False
     """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
@@ -85,45 +100,101 @@ def serve(command: Serve) -> int:
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     settings = chosen(command.settings, Settings())
+    key = chosen_key(command.key if command.key is None else readable(command.key))
+    served: dict[str, Any] = {
+        "settings": settings,
+        "sessions": command.sessions,
+        "lecture": command.lecture,
+        "key": key,
+        "allowed_origins": command.allow_origin,
+        "lessons": command.lessons,
+        "watchers": command.watchers,
+        "ahead": True,
+        "store": usual_path() if command.store is None else None if command.store == MEMORY else Path(command.store),
+        "keep": 3600.0 * command.keep,
+        "most_bytes": round(1e6 * command.store_size),
+    }
+    sources = command.bvh, command.camera, command.video, command.pose_model, command.law_file
+    try:
+        workers = _workers(command)
+        if workers == 1:
+            _serve_alone(command, key, served, sources)
+        else:
+            _serve_with_workers(command, key, served, sources, workers)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return 0
+
+
+def _workers(command: Serve) -> int:
+    """Return how many processes may share the visitors.
+
+    Raises:
+        BadSetting: the option is not a number of processes, or there can be one only.
+    """
+    reason = (
+        "one process reads the camera"
+        if command.camera is not None or command.video is not None
+        else "this system cannot hand connections over"
+        if not hasattr(socket, "send_fds")
+        else ""
+    )
+    if command.workers == "auto":
+        return 1 if reason else min(cores(), MOST_WORKERS)
+    if command.workers < 1 or (reason and command.workers > 1):
+        raise BadSetting(f"--workers must be 1 here: {reason}." if reason else "--workers must be at least 1.")
+    return command.workers
+
+
+def _serve_alone(command: Serve, key: str | None, served: Mapping[str, Any], named: tuple[Any, ...]) -> None:
+    """Serve the page in this process until Ctrl+C."""
     with ending_at_once():
-        from app.classroom.address import find_address
-        from app.hosting.store_file import usual_path
-        from app.hosting.teacher_key import chosen_key
         from app.session.input_sources import find_input_sources
         from app.start import start_app
 
-        key = chosen_key(command.key if command.key is None else readable(command.key))
-        sources = find_input_sources(command.bvh, command.camera, command.video, command.pose_model, command.law_file)
+        sources = find_input_sources(*named)
         try:
-            app = start_app(
-                command.host,
-                command.port,
-                settings,
-                command.sessions,
-                command.lecture,
-                key,
-                command.allow_origin,
-                sources,
-                command.lessons,
-                command.watchers,
-                ahead=True,
-                store=usual_path() if command.store is None else None if command.store == MEMORY else Path(command.store),
-                keep=3600.0 * command.keep,
-                most_bytes=round(1e6 * command.store_size),
-            )
+            app = start_app(command.host, command.port, sources=sources, **served)
         except Exception:
             sources.close()
             raise
     try:
-        link = app.url + (f"/?key={quote(key, safe='')}" if key else "")
-        print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
-        if command.lecture:
-            print(f"The class opens {find_address('', command.host, app.server.get_port()).url}", flush=True)
-        if command.open:
-            webbrowser.open(link)
+        _announce(command, key, app.server.get_port())
         app.wait()
-    except KeyboardInterrupt:
-        return INTERRUPTED
     finally:
         app.close()
-    return 0
+
+
+def _serve_with_workers(command: Serve, key: str | None, served: Mapping[str, Any], named: tuple[Any, ...], most: int) -> None:
+    """Serve the page in worker processes until Ctrl+C."""
+    store: Path | None = served["store"]
+    with ExitStack() as held:
+        listener = listen(command.host, command.port)
+        port = listener.getsockname()[1]
+        held.callback(listener.close)
+        if store is not None:
+            # Where there can be no lock there can be no file, which the workers say.
+            with suppress(OSError):
+                held.callback(StoreLock(store).release)
+        # The robots that were read from files are known to this process only.
+        given = None
+        if added_choices():
+            from scenes.robots.robot_files import given_at_start
+
+            given = given_at_start()
+        door = Door(listener, WorkerStart(command.host, port, served, named, given), most)
+        try:
+            door.run(lambda: _announce(command, key, port))
+        finally:
+            door.close()
+
+
+def _announce(command: Serve, key: str | None, port: int) -> None:
+    link = url_of(command.host, port) + (f"/?key={quote(key, safe='')}" if key else "")
+    print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
+    if command.lecture:
+        from app.classroom.address import find_address
+
+        print(f"The class opens {find_address('', command.host, port).url}", flush=True)
+    if command.open:
+        webbrowser.open(link)

@@ -8,7 +8,7 @@ from app.custom_law.custom_law import read_law
 from app.custom_law.examine import examine_one
 from app.custom_law.trial_result import TrialResult
 from app.custom_law.trials import TRIALS
-from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_pool import Job, Jobs
 from controllers.errors import LazyText
 from scenes.files import readable
 
@@ -45,7 +45,7 @@ class Examination:
         wake: called, from any thread, when there is news.
     """
 
-    def __init__(self, path: Path, background: JobPool, wake: Callable[[], None]) -> None:
+    def __init__(self, path: Path, background: Jobs, wake: Callable[[], None]) -> None:
         self._path, self._background, self._wake = path, background, wake
         self._jobs: list[Job] = []
         self.progress = self._none = ExaminationProgress(readable(path.name))

@@ -15,7 +15,7 @@ from app.export.python_snippet import Snippet, as_python
 from app.i18n.speaking import N_, spoken
 from app.recording.replay_player import ReplayPlayer, not_again
 from app.recording.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
-from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from app.session.session import Session
 from controllers.errors import LazyText
@@ -69,7 +69,7 @@ class ExportQueue:
         player: replays in the session's place, and collects finished jobs, when it is advanced once a frame.
     """
 
-    def __init__(self, session: Session, background: JobPool) -> None:
+    def __init__(self, session: Session, background: Jobs) -> None:
         self._session = session
         # An empty post wakes the session.
         self._jobs = JobWatch(background, lambda: session.post(lambda: None, "news"), self._fail)

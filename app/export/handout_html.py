@@ -41,7 +41,7 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
         *("".join(_step(lesson, i, read)) for i in range(len(lesson.steps))),
         *(_afterwards(lesson) if read is None else ()),
     ]
-    return locked_page(title, "handout.css", parts)
+    return locked_page(title, ("handout.css",), parts)
 
 
 def _step(lesson: Lesson, index: int, notes: Notes | None) -> Iterator[str]:

@@ -70,9 +70,9 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
     for i, one in enumerate(done):
         if stopped():
             raise Stopped
-        entry, run = _entry(one, f"p{i}", stopped)
-        entries.append(entry)
-        last = run or last
+        recorded = one.seen or _made_again(one)
+        entries.append(step_entry(one, recorded, f"p{i}", stopped))
+        last = last if recorded is None else recorded.stretches[-1].settings
     about = f"{tr('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
     settings = None if last is None else Settings(run=last)
     return report_html(report_title(done), entries, settings, about=about, rich=rich_html).encode()
@@ -86,15 +86,20 @@ def rich_html(text: str) -> str:
     return made if "<svg" in made else lowered(made)
 
 
-def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEntry, RunSettings | None]:
+def step_entry(one: Done, recorded: Recorded | None = None, name: str = "", stopped: Callable[[], bool] = never) -> ReportEntry:
+    """Return what is reported on a step.
+
+    Args:
+        recorded: the run whose settings and plot are shown; None to leave them out.
+        name: of the plot, another one for each on a page.
+        stopped: see `lab_bytes`.
+    """
     lesson, step, progress = one.lesson, one.step, one.progress
     view = make_view(StepPosition(lesson, step, one.index, phases_of(step)[-1], progress, False), step.yours, False, False)
     texts = dict(view.texts)
     verdict, attempt = view.verdict, progress.last
     curves = view.drawing if view.drawing is not None and view.drawing.drawn else None
-    recorded = one.seen or _made_again(one)
-    run = recorded.stretches[-1].settings if recorded is not None else None
-    entry = ReportEntry(
+    return ReportEntry(
         title=f"{lesson.number}.{one.index + 1}  {plain(step.title)}",
         question=texts.get("predict", "") if view.choices else "",
         prediction=view.choices[view.chosen] if view.chosen is not None else "",
@@ -106,7 +111,7 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         passed=view.passed if view.challenge else None,
         words=progress.words,
         chapter=tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
-        settings=_settings(run) if run is not None else "",
+        settings=_settings(recorded.stretches[-1].settings) if recorded is not None else "",
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
         drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",
         record=StepRecord(
@@ -120,7 +125,6 @@ def _entry(one: Done, name: str, stopped: Callable[[], bool]) -> tuple[ReportEnt
         drawing_verdict=curves.verdict.text if curves is not None and curves.verdict is not None else "",
         because=progress.because,
     )
-    return entry, run
 
 
 def _settings(run: RunSettings) -> str:

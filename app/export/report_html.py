@@ -88,21 +88,21 @@ def report_html(
     for before, entry in zip(("", *(entry.chapter for entry in entries)), entries, strict=False):
         if entry.chapter not in ("", before):
             parts.append(f'<h2 class="chapter">{html.escape(entry.chapter)}</h2>')
-        parts.append(_entry(entry, rich))
+        parts.append(entry_html(entry, rich))
     if settings is not None:
         parts.append(f"<h2>{html.escape(tr('Settings of the last run'))}</h2>{_table(settings)}")
     parts.append(records_html([entry.record for entry in entries if entry.record is not None]))
-    return locked_page(title, "report.css", parts)
+    return locked_page(title, ("report.css",), parts)
 
 
-def locked_page(title: str, style: str, parts: Sequence[str]) -> str:
+def locked_page(title: str, styles: Sequence[str], parts: Sequence[str]) -> str:
     """Return an HTML page that loads and runs nothing, in the reader's language.
 
     Args:
-        style: name of a style sheet in this folder.
+        styles: names of style sheets in this folder.
         parts: of the body, as HTML.
     """
-    sheet = Path(__file__).with_name(style).read_text(encoding="utf-8")
+    sheet = "".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in styles)
     return (
         f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
@@ -113,7 +113,8 @@ def locked_page(title: str, style: str, parts: Sequence[str]) -> str:
     )
 
 
-def _entry(entry: ReportEntry, rich: Callable[[str], str]) -> str:
+def entry_html(entry: ReportEntry, rich: Callable[[str], str]) -> str:
+    """Return one step of a report; see `report_html` for `rich`."""
     parts: list[str] = []
 
     def add(name: str, content: str) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from app.figures.drawn_figure import Drawn, shown
 from app.figures.figure_style import COLOURS, DASHES, stack
 from app.figures.run_plan import Plan
-from controllers.proximity import Treatment
+from controllers.choices import Treatment
 from scenes.headless import Summary
 
 LOOKS: Final[dict[Treatment, tuple[str, str, object, str]]] = {

@@ -6,7 +6,7 @@ from typing import Final, get_args
 from app.figures.drawn_figure import Drawn, shown
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, sheet
 from app.figures.run_plan import Plan
-from controllers.proximity import Treatment
+from controllers.choices import Treatment
 from scenes.settings import RunSettings, specs
 
 SEED: Final = 396

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from app.hosting.session_store import SessionStore
+from app.hosting.worker_link import WorkerLink
 from app.lessons.lesson import LessonBook
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import Jobs
 from app.session.input_sources import InputSources
 from app.settings import Settings
 from app.web.server import DuetServer
@@ -26,12 +27,13 @@ class AppContext:
         store: what visitors who have gone left behind.
         max_sessions: private sessions at once.
         listening: the address to which the server is bound.
+        link: to the other processes of a lecture; None where there is one process.
         frame_due: set to ask for a frame at once.
     """
 
     server: DuetServer
     start: Settings
-    jobs: JobPool
+    jobs: Jobs
     sources: InputSources
     book: LessonBook
     key: str | None
@@ -39,6 +41,7 @@ class AppContext:
     store: SessionStore
     max_sessions: int
     listening: str
+    link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)
 
     def wake(self) -> None:

@@ -11,7 +11,7 @@ from app.i18n.catalogue import words_of
 from app.i18n.reader_language import KNOWN
 from app.lessons.lesson import LessonBook
 from app.lessons.translated_book import in_language
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import Jobs
 from app.stage.stage import furniture_glb
 from controllers.errors import DuetError
 from scenes.glb import NotStored, stored_only
@@ -32,7 +32,7 @@ ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
 class Preparation:
     """Reads or makes every item once, in a thread of its own. `jobs`: makes what is not stored."""
 
-    def __init__(self, book: LessonBook, jobs: JobPool) -> None:
+    def __init__(self, book: LessonBook, jobs: Jobs) -> None:
         self._book, self._jobs = book, jobs
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="duet-preparation", daemon=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from app.hosting.record_bytes import DamagedRecord, joined, packed, split, unpacked
-from app.hosting.store_file import Change, StoreFile, StoreInUse, StoreLock, Unusable, is_damage, set_aside
+from app.hosting.store_file import Change, StoreFile, StoreInUse, StoreLock, Unusable, is_damage, is_usable, mending, set_aside
 from app.hosting.visitor_record import VisitorRecord
 from app.runtime.throttled_log import ThrottledLog
 from scenes.inputs import Recorded
@@ -135,9 +135,10 @@ class RecordWriter:
         try:
             work()
         except (sqlite3.Error, OSError, Unusable, StoreInUse) as error:
+            found_open = self._file is not None and not self._file.is_replaced()
             self._close_file()
             if is_damage(error) or isinstance(error, Unusable):
-                self._set_aside(error)
+                self._set_aside(error, found_open)
                 return
             self._retry_at = self._clock() + AGAIN
             if not self.problem:
@@ -150,6 +151,9 @@ class RecordWriter:
     def _open(self) -> None:
         if self._lock is None and self._owned:
             self._lock = StoreLock(self.path)
+        if self._file is not None and self._file.is_replaced():
+            # Another worker has found it damaged.
+            self._close_file()
         if self._file is None:
             self._file = StoreFile(self.path, self._most_bytes)
             self._file.clean(self._clock() - self._keep)
@@ -160,14 +164,18 @@ class RecordWriter:
             self._file.close()
             self._file = None
 
-    def _set_aside(self, reason: BaseException) -> None:
+    def _set_aside(self, reason: BaseException, certain: bool) -> None:
         try:
-            aside = set_aside(self.path, datetime.fromtimestamp(self._clock()))
-        except OSError as error:
+            with mending(self.path):
+                # Another worker may have done it meanwhile.
+                if certain or not is_usable(self.path):
+                    aside = set_aside(self.path, datetime.fromtimestamp(self._clock()))
+                    log.warning(
+                        "the file of visitors %s %s; it is now %s, and a new one was begun", self.path, reason, aside.name
+                    )
+                self._open()
+        except (OSError, sqlite3.Error, Unusable, StoreInUse) as error:
             self._retry_at, self.problem = self._clock() + AGAIN, str(error)
-            return
-        log.warning("the file of visitors %s %s; it is now %s, and a new one was begun", self.path, reason, aside.name)
-        self._try(self._open)
 
     def _write(self) -> None:
         with self._guard:

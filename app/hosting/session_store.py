@@ -50,7 +50,7 @@ class SessionStore:
     """
 
     def __init__(self, keep: float = KEEP, clock: Callable[[], float] = monotonic, file: RecordWriter | None = None) -> None:
-        self._keep, self._clock, self._file = keep, clock, file
+        self.keep, self._clock, self._file = keep, clock, file
         self._records: dict[str, tuple[VisitorRecord, float]] = {}
         self._parked: dict[str, _Parked] = {}
 
@@ -85,9 +85,13 @@ class SessionStore:
         if self._file is not None:
             self._file.put(LECTURE, record)
 
+    def last_lecture(self) -> VisitorRecord | None:
+        """Return the newest record of a lecture; None if there is none. Waits for the disk."""
+        return None if self._file is None else self._file.ask(LECTURE).result()
+
     def interrupted_lecture(self) -> VisitorRecord | None:
         """Return the stage of a lecture that broke off less than `AWAY` ago; None if there is none. Waits for the disk."""
-        record = None if self._file is None else self._file.ask(LECTURE).result()
+        record = self.last_lecture()
         lately = record is not None and record.room is not None and time() - record.room.saved < AWAY
         return record if lately else None
 
@@ -136,7 +140,7 @@ class SessionStore:
         now = self._clock()
         # Both are in order of age, the oldest first.
         for tab, (_, since) in list(self._records.items()):
-            if now - since <= self._keep and len(self._records) <= MOST_RECORDS:
+            if now - since <= self.keep and len(self._records) <= MOST_RECORDS:
                 break
             del self._records[tab]
         if len(self._records) > MOST_SESSIONS:

@@ -3,7 +3,8 @@
 import fcntl
 import os
 import sqlite3
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -102,10 +103,11 @@ class StoreFile:
     """
 
     def __init__(self, path: Path, most_bytes: int) -> None:
-        self._most_bytes = most_bytes
+        self._path, self._most_bytes = path, most_bytes
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
         path.chmod(0o600)
+        self._number = path.stat().st_ino
         self.connection = sqlite3.connect(path, timeout=2.0, isolation_level=None, check_same_thread=False)
         try:
             self._prepare()
@@ -137,6 +139,13 @@ class StoreFile:
         execute("PRAGMA synchronous = NORMAL")
         execute("PRAGMA foreign_keys = ON")
         execute("PRAGMA secure_delete = ON")
+
+    def is_replaced(self) -> bool:
+        """Return whether another file has its name now."""
+        try:
+            return os.stat(self._path).st_ino != self._number
+        except FileNotFoundError:
+            return True
 
     def write(self, changes: Iterable[Change]) -> None:
         """Write what is new of several tabs, all of it or nothing."""
@@ -202,6 +211,30 @@ class StoreFile:
 def is_damage(error: BaseException) -> bool:
     """Return whether an error says that the content of a file is damaged."""
     return isinstance(error, sqlite3.DatabaseError) and getattr(error, "sqlite_errorcode", 0) & 0xFF in _DAMAGED
+
+
+def is_usable(path: Path) -> bool:
+    """Return whether a file can be read and written, or made.
+
+    Raises:
+        sqlite3.Error, OSError: it cannot be opened now.
+    """
+    try:
+        StoreFile(path, MOST_BYTES).close()
+    except Unusable:
+        return False
+    return True
+
+
+@contextmanager
+def mending(path: Path) -> Iterator[None]:
+    """Let one process at a time replace a file that cannot be used."""
+    lock = os.open(path.with_name(path.name + ".mending"), os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(lock)
 
 
 def set_aside(path: Path, now: datetime) -> Path:

@@ -2,10 +2,12 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
+from app.export.class_summary import ClassSummary, HandIn
 from app.lessons.session.saved import SavedLesson
+from app.lessons.tally import QuestionId
 from app.plots.curve_chart import Curve
 from app.session.session_state import SessionState
 from app.settings import Settings
@@ -48,14 +50,21 @@ class ClassRecord:
         free: whether the students explore.
         leader: id of the tab that leads; None for none.
         students: ids of the tabs that do not lead.
+        earlier: question → the ballots of its rounds before the newest one, oldest first.
+        passed: lesson and step → ids of the tabs that have passed the challenge.
+        hand_ins: the reports that were handed in, by the id of a student's tab.
     """
 
     saved: float
-    ballots: Mapping[tuple[str, str], Mapping[str, tuple[int | None, Curve]]]
-    revealed: tuple[tuple[str, str], ...]
+    ballots: Mapping[QuestionId, Mapping[str, tuple[int | None, Curve]]]
+    revealed: tuple[QuestionId, ...]
     free: bool
     leader: str | None
     students: tuple[str, ...]
+    # Absent from the records of earlier versions.
+    earlier: Mapping[QuestionId, tuple[Mapping[str, tuple[int | None, Curve]], ...]] = field(default_factory=dict)
+    passed: Mapping[QuestionId, tuple[str, ...]] = field(default_factory=dict)
+    hand_ins: Mapping[str, HandIn] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -66,6 +75,7 @@ class VisitorRecord:
         lessons: progress in the lessons; None if none was ever opened.
         state: where the session was; None if it cannot go on from there.
         room: of the class, where the visitor is the stage of a lecture.
+        last_class: what the class before has left behind, likewise.
     """
 
     query: Mapping[str, str]
@@ -73,3 +83,4 @@ class VisitorRecord:
     lessons: SavedLesson | None
     state: SessionState | None = None
     room: ClassRecord | None = None
+    last_class: ClassSummary | None = None

@@ -227,15 +227,21 @@ def flat_line(truth: Curve) -> Curve:
     return (median(known),) * COLUMNS if known else ()
 
 
-def drawing_svg(drawing: Drawing, drawn: Curve, truth: Curve, others: tuple[Curve, ...] = ()) -> str:
+def drawing_svg(
+    drawing: Drawing, drawn: Curve, truth: Curve, others: tuple[Curve, ...] = (), earlier: tuple[Curve, ...] = ()
+) -> str:
     """Return the axes with the curves over them, as an <svg> element in the current language.
 
     Args:
         drawn: one student's; of a class the median.
         truth: () before the run.
         others: of a class, without names.
+        earlier: of the same class when it was asked for the first time; they are pale.
     """
-    lines = [Line(curve, width=1.2, opacity=0.3) for curve in others]
+    lines = [Line(curve, "first", width=1.0, opacity=0.35) for curve in earlier]
+    if earlier:
+        lines.append(Line(median_curve(earlier), "first", width=2.6, dash="7 5"))
+    lines += [Line(curve, width=1.2, opacity=0.45 if earlier else 0.3) for curve in others]
     if drawn:
         name = tr("median") if others else tr("your curve") if truth else ""
         lines.append(Line(drawn, "", name, 3.4 if others else 2.2, "" if others else "6 4"))

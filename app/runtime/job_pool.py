@@ -11,7 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from ctypes import c_longlong
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, Protocol
 
 from controllers.errors import DuetError, LazyText
 from scenes.children import inheriting, leave_with_parent
@@ -27,6 +27,7 @@ NICENESS: Final = 3
 
 ENDED: Final = LazyText("The computation was ended from outside; ask for it again.")
 BUSY: Final = LazyText("Too many computations are waiting; ask again in a moment.")
+FAILED: Final = LazyText("The computation failed; the server's log says why.")
 
 State = Literal["waiting", "running", "done", "failed", "dropped"]
 
@@ -54,8 +55,41 @@ class Job:
     message: str = ""
 
 
+class Jobs(Protocol):
+    """Runs jobs in the background, in a pool of this process or in one that several processes share; from any thread."""
+
+    def submit(
+        self,
+        owner: object,
+        kind: str,
+        function: Callable[..., Any],
+        *arguments: Any,
+        urgent: bool = False,
+        wake: Callable[[], None] = lambda: None,
+    ) -> Job:
+        """Queue a call of `function(*arguments, stopped)`; an older job of the same owner and kind is dropped.
+
+        Args:
+            owner: with which it can be cancelled.
+            kind: of which an owner has one job at a time.
+            function: at a module's top level. It calls `stopped()` now and then, and raises an exception if that is true.
+            arguments: must be picklable.
+            urgent: goes before others; a running job that is not urgent is put back for it.
+            wake: called when the state has changed, from another thread.
+        """
+        ...
+
+    def cancel(self, owner: object, kind: str | None = None) -> None:
+        """Drop all jobs of an owner, or those of one kind."""
+        ...
+
+    def close(self) -> None:
+        """Drop all jobs, and let go of what runs them; later jobs fail."""
+        ...
+
+
 class JobPool:
-    """A queue in front of a pool of processes, which start with the first job. All methods may be called from any thread.
+    """A queue in front of a pool of processes, which start with the first job; see `Jobs`.
 
     Args:
         workers: processes; None for all cores but one, at most four.
@@ -83,20 +117,10 @@ class JobPool:
         urgent: bool = False,
         wake: Callable[[], None] = lambda: None,
     ) -> Job:
-        """Queue a call of `function(*arguments, stopped)`; an older job of the same owner and kind is dropped.
-
-        Args:
-            owner: with which it can be cancelled.
-            kind: of which an owner has one job at a time.
-            function: at a module's top level. It calls `stopped()` now and then, and raises an exception if that is true.
-            arguments: must be picklable.
-            urgent: goes before others; a running job that is not urgent is put back for it.
-            wake: called when the state has changed, from another thread.
-        """
         job = Job(next(self._tickets), owner, kind, function, arguments, urgent, wake)
         with self._lock:
             place = len(self._waiting)
-            for old in [j for j in (*self._waiting, *self._running.values()) if j.owner is owner and j.kind == kind]:
+            for old in [j for j in (*self._waiting, *self._running.values()) if j.owner == owner and j.kind == kind]:
                 # A new request takes the old one's place in the queue.
                 place = min(place, self._drop(old))
             if self._closed or len(self._waiting) >= MOST_WAITING:
@@ -107,14 +131,12 @@ class JobPool:
         return job
 
     def cancel(self, owner: object, kind: str | None = None) -> None:
-        """Drop all jobs of an owner, or those of one kind."""
         with self._lock:
             for job in [*self._waiting, *self._running.values()]:
-                if job.owner is owner and kind in (None, job.kind):
+                if job.owner == owner and kind in (None, job.kind):
                     self._drop(job)
 
     def close(self) -> None:
-        """Drop all jobs and end the processes; later jobs fail."""
         with self._lock:
             self._closed = True
             for job in [*self._waiting, *self._running.values()]:
@@ -217,7 +239,7 @@ class JobPool:
                 job.message = str(error)
             else:
                 log.error("a computation failed", exc_info=error)
-                job.message = LazyText("The computation failed; the server's log says why.")
+                job.message = FAILED
 
 
 # --- in the worker -------------------------------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_pool import Job, Jobs
 
 
 class JobWatch:
@@ -15,7 +15,7 @@ class JobWatch:
         failed: called by `collect` with a job that has failed.
     """
 
-    def __init__(self, background: JobPool, wake: Callable[[], None], failed: Callable[[Job], None]) -> None:
+    def __init__(self, background: Jobs, wake: Callable[[], None], failed: Callable[[Job], None]) -> None:
         self._background, self._wake, self._failed = background, wake, failed
         self._jobs: dict[Job, Callable[[Any], None]] = {}
 
@@ -27,7 +27,7 @@ class JobWatch:
     def submit(
         self, kind: str, done: Callable[[Any], None], function: Callable[..., Any], *arguments: Any, urgent: bool = False
     ) -> None:
-        """Submit a job in the place of an older one of its kind, see `JobPool.submit`; `collect` calls `done` with its result."""
+        """Submit a job in the place of an older one of its kind, see `Jobs.submit`; `collect` calls `done` with its result."""
         self.drop(kind)
         self._jobs[self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=self._wake)] = done
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
-from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_pool import Job, Jobs
 from scenes.settings import RunSettings
 
 Part = TypeVar("Part")
@@ -23,7 +23,7 @@ class BackgroundParts(Generic[Part, Result]):
 
     def __init__(
         self,
-        background: JobPool,
+        background: Jobs,
         wake: Callable[[], None],
         parts: Sequence[Part],
         compute: Callable[[RunSettings, Part, Callable[[], bool]], Result],

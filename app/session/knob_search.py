@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final, cast
 
-from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from app.settings import Settings
 from controllers.errors import LazyText
@@ -34,7 +34,7 @@ class KnobSearch:
 
     def __init__(
         self,
-        background: JobPool | None,
+        background: Jobs | None,
         wake: Callable[[], None],
         settings: Callable[[], Settings],
         change: Callable[[str, object], None],

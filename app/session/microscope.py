@@ -6,7 +6,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from controllers.kinematics import Array
 from scenes.history import COLUMN, History
@@ -71,7 +71,7 @@ class Microscope:
         span: when what is kept of the run begins and ends, and the instant that was shown last [s]; None while there is none.
     """
 
-    def __init__(self, background: JobPool | None, wake: Callable[[], None]) -> None:
+    def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
         self._jobs = None if background is None else JobWatch(background, wake, self._failed)
         self.quantity: Quantity = "dq"
         self._time: float | None = None

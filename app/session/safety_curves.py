@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final, NamedTuple
 
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import Jobs
 from app.session.background_parts import BackgroundParts
 from scenes.law_knobs import KNOBS, LawKnob, knob_points
 from scenes.rerun import Stopped
@@ -39,7 +39,7 @@ SafetyCurves = BackgroundParts[LawKnob, tuple[SafetyPoint, ...]]
 """One curve a knob."""
 
 
-def safety_curves(background: JobPool, wake: Callable[[], None]) -> SafetyCurves:
+def safety_curves(background: Jobs, wake: Callable[[], None]) -> SafetyCurves:
     """Return the curves of a session; they do not depend on the chosen law. For the arguments see `BackgroundParts`."""
     return SafetyCurves(background, wake, KNOBS, knob_curve, _any_law)
 

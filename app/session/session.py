@@ -4,7 +4,7 @@ from collections.abc import Callable, Hashable, Iterator
 from dataclasses import replace
 from time import perf_counter
 
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import Jobs
 from app.session.action_queue import ActionQueue
 from app.session.clock import BUDGET, Clock, Pace
 from app.session.ghost_run import GhostRun
@@ -51,7 +51,7 @@ class Session:
         self,
         settings: Settings,
         wake: Callable[[], None] = lambda: None,
-        background: JobPool | None = None,
+        background: Jobs | None = None,
         sources: InputSources = NO_SOURCES,
     ) -> None:
         self.settings, self.sources, self.background, self._wake = settings, sources, background, wake

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from app.custom_law.custom_law import CustomLaw
 from app.custom_law.examination import Examination
 from app.custom_law.time_share import SHARE
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import Jobs
 from app.session.clock import LONGEST_GAP
 from app.session.input_sources import InputSources
 from scenes.files import readable
@@ -49,7 +49,7 @@ class StudentLaw:
         examination: the tests of the file; None where there is none, or no background.
     """
 
-    def __init__(self, sources: InputSources, background: JobPool | None, wake: Callable[[], None], in_ghost: bool) -> None:
+    def __init__(self, sources: InputSources, background: Jobs | None, wake: Callable[[], None], in_ghost: bool) -> None:
         self.in_ghost, self.enabled = in_ghost, True
         self.examination: Examination | None = None
         self._law: CustomLaw | None = None

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final, Literal
 
-from app.runtime.job_pool import Job, JobPool
+from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from app.settings import Settings
 from scenes.headless import summarise
@@ -62,7 +62,7 @@ class Studies:
         message: why something could not be computed, for the visitor; "" if all is well.
     """
 
-    def __init__(self, background: JobPool | None, wake: Callable[[], None]) -> None:
+    def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
         self._jobs = None if background is None else JobWatch(background, wake, self._failed)
         self.what_if: WhatIf | None = None
         self.smoothness: Smoothness | None = None

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import Jobs
 from app.session.background_parts import BackgroundParts
 from scenes.rerun import Stopped
 from scenes.settings import RunSettings
@@ -32,7 +32,7 @@ TradeOffMap = BackgroundParts[float, tuple[TradeOff, ...]]
 """One row an n."""
 
 
-def trade_off_map(background: JobPool, wake: Callable[[], None]) -> TradeOffMap:
+def trade_off_map(background: Jobs, wake: Callable[[], None]) -> TradeOffMap:
     """Return the map of a session; it does not depend on the present n and v. For the arguments see `BackgroundParts`."""
     return TradeOffMap(background, wake, TRADE_OFF_ORDERS, row, _any_order)
 

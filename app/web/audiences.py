@@ -64,9 +64,7 @@ class Audiences:
 
     def move(self, client: viser.ClientHandle) -> None:
         """Close a browser's connection, so that its page reconnects and is assigned again."""
-        connection = connection_of(self._server, client.client_id)
-        if connection is not None:
-            asyncio.run_coroutine_threadsafe(connection.close(MOVED_CODE, ELSEWHERE), self._server.get_event_loop())
+        send_elsewhere(self._server, client)
 
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
@@ -103,6 +101,13 @@ class Audiences:
                 if not audience.watchers:
                     del self._audiences[audience.look]
         self._gone(number)
+
+
+def send_elsewhere(server: DuetServer, client: viser.ClientHandle) -> None:
+    """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from any thread."""
+    connection = connection_of(server, client.client_id)
+    if connection is not None:
+        asyncio.run_coroutine_threadsafe(connection.close(MOVED_CODE, ELSEWHERE), server.get_event_loop())
 
 
 def _likeness(one: Look, other: Look) -> tuple[bool, int]:

@@ -60,3 +60,9 @@ def listen(host: str, port: int) -> socket.socket:
             f"host {host!r} is not an address of this computer; valid: 127.0.0.1, 0.0.0.0 or an address of its own"
         ) from error
     return listener
+
+
+def url_of(host: str, port: int) -> str:
+    """Return the address to open in a browser on this computer."""
+    name = "localhost" if host in ("0.0.0.0", "::", "") else f"[{host}]" if ":" in host else host
+    return f"http://{name}:{port}"

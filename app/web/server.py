@@ -31,7 +31,7 @@ from app.web import viser_internals
 from app.web.connection import BufferChoice, FilteredConnection, Forwarder
 from app.web.http_methods import ALLOWED
 from app.web.index_page import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query, patched_index
-from app.web.listening import listen
+from app.web.listening import listen, url_of
 from app.web.message_gate import Gate
 from app.web.origin_policy import LOOPBACK_NAMES, OriginPolicy, check_origin
 from app.web.page_assets import NO_ASSETS, PageAssets
@@ -71,11 +71,15 @@ class DuetServer(viser.ViserServer):
         body: HTML that every page's body begins with.
         turn_away: returns why the browser of an address and with a query may not come in now, "" if it may; the page knows the
             reasons in `app.web.index_page`. Called on the network's thread.
+        listener: where connections come from instead; it is bound to `port` already.
+        run: see below; "" makes one.
 
     Attributes:
         gate: the filter of messages; `gate.may_share` decides which browser may operate what all browsers see.
         always_admits: whether a page with a query gets in though every place is taken.
-        run: a random word, new for every start.
+        run: a random word, new for every start; processes that serve one port share it.
+        elsewhere: how many browsers are connected to the other processes that serve this port.
+        count_changed: called with `count_clients()` when it has changed, on the network's thread.
         is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
         shared_buffer: see `app.web.connection.BufferChoice`; by default the shared buffer itself.
 
@@ -96,19 +100,25 @@ class DuetServer(viser.ViserServer):
         assets: PageAssets = NO_ASSETS,
         body: str = "",
         turn_away: Callable[[str, dict[str, str]], str] = lambda address, query: "",
+        listener: socket.socket | None = None,
+        run: str = "",
     ) -> None:
         if max_clients is not None and max_clients < 1:
             raise BadSetting(f"max_clients = {max_clients} is out of range; valid: 1 or more")
         for origin in allowed_origins:
             check_origin(origin)
-        listener = listen(host, port)
-        self._origins = OriginPolicy(host, listener.getsockname()[1], tuple(allowed_origins))
+        if listener is None:
+            listener = listen(host, port)
+            port = listener.getsockname()[1]
+        self._origins = OriginPolicy(host, port, tuple(allowed_origins))
         if not self._origins.is_private and host not in LOOPBACK_NAMES:
             log.info("everybody on the network can reach this server")
         self.limits = TrafficLimits() if limits is None else limits
         self.max_clients = max_clients
         self.always_admits: Callable[[Mapping[str, str]], bool] = lambda query: False
-        self.run = secrets.token_hex(8)
+        self.run = run or secrets.token_hex(8)
+        self.elsewhere = 0
+        self.count_changed: Callable[[int], None] = lambda count: None
         self.gate = Gate(viser_internals.GuiRegistry(self), self.limits)
         self.log = ThrottledLog(log, (_LOG_EVERY,))
         self.is_at_work: Callable[[], bool] = lambda: True
@@ -127,9 +137,7 @@ class DuetServer(viser.ViserServer):
     @property
     def url(self) -> str:
         """The address to open in a browser on this computer."""
-        host = self._origins.host
-        host = "localhost" if host in ("0.0.0.0", "::", "") else f"[{host}]" if ":" in host else host
-        return f"http://{host}:{self.get_port()}"
+        return url_of(self._origins.host, self._origins.port)
 
     def count_clients(self) -> int:
         """Return how many browsers are connected, including those with a page that is still being built."""
@@ -165,7 +173,8 @@ class DuetServer(viser.ViserServer):
         return websockets.asyncio.server.serve(lambda connection: self._serve_one(connection, handler), **options)
 
     def _has_room(self, path: str = "") -> bool:
-        return self.max_clients is None or len(self._holders) < self.max_clients or self.always_admits(page_query(path))
+        count = self.elsewhere + len(self._holders)
+        return self.max_clients is None or count < self.max_clients or self.always_admits(page_query(path))
 
     def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
         return self._origins.admits(origins, request.headers.get_all("Host"), _address_of(connection))
@@ -188,7 +197,7 @@ class DuetServer(viser.ViserServer):
             self.log.warning("refused origin", f"{origins!r:.120} from {_address_of(connection) or 'unknown'}{remedy:.200}")
             return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
         if path == "/healthz":
-            state = {"ok": self.is_at_work(), "clients": self.count_clients(), "room": self._has_room()}
+            state = {"ok": self.is_at_work(), "clients": self.elsewhere + self.count_clients(), "room": self._has_room()}
             state |= {"version": duet_version(), "run": self.run}
             origin = page_query(request.path).get("origin")
             if origin is not None:
@@ -222,6 +231,7 @@ class DuetServer(viser.ViserServer):
             await connection.close(1013, reason)
             return
         self._holders[connection] = holder
+        self.count_changed(len(self._holders))
         try:
             # Old tabs come back within milliseconds of a restart, when viser's constructor is still at work.
             while not self._ready.is_set():
@@ -229,6 +239,7 @@ class DuetServer(viser.ViserServer):
             await handler(connection)
         finally:
             del self._holders[connection]
+            self.count_changed(len(self._holders))
 
     def _refusal(self, path: str, address: str, holder: tuple[str, str]) -> str:
         """Return why a connection gets no place, in words that the page knows; "" if it gets one."""

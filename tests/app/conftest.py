@@ -4,6 +4,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
@@ -16,6 +17,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
 from scenes import rerun as rerun_module
+from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient
 
 T = TypeVar("T")
@@ -95,6 +97,18 @@ def house(request: pytest.FixtureRequest) -> OpenHouse:
         opened = start_app("127.0.0.1", 0, settings or Settings(), **options)
         request.addfinalizer(opened.close)
         return opened
+
+    return make
+
+
+@pytest.fixture
+def serve(request: pytest.FixtureRequest, tmp_path: Path) -> Serve:
+    """`serve("--workers", "2")` starts the command with the test's store."""
+
+    def make(*options: str) -> Served:
+        served = Served(tmp_path, *options)
+        request.addfinalizer(served.close)
+        return served
 
     return make
 

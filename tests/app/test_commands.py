@@ -189,7 +189,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     # The port is free again.
     port = int(link.split(":")[2].split("/")[0])
     socket.create_server(("127.0.0.1", port)).close()
-    assert main(["serve", "--store", "memory", "--port", "0", "--no-open"]) == INTERRUPTED
+    assert main(["serve", "--store", "memory", "--port", "0", "--no-open", "--workers", "1"]) == INTERRUPTED
     assert len(opened) == 3
 
 

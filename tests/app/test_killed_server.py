@@ -1,9 +1,9 @@
 """A server that is killed and started again: its tabs go on where they were."""
 
+import os
 import re
-import subprocess
-import sys
-from collections.abc import Callable, Iterator
+import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,31 +14,14 @@ from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import Progress, from_json
 from tests.app.page.helpers import buttons, click, hotkey_uuid
+from tests.app.runtime.processes import until
+from tests.app.served import Serve
 from tests.blocking_client import BlockingClient
 
 EXPLORER, STUDENT = "e" * 32, "5" * 32
 JOINT = re.compile(r"^/arms/.*/j[1-7]$")
 
 Kept = Callable[[str], VisitorRecord | None]
-Serve = Callable[[], tuple[subprocess.Popen[str], str]]
-
-
-@pytest.fixture
-def serve(tmp_path: Path) -> Iterator[Serve]:
-    """`serve()` starts a server with the test's store, and returns its process and its address."""
-    processes: list[subprocess.Popen[str]] = []
-
-    def start() -> tuple[subprocess.Popen[str], str]:
-        command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", str(tmp_path / "store")]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        processes.append(process)
-        assert process.stdout is not None
-        return process, process.stdout.readline().split()[3]
-
-    yield start
-    for process in processes:
-        process.kill()
-        process.communicate()
 
 
 @pytest.fixture
@@ -74,8 +57,10 @@ def come(url: str, query: str) -> BlockingClient:
     return visitor
 
 
-def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, kept: Kept) -> None:
-    process, url = serve()
+@pytest.mark.parametrize(("workers", "killed"), [("1", "all"), ("2", "all"), ("2", "worker")])
+def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, kept: Kept, workers: str, killed: str) -> None:
+    served = serve("--workers", workers)
+    url = served.url
     exploring, learning = f"autopilot=0&resume={EXPLORER}", f"lesson=3&step=2&resume={STUDENT}"
     with come(url, exploring) as explorer, come(url, learning) as student:
         first = joints(explorer)
@@ -89,9 +74,13 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, k
         # The hand has come to rest, and this is in the file.
         student.wait_for(lambda _: steps_of(kept(EXPLORER)) > since + 800, 60.0)
         moved, before, lesson = joints(explorer), kept(EXPLORER), progress_of(kept(STUDENT))
-        process.kill()
-    process.wait()
-    _, url = serve()
+        if killed == "worker":
+            (worker,) = served.workers
+            os.kill(worker, signal.SIGKILL)
+            until(lambda: worker not in served.workers)
+        else:
+            served.kill()
+            url = serve("--workers", workers).url
     with come(url, exploring) as explorer, come(url, learning) as student:
         explorer.wait_for(lambda _: steps_of(kept(EXPLORER)) > steps_of(before), 60.0)
         assert np.abs(joints(explorer) - moved).max() < 2e-3 < np.abs(moved - first).max()

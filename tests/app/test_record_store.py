@@ -346,6 +346,24 @@ def test_two_servers_do_not_share_a_file_but_the_workers_of_one_do(path: Path, c
     store.close()
 
 
+def test_workers_that_find_a_damaged_file_go_on_in_one_new_file(path: Path, clock: Clock) -> None:
+    StoreFile(path, 10**9).close()
+    ruined(path, "text")
+    writers = [RecordWriter(path, DAY, 50_000_000, owned=False, clock=clock) for _ in range(2)]
+    # One more is renamed by hand while both have it open.
+    path.rename(path.with_name("renamed"))
+    stores = [SessionStore(DAY, file=writer) for writer in writers]
+    for number, store in enumerate(stores):
+        store.save(small(number))
+        store.close()
+    assert (
+        len([one for one in path.parent.iterdir() if ".damaged-20" in one.name and not one.name.endswith(("-wal", "-shm"))]) == 1
+    )
+    store = SessionStore(DAY, file=RecordWriter(path, DAY, 50_000_000, clock=clock))
+    assert all(find(store, {"resume": tab(number)}) for number in range(2))
+    store.close()
+
+
 def test_only_a_tab_has_a_name() -> None:
     assert tab_id({"resume": tab(1)}) == tab(1) and tab_id({"resume": "short"}) is tab_id({}) is None
 

@@ -40,7 +40,7 @@ Server = tuple[subprocess.Popen[str], str]
 @pytest.fixture
 def server() -> Iterator[Server]:
     port = free_port()
-    command = [sys.executable, "-m", "app", "serve", "--no-open", "--store", "memory", "--port", str(port)]
+    command = [sys.executable, "-m", "app", "serve", "--no-open", "--store", "memory", "--workers", "1", "--port", str(port)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
         assert process.stdout is not None and process.stdout.readline().startswith("Duet is at")
         yield process, f"http://127.0.0.1:{port}"

@@ -7,8 +7,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from controllers.choices import HoldTask
 from controllers.kinematics import DAMPING, Arm, Array, Kinematics, damped_solution, pseudo_inverse
-from controllers.tasks import TASK_DIMENSION, HoldTask, hold, pose_error
+from controllers.tasks import TASK_DIMENSION, hold, pose_error
 from scenes.rigs import RIGS
 from scenes.room import Room
 from scenes.settings import RigName

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from controllers.choices import Treatment
 from controllers.kinematics import Array, Kinematics
-from controllers.proximity import ProximityDetector, Treatment
+from controllers.proximity import ProximityDetector
 from scenes.rigs import MIRROR
 from scenes.room import Room
 from scenes.settings import RigName

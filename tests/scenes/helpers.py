@@ -13,8 +13,8 @@ import numpy as np
 import platformdirs
 import pytest
 
+from controllers.choices import Treatment
 from controllers.kinematics import Array
-from controllers.proximity import Treatment
 from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.inputs import InputsLog, Recorded

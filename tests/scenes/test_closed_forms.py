@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from controllers import budget
+from controllers.choices import Treatment
 from controllers.kinematics import Array, Kinematics
 from controllers.laws.situation import AUTHORITY, Situation
 from controllers.laws.smooth_priority import SmoothPriority
 from controllers.limits import Authority
-from controllers.proximity import ProximityDetector, Treatment
+from controllers.proximity import ProximityDetector
 from scenes.room import build_room
 from scenes.settings import RigName
 from tests.scenes.helpers import RIG_NAMES, column, hold_run, hold_settings

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from controllers.activation import activation
+from controllers.choices import Treatment
 from controllers.kinematics import Array
 from controllers.limits import Authority
-from controllers.proximity import Treatment
 from scenes.headless import Run, run
 from scenes.promise import Condition, broken_by, makes_promise, missing, missing_now
 from scenes.random_runs import random_run

@@ -13,7 +13,7 @@ from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.copy_button import copy_button
 from app.page.panels.scrubber import Scrubber
-from app.runtime.job_pool import JobPool
+from app.runtime.job_pool import Jobs
 from app.session.actions import Action, Pause
 from app.session.frame import Frame
 from app.session.session import Session
@@ -65,7 +65,7 @@ class ReplayBar:
         self,
         gui: viser.GuiApi,
         session: Session,
-        background: JobPool,
+        background: Jobs,
         send: Callable[[str, bytes], None],
         notify: Callable[[str, str], None],
     ) -> None:

@@ -1,12 +1,13 @@
 """The class without a page: answers are counted once and without names, places are few and fair, and the address can be typed."""
 
 import xml.etree.ElementTree as ElementTree
+from typing import NoReturn
 
 from hypothesis import given
 from hypothesis import strategies as st
 
 from app.classroom.address import Address, find_address, own_address, qr_svg
-from app.classroom.ballots import Ballot, Ballots, Tally
+from app.classroom.ballots import Ballots
 from app.classroom.breakout_places import HOLD, BreakoutPlaces
 from app.classroom.classroom import Classroom
 from app.classroom.classroom_html import mine_html, poll_html
@@ -15,10 +16,18 @@ from app.lessons.loading import load_lessons
 from app.lessons.outcomes import reference
 from app.lessons.phases import Phase
 from app.lessons.progress import StepProgress, from_json
+from app.lessons.tally import Ballot, Tally
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS
+from tests.app.html_reader import HtmlReader
 
 BOOK = load_lessons()
+
+
+def fail() -> NoReturn:
+    raise AssertionError("there is no poll")
+
+
 PLACE = ("redundancy", "one")
 WHO = st.sampled_from(("ann", "bo", "cy", "di", "ed"))
 
@@ -37,7 +46,99 @@ def test_everybody_counts_once_with_the_newest_answer_until_the_reveal(answers: 
     assert ballots.answer(("redundancy", "two"), "ann", 2), "another question is still open"
     ballots.ask_again(PLACE)
     assert not ballots.revealed(PLACE) and ballots.tally(PLACE, 4, here).answered == 0
-    assert ballots.ballots_of("ann") == {("redundancy", "two"): Ballot(2)} and ballots.answer(PLACE, "ann", 1)
+    assert ballots.ballots_of("ann").get(("redundancy", "two")) == Ballot(2) and ballots.answer(PLACE, "ann", 1)
+
+
+ROUND = st.dictionaries(WHO, st.integers(0, 3), min_size=1)
+
+
+@given(st.lists(ROUND, min_size=2, max_size=4), st.booleans())
+def test_a_round_is_never_changed_by_a_later_one(rounds: list[dict[str, int]], revealed: bool) -> None:
+    ballots = Ballots()
+    for number, answers in enumerate(rounds):
+        before = ballots.rounds_of(PLACE)[:-1] if number else ()
+        for student, choice in answers.items():
+            assert ballots.answer(PLACE, student, choice)
+        assert ballots.rounds_of(PLACE)[:-1] == before
+        if number + 1 < len(rounds):
+            if revealed:
+                ballots.reveal(PLACE)
+            ballots.ask_again(PLACE)
+            # Twice in a row it is one round more, not two.
+            ballots.ask_again(PLACE)
+    assert [{who: ballot.choice for who, ballot in one.items()} for one in ballots.rounds_of(PLACE)] == rounds
+    first, last, tally = rounds[0], rounds[-1], ballots.first_tally(PLACE, 4)
+    assert tally is not None and sum(tally.counts) == tally.answered == len(first)
+    switches = ballots.switches(PLACE)
+    assert sum(one.students for one in switches) == len(first.keys() & last.keys())
+    for i in range(4):
+        stayed_or_left = sum(one.students for one in switches if one.before == i)
+        assert stayed_or_left == sum(first[who] == i for who in first.keys() & last.keys())
+    for student in first:
+        assert ballots.first_ballot_of(PLACE, student).choice == first[student]
+    again = Ballots()
+    again.restore(*ballots.everything, ballots.earlier)
+    assert again.rounds_of(PLACE) == ballots.rounds_of(PLACE) and again.ballots_of("ann") == ballots.ballots_of("ann")
+
+
+def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
+    room, walk = Classroom(8), Walkthrough(BOOK)
+    walk.go("lambda", 0)
+    question = (walk.lesson.id, walk.step.id)
+    assert walk.step.question is not None and walk.step.question.right == 0
+    for student, choice in (("ann", 1), ("bo", 1), ("cy", 0), ("di", 2)):
+        assert room.answer(walk, student, choice)
+    assert room.draw(walk, "ann", question, HALF)
+    shown = poll_html(room.poll(walk) or fail())
+    assert "Round" not in shown and "A tie" not in shown
+    room.ballots.ask_again(question)
+    for student, choice in (("ann", 0), ("bo", 1), ("cy", 1), ("ed", 0)):
+        assert room.answer(walk, student, choice)
+    assert room.draw(walk, "ann", question, FULL) and room.draw(walk, "ed", question, FULL)
+    poll = room.poll(walk) or fail()
+    shown = poll_html(poll, live=True)
+    HtmlReader(shown.replace("/>", "></path>"))
+    assert shown.count(">Round 1<") == shown.count(">Round 2<") == 4 and "width:25%" in shown and "width:50%" in shown
+    assert "A tie: answers 1 and 2, votes for each: 2." in shown
+    assert "Answered both times: 3, another answer the second time: 2." in shown and "From wrong" not in shown
+    assert "pale: round 1 (1) · strong: round 2 (2)" in shown
+    assert shown.count('class="first"') == 2, "the curve of the first round, and its median"
+    assert "Your first answer: <b>" in mine_html(poll, Ballot(), Ballot(1)) and "Asked again" in mine_html(
+        poll, Ballot(), Ballot(1)
+    )
+    room.ballots.reveal(question)
+    walk.choose(0)
+    walk.next()
+    shown = poll_html(room.poll(walk) or fail())
+    assert "The run is compared with answer 1." in shown and "From wrong to right: 1; from right to wrong: 1." in shown
+
+
+def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session() -> None:
+    room, walk, own = Classroom(8), Walkthrough(BOOK), Walkthrough(BOOK)
+    first = (walk.lesson.id, walk.step.id)
+    assert not room.hand_in(walk, "ann", "Ann", "") and room.work.handed_in("ann") is None, "nothing was done"
+    assert room.answer(walk, "ann", 1)
+    room.ballots.ask_again(first)
+    assert room.answer(walk, "ann", 2)
+    walk.done.outcome = reference(walk.step, walk.step.setup)
+    # In a session of her own she goes on to another lesson, and is called back.
+    own.go("lambda", 0)
+    own.choose(0)
+    own.give_reason("it halves", "lambda", own.step.id)
+    own.done.passed = True
+    room.work.note("ann", own.to_json())
+    assert room.hand_in(walk, "ann", "  Ann\n\u202eB ", "")
+    report = room.work.handed_in("ann")
+    assert report is not None and report.name == "Ann B" and report.answers == {first: (1, 2)}
+    steps = from_json(report.progress).steps
+    assert steps[first] == StepProgress(choice=2, outcome=walk.done.outcome)
+    assert steps["lambda", own.step.id].because == "it halves" and steps["lambda", own.step.id].choice == 0
+    summary = room.summary(BOOK, 5.0)
+    assert summary.students == 1 and summary.hand_ins == (report,) and summary.passed == {("lambda", own.step.id): 1}
+    assert [tally.counts[:3] for tally in summary.asked[0].rounds] == [(0, 1, 0), (0, 0, 1)]
+    # Taken back, nothing of hers is left but the counts.
+    room.work.take_back("ann")
+    assert "halves" not in str(room.summary(BOOK, 5.0)) and room.summary(BOOK, 5.0).asked == summary.asked
 
 
 def test_the_poll_opens_with_the_question_and_closes_with_the_outcome() -> None:

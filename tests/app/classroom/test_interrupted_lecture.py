@@ -2,11 +2,19 @@
 
 from pathlib import Path
 
+import msgspec
+
+from app.classroom.lecture_record import _summary_in
+from app.hosting.record_bytes import packed, unpacked
 from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import SessionStore
+from app.hosting.visitor_record import ClassRecord, VisitorRecord
+from app.lessons.loading import load_lessons
+from app.settings import Settings
 from app.start import App
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 
+BOOK = load_lessons()
 TEACHER, STUDENT = "a" * 32, "b" * 32
 
 
@@ -17,8 +25,13 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     teacher = join(first, f"lesson=3&step=2&resume={TEACHER}")
     student = join(first, f"resume={STUDENT}")
     student.wait_for(lambda _: host.operator is not None and STUDENT in host.room.here)
-    host.control.post_answer(STUDENT, 1)
+    host.control.post_answer(STUDENT, 0)
     teacher.wait_for(lambda _: any(host.room.ballots.everything[0].values()))
+    host.control.post("again")
+    teacher.wait_for(lambda _: host.room.ballots.earlier)
+    host.control.post_answer(STUDENT, 1)
+    host.control.post_hand_in(STUDENT, "Ann")
+    teacher.wait_for(lambda _: host.room.work.hand_ins and any(host.room.ballots.everything[0].values()))
     asked, _ = host.room.ballots.everything
     place = ask(host.session, lambda _: (host.lessons.walk.lesson.id, host.lessons.walk.step.id))
     ask(host.session, lambda s: s.change("dm", 0.12))
@@ -29,15 +42,24 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
             record is not None
             and record.room is not None
             and record.room.ballots == asked
+            and set(record.room.hand_ins) == {STUDENT}
             and record.settings == host.session.settings
         )
 
     teacher.wait_for(lambda _: stored())
     record = first.context.store.interrupted_lecture()
     first.close()
-    ended = house(lecture=True, store=path)
+    ended = house(lecture=True, store=path, key="chalk")
     assert not lecture_of(ended).lessons.open and lecture_of(ended).room.ballots.everything == ({}, ())
+    # Its counts and what was handed in are offered to the teacher with the key, also after a lecture in which nothing happened.
+    for _ in range(2):
+        empty, left = lecture_of(ended)._summaries()
+        assert empty.empty and left is not None and [one.name for one in left.hand_ins] == ["Ann"]
+        assert [tally.counts[:2] for tally in left.asked[0].rounds] == [(1, 0), (0, 1)] and STUDENT not in str(left)
+        ended.close()
+        ended = house(lecture=True, store=path, key="chalk")
     ended.close()
+    assert lecture_of(house(lecture=True, store=path))._summaries()[1] is None, "a lecture without a key"
     # As a killed server leaves it.
     store = SessionStore(file=RecordWriter(saved, 3600.0, 10**8))
     assert record is not None
@@ -45,7 +67,26 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     store.close()
     again = lecture_of(house(lecture=True, store=saved))
     assert (again.lessons.walk.lesson.id, again.lessons.walk.step.id) == place and again.lessons.open
+    assert [len(one) for one in again.room.ballots.rounds_of(place)] == [1, 1] and set(again.room.work.hand_ins) == {STUDENT}
     assert again.room.ballots.everything[0] == asked and again.session.settings == record.settings
     assert record.state is not None and again.session.simulation.steps >= record.state.run.snapshot.steps
     # A student who is back first does not lead.
     assert not again._leader.admits(1, {"resume": STUDENT}) and again._leader.admits(2, {"resume": TEACHER})
+
+
+def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
+    room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: (1, ())}}, (), False, TEACHER, (STUDENT,))
+    record = VisitorRecord({}, Settings(), None, None, room)
+    left = _summary_in(record, False, BOOK)
+    assert left is not None and left.saved == 5.0 and left.asked[0].rounds[0].counts[1] == 1
+    assert _summary_in(record, True, BOOK) is None and _summary_in(None, False, BOOK) is None
+    ended = VisitorRecord({}, Settings(), None, last_class=left)
+    assert _summary_in(unpacked(packed(ended), VisitorRecord), False, BOOK) == left
+
+
+def test_a_record_of_a_class_from_before_the_rounds_is_read() -> None:
+    room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: (1, ())}}, (), True, TEACHER, (STUDENT,))
+    record = VisitorRecord({}, Settings(), None, None, room)
+    data = msgspec.to_builtins(record)
+    del data["last_class"], data["room"]["earlier"], data["room"]["passed"], data["room"]["hand_ins"]
+    assert unpacked(packed(data), VisitorRecord) == record

@@ -12,7 +12,7 @@ import pytest
 from app.bench.page_mirror import Mirror
 from app.classroom.teacher_panel import COMMANDS
 from app.lessons.loading import load_lessons, load_notes
-from app.lessons.session.lesson_actions import GoOn, GoTo
+from app.lessons.session.lesson_actions import Choose, GoOn, GoTo
 from app.page.panels.choice_buttons import MARK
 from app.start import App
 from app.web.audiences import MOVED_CODE
@@ -203,10 +203,17 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
     sees(bo, "card wrong duet-say")
     # The stage's verdict is the class's; ann's own one stands beside it.
     ann.wait_for(lambda _: shown(ann).count("card right duet-say") == 2, WAIT)
-    # Asked again, everybody answers again.
+    # Asked again, everybody answers again, and both rounds are shown.
     click(teacher, "Ask again")
-    sees(teacher, "0 answered · 3 not yet")
-    sees(bo, "Your prediction? Answer here")
+    sees(teacher, "0 answered · 3 not yet", "Round 1", "Round 2")
+    sees(bo, "Asked again", "Your first answer:")
+    assert "Round 1" not in everything(bo)
+    for one in (ann, bo, cy):
+        click(one, f"{right + 1} ")
+    sees(teacher, "another answer the second time: 1.")
+    click(teacher, "Reveal to everybody")
+    for one in (bo, screen):
+        sees(one, "Round 1", "Round 2", "another answer the second time: 1.")
     # The teacher leaves the lessons: nothing is left of the question.
     click(teacher, "Leave the lessons")
     bo.wait_for(lambda v: not [c for c in list(v.mirror.commands.values()) if str(c["label"]).startswith("Answer")], WAIT)
@@ -314,7 +321,7 @@ def test_every_button_of_the_teacher_has_a_key_and_the_address_is_shown_until_it
         sees(ann, text)
     command(ann, "Answer 1")
     sees(teacher, "1 answered · 0 not yet")
-    for action, text in (("reveal", "The class said"), ("again", "Your prediction? Answer here")):
+    for action, text in (("reveal", "The class said"), ("again", "Asked again")):
         command(teacher, names[action])
         sees(ann, text)
     command(teacher, names["free"])
@@ -322,6 +329,40 @@ def test_every_button_of_the_teacher_has_a_key_and_the_address_is_shown_until_it
     sees(teacher, "exploring: ")
     command(teacher, names["free"])
     teacher.wait_for(lambda _: not room.host.room.free, WAIT)
+
+
+def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back(house: OpenHouse, come: Come) -> None:
+    room = Class(house, come)
+    teacher, work, (ann, bo) = room.teacher, room.host.room.work, room.come("ann", "bo")
+    ids = {name: f"{name.encode().hex():0<32}" for name in ("ann", "bo")}
+    assert "Hand in" not in buttons(ann), "there is nothing to hand in"
+    click(ann, "2 ")
+    sees(ann, "The teacher gets what is in your lab report")
+    ann.set_value("Name", " Ann\n=1 ")
+    click(ann, "Hand in")
+    sees(ann, "Handed in as Ann =1.")
+    sees(teacher, "reports handed in: 1")
+    assert "Hand in" not in buttons(bo) and "Ann =1" not in everything(bo)
+    # In a session of her own she finds it handed in, goes on, and hands it in again, without a name.
+    ann, bo = room.send("Explore freely", "ann", "bo")
+    sees(ann, "Handed in as Ann =1.")
+    (visitor,) = (one.visitor for one in room.host.participants.values() if one.id == ids["ann"])
+    assert visitor is not None
+    ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(3, 0)), visitor.lessons.act(Choose(1))])
+    click(ann, "Hand in again")
+    sees(ann, "Handed in without a name.")
+    assert '"choice": 1' in work.hand_ins[ids["ann"]].progress and "lambda" in work.hand_ins[ids["ann"]].progress
+    # Bo does something there, and hands it in from the stage.
+    (his,) = (one.visitor for one in room.host.participants.values() if one.id == ids["bo"])
+    assert his is not None
+    ask(his.session, lambda _: his.lessons.act(Choose(0)))
+    ann, bo = room.send("Follow me", "ann", "bo")
+    click(bo, "Hand in")
+    sees(bo, "Handed in without a name.")
+    assert '"choice": 0' in work.hand_ins[ids["bo"]].progress
+    click(ann, "Take it back")
+    sees(teacher, "reports handed in: 1")
+    assert set(work.hand_ins) == {ids["bo"]}
 
 
 def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, come: Come) -> None:

@@ -92,10 +92,10 @@ def answering(process: Process, folder: Path) -> None:
 INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
     "before main": (
         ["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0"],
-        importing("numpy.version"),
+        importing("tyro.conf"),
     ),
     "serve, importing": (
-        ["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0"],
+        ["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "1"],
         importing("viser.infra._infra"),
     ),
     "serve": (["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0"], answering),
@@ -108,7 +108,7 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
         members(3),
     ),
     "bench": (["-c", CROWD], members(2)),
-    "new-law": (["-X", "importtime", "-c", ENTRY, "new-law", "{}/new.py"], importing("numpy.version")),
+    "new-law": (["-X", "importtime", "-c", ENTRY, "new-law", "{}/new.py"], importing("tyro.conf")),
 }
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controllers.proximity import Treatment
+from controllers.choices import Treatment
 from scenes.simulation import Simulation
 
 SEEDS = (1, 2, 3)

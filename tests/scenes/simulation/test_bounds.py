@@ -6,7 +6,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from controllers.limits import BoundsTreatment
+from controllers.choices import BoundsTreatment
 from scenes.history import COLUMN
 from scenes.settings import LawSettings, RunSettings, SceneName
 from scenes.simulation import Simulation

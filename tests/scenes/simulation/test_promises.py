@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
-from controllers.proximity import Treatment
+from controllers.choices import Treatment
 from scenes.history import COLUMN
 from scenes.room import build_room
 from scenes.settings import ArmName, RigName, changed

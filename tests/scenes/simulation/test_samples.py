@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
+from controllers.choices import Treatment
 from controllers.limits import Authority
-from controllers.proximity import Treatment
 from scenes.autopilot import Autopilot
 from scenes.headless import FELT, run, summarise
 from scenes.history import COLUMN, History

@@ -1,0 +1,122 @@
+"""A process of a lecture that has breakout sessions, and no stage."""
+
+import logging
+from time import monotonic
+
+import viser
+
+from app.classroom.breakout_sessions import BreakoutSessions
+from app.classroom.class_messages import ClassState, Exploring, Present
+from app.classroom.classroom import Classroom
+from app.classroom.participant import Participant
+from app.classroom.student_posts import PostsToStage
+from app.hosting.admission import Admission, Pieces
+from app.hosting.app_context import AppContext
+from app.hosting.connections import Connections
+from app.hosting.visitor_record import tab_id
+from app.hosting.worker_link import WorkerLink
+from app.hosting.worker_process import Replaced
+from app.i18n.speaking import set_language
+from app.session.session import Session
+from app.web.audiences import send_elsewhere
+from app.web.request import request_query
+
+log = logging.getLogger("duet.lecture")
+
+
+class BreakoutHost:
+    """Every student who is sent here has a session. The teacher's decisions come from the stage."""
+
+    def __init__(self, context: AppContext, link: WorkerLink) -> None:
+        self._context, self._link = context, link
+        link.wake = context.wake
+        self.room = Classroom(context.max_sessions)
+        self.participants: dict[int, Participant] = {}
+        self._posts = PostsToStage(link, self.room)
+        self._breakouts = BreakoutSessions(context, self.room)
+        self._expected: dict[str, Exploring] = {}
+        self._early: list[viser.ClientHandle] = []
+        self._present: tuple[str, ...] = ()
+        self.admission = Admission(self._admit, lambda _: log.exception("a student's page could not be built"))
+        self.connections = Connections(context.server, context.wake)
+        context.server.gate.may_share = lambda client_id: False
+
+    @property
+    def sessions(self) -> dict[int, Session]:
+        """The live sessions by client id."""
+        return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
+
+    def close(self) -> None:
+        self.admission.close()
+        for session in self.sessions.values():
+            session.close()
+        self._context.store.close()
+
+    def frame(self, now: float, elapsed: float) -> None:
+        """Advance and draw every session."""
+        self._listen()
+        self._connect()
+        self._posts.queue.do()
+        self._context.store.tidy()
+        for client_id, one in list(self.participants.items()):
+            if one.visitor is not None:
+                set_language(one.visitor.language)
+                one.show(self.room, None, None, one.visitor.view, one.visitor.lessons)
+                self._breakouts.frame(client_id, one.visitor, now, elapsed)
+        present = tuple(sorted(one.id for one in self.participants.values()))
+        self.room.places.give(present, monotonic())
+        if present != self._present:
+            self._present = present
+            self._link.to_stage(Present(self._link.index, present))
+
+    def _listen(self) -> None:
+        for message in self._link.received():
+            match message:
+                case Exploring(student, _, _, report):
+                    self._expected[student] = message
+                    if report is not None:
+                        self.room.work.hand_in(student, report)
+                case ClassState(free, paused):
+                    self.room.free, self.room.paused = free, paused
+                    if not free:
+                        self._expected.clear()
+                        self.room.places.take_all()
+                        for one in self.participants.values():
+                            send_elsewhere(self._context.server, one.client)
+                case Replaced():
+                    self._present = ()
+                case _:
+                    raise TypeError(f"a breakout process does not understand {message!r}")
+
+    def _connect(self) -> None:
+        arrivals, departures = self.connections.changes()
+        for client_id in departures:
+            self.admission.leave(client_id)
+            participant = self.participants.pop(client_id, None)
+            if participant is not None:
+                participant.leave()
+                self._breakouts.leave(participant)
+        # The stage's message may come after the student.
+        waiting = [client for client in self._early if client.client_id not in departures] + arrivals
+        self._early = []
+        for client in waiting:
+            if tab_id(request_query(client)) in self._expected:
+                self.admission.come(client)
+            elif self.room.free:
+                self._early.append(client)
+            else:
+                send_elsewhere(self._context.server, client)
+        self.admission.advance()
+        if self.admission.busy:
+            self._context.wake()
+
+    def _admit(self, client: viser.ClientHandle) -> Pieces:
+        participant = Participant(client, False, None, self._posts)
+        expected = self._expected.get(participant.id)
+        if expected is None:
+            # The teacher has called all back meanwhile.
+            send_elsewhere(self._context.server, client)
+            return
+        participant.worked = expected.worked
+        yield from self._breakouts.admit(participant, self.participants.values(), expected.begin)
+        self.participants[client.client_id] = participant

@@ -1,0 +1,76 @@
+"""What students have done in sessions of their own, and the reports that they have handed in, by the id of each student's tab."""
+
+from collections.abc import Iterable, Mapping
+from typing import Final, TypeVar
+
+from app.export.class_summary import HandIn
+from app.lessons.progress import from_json
+from app.lessons.tally import QuestionId
+
+LONGEST_NAME: Final = 60
+"""Characters of a name."""
+
+T = TypeVar("T")
+
+MOST: Final = 1000
+"""Students of whom the newest work is kept; the one that was kept longest makes room."""
+
+
+class StudentWork:
+    """Progress, passed challenges and handed-in reports. What a student has done is in a report only if the student hands it in."""
+
+    def __init__(self) -> None:
+        self._progress: dict[str, str] = {}
+        self._passed: dict[QuestionId, set[str]] = {}
+        self._hand_ins: dict[str, HandIn] = {}
+
+    def note(self, student: str, progress: str) -> None:
+        """Take a student's progress, as JSON, in place of an earlier one; a challenge once passed stays passed."""
+        _put(self._progress, student, progress)
+        for question, done in from_json(progress).steps.items():
+            if done.passed:
+                self._passed.setdefault(question, set()).add(student)
+
+    def progress_of(self, student: str) -> str:
+        """Return a student's newest progress as JSON; "" for none."""
+        return self._progress.get(student, "")
+
+    def hand_in(self, student: str, report: HandIn) -> None:
+        """Take a report in place of the student's earlier one."""
+        _put(self._hand_ins, student, report)
+
+    def take_back(self, student: str) -> None:
+        """Delete a student's report."""
+        self._hand_ins.pop(student, None)
+
+    def handed_in(self, student: str) -> HandIn | None:
+        """Return a student's report, if it is handed in."""
+        return self._hand_ins.get(student)
+
+    @property
+    def hand_ins(self) -> dict[str, HandIn]:
+        """Return all reports by student."""
+        return dict(self._hand_ins)
+
+    @property
+    def passed(self) -> dict[QuestionId, tuple[str, ...]]:
+        """Return the students who have passed each challenge."""
+        return {question: tuple(sorted(students)) for question, students in self._passed.items()}
+
+    def restore(self, passed: Mapping[QuestionId, Iterable[str]], hand_ins: Mapping[str, HandIn]) -> None:
+        """Take up what `passed` and `hand_ins` have returned."""
+        self._passed = {question: set(students) for question, students in passed.items()}
+        self._hand_ins = dict(hand_ins)
+
+
+def clean_name(text: str) -> str:
+    """Return a name on one line, without characters that are not seen."""
+    line = " ".join(text.split())
+    return "".join(character for character in line if character.isprintable())[:LONGEST_NAME].strip()
+
+
+def _put(kept: dict[str, T], student: str, value: T) -> None:
+    kept.pop(student, None)
+    kept[student] = value
+    if len(kept) > MOST:
+        del kept[next(iter(kept))]

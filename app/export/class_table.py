@@ -1,0 +1,78 @@
+"""What a class leaves behind as a table: one row a question and round, one row a challenge, and one column a report that was handed in."""
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
+
+from app.export.class_report import report_names
+from app.export.class_summary import ClassSummary, HandIn
+from app.i18n.speaking import set_language
+from app.lessons.lesson import Lesson
+from app.lessons.progress import StepProgress, from_json
+from app.lessons.tally import QuestionId
+from scenes.rerun import never
+
+MOST_CHOICES: Final = 6
+
+COLUMNS: Final = (
+    *("lesson", "step", "kind", "round", "students", "drawn"),
+    *(f"answer_{i + 1}" for i in range(MOST_CHOICES)),
+    *("right_answer", "right", "passed"),
+)
+"""Of every row; after them stands a column for each report."""
+
+_FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠", "\t", "\r")
+"""Beginnings of a cell that a spreadsheet may compute."""
+
+
+def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool] = never) -> bytes:
+    """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `app/documents/class.md`."""
+    del stopped
+    set_language("en")
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\r\n")
+    table.writerow(map(safe_cell, (*COLUMNS, *report_names(summary.hand_ins))))
+    for cells, marks in _rows(summary, lessons):
+        table.writerow(map(safe_cell, (*(cells.get(column, "") for column in COLUMNS), *marks)))
+    return out.getvalue().encode("utf-8-sig")
+
+
+def safe_cell(value: object) -> str:
+    """Return a cell that no spreadsheet takes for a formula."""
+    text = "" if value is None else str(value)
+    return f"'{text}" if text.lstrip().startswith(_FORMULA) or text.startswith(_FORMULA) else text
+
+
+_Row = tuple[dict[str, object], list[object]]
+"""Cells by column, and one for each report."""
+
+
+def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
+    asked = {one.question: one for one in summary.asked}
+    done = [from_json(report.progress).steps for report in summary.hand_ins]
+    for lesson in lessons:
+        for step in lesson.steps:
+            question = lesson.id, step.id
+            about: dict[str, object] = {"lesson": lesson.id, "step": step.id}
+            if question in asked and step.question is not None:
+                right = step.question.right
+                for number, tally in enumerate(asked[question].rounds, 1):
+                    counts = {f"answer_{i + 1}": count for i, count in enumerate(tally.counts)}
+                    more = {"right_answer": right + 1, "right": tally.counts[right]}
+                    cells = {"kind": "question", "round": number, "students": tally.answered, "drawn": len(tally.curves)}
+                    yield about | cells | counts | more, [_answer(one, question, number) for one in summary.hand_ins]
+            if step.challenge is not None and _tried(question, summary, done):
+                marks: list[object] = [int(steps[question].passed) if question in steps else "" for steps in done]
+                yield about | {"kind": "challenge", "passed": summary.passed.get(question, 0)}, marks
+
+
+def _answer(report: HandIn, question: QuestionId, number: int) -> object:
+    """Return the answer of a report in a round, from 1; "" for none."""
+    answers = report.answers.get(question, ())
+    answer = answers[number - 1] if number <= len(answers) else None
+    return "" if answer is None else answer + 1
+
+
+def _tried(question: QuestionId, summary: ClassSummary, done: Sequence[dict[QuestionId, StepProgress]]) -> bool:
+    return question in summary.passed or any(question in steps and steps[question].attempts for steps in done)

@@ -1,0 +1,275 @@
+"""The worker processes behind one door: which one has a tab, and how they are started, replaced and renewed. Imports nothing slow."""
+
+import logging
+import secrets
+import selectors
+import shutil
+import subprocess
+import tempfile
+from collections import OrderedDict, deque
+from dataclasses import replace
+from pathlib import Path
+from time import monotonic
+from typing import Any, Final
+
+from app.hosting.worker_process import (
+    ClientCount,
+    Failed,
+    ForAll,
+    ForgetTabs,
+    ForTab,
+    Ready,
+    Relayed,
+    Replaced,
+    StartJobs,
+    Stop,
+    ToStage,
+    WorkerProcess,
+    WorkerStart,
+)
+from app.runtime.job_address import JobAddress, start_job_server
+from controllers.errors import DuetError
+
+log = logging.getLogger("duet.workers")
+
+FEW: Final = 2
+"""Browsers at every worker from which on another worker is started."""
+
+CROWD: Final = 4
+"""Browsers at a worker from which on new ones wait for a worker that is just starting."""
+
+MOST_TABS: Final = 20_000
+"""Tabs that are remembered."""
+
+SHORT_LIFE: Final = 10.0
+"""A worker that ends sooner than this is not replaced at once [s]."""
+
+BREATHS: Final = (0.5, 1.0, 2.0, 5.0, 15.0)
+"""How long each next replacement waits then [s]."""
+
+PATIENCE: Final = 10.0
+"""How long the workers may take to end [s]."""
+
+
+class WorkerGroup:
+    """Starts workers as they are needed, and replaces those that have ended.
+
+    Args:
+        selector: calls the data of a key when its file has something to read.
+        start: what every worker serves; `run`, `jobs` and `index` are filled in here.
+        most: workers at once; in a lecture, besides the one with the stage.
+
+    Attributes:
+        workers: the one with the stage of a lecture is the first.
+    """
+
+    def __init__(self, selector: selectors.BaseSelector, start: WorkerStart, most: int) -> None:
+        self._selector, self._most = selector, most
+        self._folder = Path(tempfile.mkdtemp(prefix="duet-"))
+        self._address = JobAddress(str(self._folder / "jobs"), secrets.token_bytes(16))
+        self._start = replace(start, run=secrets.token_hex(8), jobs=self._address)
+        self._jobs: subprocess.Popen[bytes] | None = None
+        self._due: dict[int, float] = {}
+        self._short: dict[int, int] = {}
+        self._tabs: OrderedDict[str, int] = OrderedDict()
+        self._lecture = bool(start.app.get("lecture", False))
+        self._exploring: dict[str, tuple[int, bytes]] = {}
+        self._decided: bytes | None = None
+        self._to_renew: deque[int] = deque()
+        self._successor: tuple[int, WorkerProcess] | None = None
+        self.is_serving = False
+        self.workers: list[WorkerProcess] = []
+        self._begin(0)
+
+    def close(self) -> None:
+        """Let the workers save everything, and end them."""
+        every = [*self.workers, *([] if self._successor is None else [self._successor[1]])]
+        for worker in every:
+            worker.send(Stop())
+        until = monotonic() + PATIENCE
+        for worker in every:
+            worker.close(max(until - monotonic(), 0.1))
+        if self._jobs is not None:
+            self._jobs.communicate()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    # ---- tabs --------------------------------------------------------------------------------------------------------------
+
+    def worker_of(self, tab: str) -> WorkerProcess:
+        """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. In a lecture it is that of the stage,
+        or of the tab's breakout session. `tab`: "" for a request that is not a tab's."""
+        if self._lecture:
+            return self.workers[self._exploring[tab][0] if tab in self._exploring else 0]
+        index = self._tabs.pop(tab, None) if tab else None
+        if index is None:
+            index = self._place()
+        if tab:
+            self._tabs[tab] = index
+            if len(self._tabs) > MOST_TABS:
+                self._tabs.popitem(last=False)
+        return self.workers[index]
+
+    def _place(self) -> int:
+        now = monotonic()
+        loads = [worker.load(now) for worker in self.workers]
+        if min(loads) >= FEW and len(loads) < self._most:
+            self._begin(len(loads))
+            loads.append(0)
+        serving = [index for index, worker in enumerate(self.workers) if worker.ready]
+        best = min(serving, key=loads.__getitem__, default=0)
+        if serving and loads[best] < CROWD:
+            return best
+        return min(range(len(loads)), key=loads.__getitem__)
+
+    def _place_explorer(self) -> int:
+        """Return the worker for one more breakout session: that with the fewest, or a new one."""
+        counts = [0] * (len(self.workers) - 1)
+        for index, _ in self._exploring.values():
+            counts[index - 1] += 1
+        if min(counts, default=FEW) >= FEW and len(counts) < self._most:
+            self._begin(len(self.workers))
+            return len(self.workers) - 1
+        return 1 + counts.index(min(counts))
+
+    # ---- what the workers say ----------------------------------------------------------------------------------------------
+
+    def _hear(self, worker: WorkerProcess) -> None:
+        try:
+            message: Any = worker.control.recv()
+        except (EOFError, OSError):
+            self._ended(worker)
+            return
+        match message:
+            case Ready():
+                self._ready(worker)
+            case Failed(text):
+                if not self.is_serving:
+                    raise DuetError(text)
+                log.error("a worker cannot start: %s", text)
+            case ClientCount(count):
+                worker.clients = count
+                self._share_counts()
+            case StartJobs():
+                if self._jobs is None or self._jobs.poll() is not None:
+                    self._jobs = start_job_server(self._address)
+            case ToStage(content):
+                self.workers[0].send(Relayed(content))
+            case ForTab(tab, content):
+                index = self._exploring[tab][0] if tab in self._exploring else self._place_explorer()
+                self._exploring[tab] = index, content
+                self.workers[index].send(Relayed(content))
+            case ForAll(content):
+                self._decided = content
+                for other in self.workers[1:]:
+                    other.send(Relayed(content))
+            case ForgetTabs():
+                self._exploring.clear()
+            case _:
+                log.error("a worker says %r", message)
+
+    def _share_counts(self) -> None:
+        total = sum(worker.clients for worker in self.workers)
+        for worker in self.workers:
+            worker.count_others(total - worker.clients)
+
+    # ---- their lives -------------------------------------------------------------------------------------------------------
+
+    def _new(self, index: int) -> WorkerProcess:
+        worker = WorkerProcess(replace(self._start, index=index), monotonic())
+        self._selector.register(worker.control, selectors.EVENT_READ, lambda: self._hear(worker))
+        return worker
+
+    def _begin(self, index: int) -> None:
+        """Start a worker, in the place of one that has ended or as one more."""
+        worker = self._new(index)
+        if index < len(self.workers):
+            self._put(index, worker)
+        else:
+            self.workers.append(worker)
+            self._inform(index)
+
+    def _put(self, index: int, worker: WorkerProcess) -> None:
+        """Give a worker the place, the connections and the students of one that has ended."""
+        worker.waiting = self.workers[index].waiting
+        self.workers[index] = worker
+        self._inform(index)
+
+    def _inform(self, index: int) -> None:
+        if index and self._decided is not None:
+            for content in (self._decided, *(content for place, content in self._exploring.values() if place == index)):
+                self.workers[index].send(Relayed(content))
+
+    def _ready(self, worker: WorkerProcess) -> None:
+        if self._successor is not None and worker is self._successor[1]:
+            # Its connections wait until the one before has saved everything.
+            old = self.workers[self._successor[0]]
+            old.ready = False
+            old.send(Stop())
+            return
+        self._serve(self.workers.index(worker))
+
+    def _serve(self, index: int) -> None:
+        self.workers[index].serve()
+        self.is_serving = True
+        if self._lecture:
+            for other in self.workers[:1] if index else self.workers[1:]:
+                other.send(Replaced(index))
+            if len(self.workers) == 1:
+                # A class that is sent to explore does not wait for its start.
+                self._begin(1)
+
+    def _ended(self, worker: WorkerProcess) -> None:
+        """Put another worker in the place of one that has ended; its tabs come to that one."""
+        self._selector.unregister(worker.control)
+        waiting, worker.waiting = worker.waiting, deque()
+        worker.close(1.0)
+        worker.waiting, worker.ready, worker.clients = waiting, False, 0
+        if not self.is_serving:
+            raise DuetError(f"The page cannot be served: its process has ended with code {worker.process.returncode}.")
+        if worker not in self.workers:
+            log.error("a new worker has ended with code %s; those that serve go on", worker.process.returncode)
+            self._successor = None
+            self._to_renew.clear()
+            return
+        self._share_counts()
+        index, now = self.workers.index(worker), monotonic()
+        if self._successor is not None and self._successor[0] == index:
+            self._put(index, self._successor[1])
+            self._successor = None
+            self._serve(index)
+            self._renew_next()
+            return
+        self._short[index] = self._short.get(index, 0) + 1 if now - worker.began < SHORT_LIFE else 0
+        short = self._short[index]
+        self._due[index] = now + (BREATHS[min(short, len(BREATHS)) - 1] if short else 0.0)
+        log.warning("worker %d has ended with code %s; another one takes its place", index + 1, worker.process.returncode)
+
+    def renew(self) -> None:
+        """Replace every worker, one after the other, by one that has loaded the program as it is now."""
+        begins = not self._to_renew and self._successor is None
+        self._to_renew.extend(index for index in range(len(self.workers)) if index not in self._to_renew)
+        if begins:
+            log.info("all workers are replaced, one after the other")
+            self._renew_next()
+
+    def _renew_next(self) -> None:
+        if not self._to_renew:
+            return
+        index = self._to_renew.popleft()
+        if self._lecture and index == 0:
+            # A stage that ends by itself ends the class; one that breaks off goes on.
+            self.workers[0].process.kill()
+            self._renew_next()
+        else:
+            self._successor = index, self._new(index)
+
+    @property
+    def next_due(self) -> float | None:
+        """Return when `look_after` is to be called [s]; None for no time."""
+        return min(self._due.values(), default=None)
+
+    def look_after(self, now: float) -> None:
+        """Start the workers that are due. `now`: the time [s]."""
+        for index in [index for index, due in self._due.items() if due <= now]:
+            del self._due[index]
+            self._begin(index)

@@ -1,0 +1,270 @@
+"""One pool of background jobs for several processes: `JobServer` runs it, and each process asks by a `JobClient`."""
+
+import itertools
+import logging
+import os
+import pickle
+import socket
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing import AuthenticationError
+from multiprocessing.connection import Client, Connection, Listener
+from time import monotonic
+from typing import Any, Final, NamedTuple
+
+from app.runtime.job_address import JobAddress
+from app.runtime.job_pool import BUSY, ENDED, FAILED, MOST_WAITING, Job, JobPool, State
+from scenes.robots.robot_files import given_at_start, take_over
+
+log = logging.getLogger("duet.background")
+
+PATIENCE: Final = 10.0
+"""How long a client tries to reach the server of its jobs [s]."""
+
+LOST: Final = (EOFError, OSError)
+"""What the end of a connection raises."""
+
+
+class _Ask(NamedTuple):
+    ticket: int
+    owner: int
+    kind: str
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    urgent: bool
+
+
+class _Cancel(NamedTuple):
+    owner: int
+    kind: str | None
+
+
+class _Answer(NamedTuple):
+    ticket: int
+    state: State
+    result: Any
+    message: str
+
+
+class JobClient:
+    """Asks the shared pool; see `app.runtime.job_pool.Jobs`.
+
+    Args:
+        start: has the server started, if it does not run; called with the first job, and again when the server has ended.
+    """
+
+    def __init__(self, address: JobAddress, start: Callable[[], None]) -> None:
+        self._address, self._start = address, start
+        self._lock = threading.Condition()
+        self._tickets = itertools.count(1)
+        self._jobs: dict[int, Job] = {}
+        self._unsent: deque[bytes] = deque()
+        self._connection: Connection[Any, Any] | None = None
+        self._thread: threading.Thread | None = None
+        self._closed = False
+
+    def submit(
+        self,
+        owner: object,
+        kind: str,
+        function: Callable[..., Any],
+        *arguments: Any,
+        urgent: bool = False,
+        wake: Callable[[], None] = lambda: None,
+    ) -> Job:
+        job = Job(next(self._tickets), owner, kind, function, arguments, urgent, wake)
+        with self._lock:
+            self._drop(owner, kind)
+            if self._closed or len(self._jobs) >= MOST_WAITING:
+                job.state, job.message = "failed", BUSY
+                return job
+            try:
+                asked = pickle.dumps(_Ask(job.ticket, id(owner), kind, function, arguments, urgent))
+            except Exception:
+                log.exception("a job cannot be sent")
+                job.state, job.message = "failed", FAILED
+                return job
+            self._jobs[job.ticket] = job
+            self._send(asked)
+        return job
+
+    def cancel(self, owner: object, kind: str | None = None) -> None:
+        with self._lock:
+            if self._drop(owner, kind):
+                self._send(pickle.dumps(_Cancel(id(owner), kind)))
+
+    def close(self) -> None:
+        with self._lock:
+            self._closed = True
+            for job in self._jobs.values():
+                job.state = "dropped"
+            self._jobs.clear()
+            self._hang_up()
+            self._lock.notify_all()
+
+    def _drop(self, owner: object, kind: str | None) -> bool:
+        """Drop an owner's jobs; return whether there were any."""
+        dropped = [job for job in self._jobs.values() if job.owner == owner and kind in (None, job.kind)]
+        for job in dropped:
+            job.state = "dropped"
+            del self._jobs[job.ticket]
+        return bool(dropped)
+
+    def _send(self, message: bytes) -> None:
+        # The frame loop, which asks, waits for no other process.
+        self._unsent.append(message)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._converse, name="duet-jobs", daemon=True)
+            self._thread.start()
+        self._lock.notify_all()
+
+    # ---- in the threads ----------------------------------------------------------------------------------------------------
+
+    def _converse(self) -> None:
+        """Connect, send what waits, and go on until the connection ends."""
+        connection = self._connect()
+        if connection is not None:
+            reader = threading.Thread(target=self._read, args=(connection,), name="duet-job-results", daemon=True)
+            reader.start()
+            with suppress(*LOST):
+                while (message := self._next()) is not None:
+                    connection.send_bytes(message)
+            self._hang_up()
+            reader.join()
+            connection.close()
+        self._end()
+
+    def _connect(self) -> "Connection[Any, Any] | None":
+        self._start()
+        until = monotonic() + PATIENCE
+        while not self._closed and monotonic() < until:
+            try:
+                connection = Client(self._address.path, authkey=self._address.secret)
+                connection.send(given_at_start())
+            except LOST:
+                # It is just starting.
+                with self._lock:
+                    self._lock.wait_for(lambda: self._closed, 0.05)
+                continue
+            with self._lock:
+                self._connection = connection
+            return connection
+        return None
+
+    def _next(self) -> bytes | None:
+        """Wait for the next message to send; None when the connection has ended."""
+        with self._lock:
+            self._lock.wait_for(lambda: self._unsent or self._closed or self._connection is None)
+            if self._closed or self._connection is None:
+                return None
+            return self._unsent.popleft()
+
+    def _read(self, connection: "Connection[Any, Any]") -> None:
+        try:
+            with suppress(*LOST):
+                while True:
+                    self._take(connection.recv())
+        finally:
+            with self._lock:
+                self._hang_up()
+                self._connection = None
+                self._lock.notify_all()
+
+    def _hang_up(self) -> None:
+        """End the connection for both sides; to close it does not wake the thread that reads."""
+        if self._connection is not None:
+            with suppress(OSError), socket.socket(fileno=os.dup(self._connection.fileno())) as end:
+                end.shutdown(socket.SHUT_RDWR)
+
+    def _take(self, answer: _Answer) -> None:
+        with self._lock:
+            job = self._jobs.get(answer.ticket)
+            if job is None:
+                return
+            job.result, job.message, job.state = answer.result, answer.message, answer.state
+            if answer.state not in ("waiting", "running"):
+                del self._jobs[answer.ticket]
+        job.wake()
+
+    def _end(self) -> None:
+        """Fail what is still expected; the next job begins a new connection."""
+        with self._lock:
+            lost = list(self._jobs.values())
+            self._jobs.clear()
+            self._unsent.clear()
+            self._connection, self._thread = None, None
+            for job in lost:
+                job.state, job.message = "failed", ENDED
+        for job in lost:
+            job.wake()
+
+
+class JobServer:
+    """Runs the jobs of all clients in one pool.
+
+    Args:
+        workers: processes; None as in `JobPool`.
+    """
+
+    def __init__(self, address: JobAddress, workers: int | None = None) -> None:
+        self._listener = Listener(address.path, family="AF_UNIX", backlog=64, authkey=address.secret)
+        self.pool = JobPool(workers)
+        self._closed = False
+        self._clients = itertools.count()
+        self._thread = threading.Thread(target=self._accept, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._closed = True
+        self._listener.close()
+        self.pool.close()
+
+    def _accept(self) -> None:
+        while not self._closed:
+            try:
+                connection = self._listener.accept()
+            except (*LOST, AuthenticationError):
+                continue
+            threading.Thread(target=self._serve, args=(next(self._clients), connection), daemon=True).start()
+
+    def _serve(self, client: int, connection: "Connection[Any, Any]") -> None:
+        owners: set[tuple[int, int]] = set()
+        lock = threading.Lock()
+        with suppress(*LOST):
+            take_over(connection.recv())
+            while True:
+                message = pickle.loads(connection.recv_bytes())
+                owner = client, message.owner
+                if isinstance(message, _Cancel):
+                    self.pool.cancel(owner, message.kind)
+                    continue
+                owners.add(owner)
+                self._submit(owner, message, connection, lock)
+        for owner in owners:
+            self.pool.cancel(owner)
+
+    def _submit(self, owner: tuple[int, int], ask: _Ask, connection: "Connection[Any, Any]", lock: threading.Lock) -> None:
+        submitted = threading.Event()
+        jobs: list[Job] = []
+
+        def report() -> None:
+            submitted.wait()
+            job = jobs[0]
+            with lock, suppress(*LOST):
+                connection.send(_Answer(ask.ticket, job.state, job.result if job.state == "done" else None, job.message))
+
+        jobs.append(self.pool.submit(owner, ask.kind, ask.function, *ask.arguments, urgent=ask.urgent, wake=report))
+        submitted.set()
+        report()
+
+
+def main() -> None:
+    """Serve jobs until standard input ends; path and secret are its first line."""
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    path, secret = sys.stdin.buffer.readline().split()
+    server = JobServer(JobAddress(path.decode(), bytes.fromhex(secret.decode())))
+    sys.stdin.buffer.read()
+    server.close()

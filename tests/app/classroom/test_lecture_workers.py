@@ -1,0 +1,121 @@
+"""A lecture in several processes: the students explore in others than the stage's, and the teacher reaches all of them."""
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from app.hosting.record_bytes import unpacked
+from app.hosting.store_file import StoreFile
+from app.hosting.visitor_record import VisitorRecord
+from app.web.audiences import MOVED_CODE
+from tests.app.classroom.test_lecture import choose, sees
+from tests.app.page.helpers import bodies, buttons, click, open_lessons
+from tests.app.runtime.processes import until
+from tests.app.served import Serve, Served
+from tests.app.test_workers import worker_of
+from tests.blocking_client import BlockingClient
+
+NAMES = ("ann", "bo", "cy")
+
+Come = Callable[..., BlockingClient]
+
+
+@pytest.fixture
+def served(serve: Serve) -> Served:
+    return serve("--lecture", "--workers", "2", "--key", "chalk-and-talk", "--sessions", "8")
+
+
+@pytest.fixture
+def come(served: Served) -> Iterator[Come]:
+    """`come("ann")` is a student, `come(key=True)` a teacher; the page is whole."""
+    with ExitStack() as opened:
+
+        def make(name: str = "", key: bool = False) -> BlockingClient:
+            query = "key=chalk-and-talk" if key else f"resume={name.encode().hex():0<32}"
+            visitor = opened.enter_context(BlockingClient(served.url, query=query))
+            visitor.wait_for(lambda v: v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)), 60.0)
+            return visitor
+
+        yield make
+
+
+def sent_away(visitor: BlockingClient) -> None:
+    visitor.wait_for(lambda v: v.closed is not None, 60.0)
+    assert visitor.closed is not None and visitor.closed.rcvd is not None and visitor.closed.rcvd.code == MOVED_CODE
+
+
+def critical_distance(store: Path, name: str) -> float:
+    """The one of a student's record in the store [m]."""
+    file = StoreFile(store, 10**9)
+    found = file.read(f"{name.encode().hex():0<32}")
+    file.close()
+    return 0.0 if found is None else unpacked(found[1], VisitorRecord).settings.run.law.critical_distance
+
+
+def has_controls(visitor: BlockingClient) -> None:
+    visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), 60.0)
+
+
+def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come, tmp_path: Path) -> None:
+    teacher = come(key=True)
+    open_lessons(teacher)
+    sees(teacher, "Lesson 1 · step 1")
+    students = [come(name) for name in NAMES]
+    click(students[0], "2 ")
+    sees(teacher, "1 answered", "students here: 3")
+    stage = worker_of(served, teacher)
+    assert {worker_of(served, one) for one in students} == {stage}
+    # Explore freely: each has a session, in lesson and step of the stage and with an own answer, in another process.
+    choose(teacher, "Explore freely")
+    for one in students:
+        sent_away(one)
+    students = [come(name) for name in NAMES]
+    for one in students:
+        has_controls(one)
+        sees(one, "this is your own session", "Lesson 1 · step 1")
+    assert "Run" in buttons(students[0])
+    sees(teacher, "students here: 3", "exploring: 3")
+    places = [worker_of(served, one) for one in students]
+    assert stage not in places and len(set(places)) == 2
+    # What a student hands in arrives.
+    click(students[0], "Hand in")
+    sees(teacher, "reports handed in: 1")
+    sees(students[0], "Handed in without a name.")
+    # Paused, and going on.
+    click(teacher, "Pause everybody")
+    for one in students:
+        sees(one, "The teacher has paused everybody.")
+    click(teacher, "Let everybody go on")
+    for one in students:
+        sees(one, "this is your own session")
+    # A process that dies takes nobody's session along.
+    students[0].set_value("critical distance d_m [mm]", 70.0)
+    until(lambda: critical_distance(tmp_path / "store", "ann") == 0.07)
+    lost = places[0]
+    os.kill(lost, signal.SIGKILL)
+    until(lambda: lost not in served.workers and len(served.workers) == 3)
+    sees(teacher, "students here: " + str(3 - places.count(lost)))
+    students = [come(name) if place == lost else one for name, place, one in zip(NAMES, places, students, strict=True)]
+    for one in students:
+        has_controls(one)
+        sees(one, "this is your own session")
+    assert students[0].mirror.labelled("critical distance d_m [mm]")["value"] == 70.0
+    sees(teacher, "students here: 3", "exploring: 3")
+    # The stage's process dies: the class goes on exploring, and the teacher finds all of them.
+    os.kill(stage, signal.SIGKILL)
+    until(lambda: stage not in served.workers and len(served.workers) == 3)
+    teacher = come(key=True)
+    sees(teacher, "students here: 3", "exploring: 3", "reports handed in: 1")
+    assert all(one.closed is None for one in students)
+    # Follow me: all are at the stage again.
+    choose(teacher, "Follow me")
+    for one in students:
+        sent_away(one)
+    students = [come(name) for name in NAMES]
+    for one in students:
+        sees(one, "You follow the teacher")
+    assert {worker_of(served, one) for one in students} == {worker_of(served, teacher)}

@@ -1,0 +1,138 @@
+"""What a class leaves behind: a page and a table with every count, in which nothing that a student typed does anything."""
+
+import csv
+import io
+import re
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.classroom.classroom import Classroom
+from app.classroom.student_work import clean_name
+from app.export.class_report import class_report_bytes, report_names
+from app.export.class_summary import ClassSummary, HandIn
+from app.export.class_table import COLUMNS, class_table_bytes, safe_cell
+from app.export.report_html import LOCKED
+from app.i18n.catalogue import words_of
+from app.lessons.loading import load_lessons
+from app.lessons.progress import from_json
+from app.lessons.translated_book import in_language
+from app.lessons.walkthrough import Walkthrough
+from app.plots.curve_chart import COLUMNS as CURVE
+from app.settings import Language
+from tests.app.html_reader import HtmlReader
+from tests.browser import PageAt, screenshot
+
+BOOK = load_lessons()
+NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
+
+
+def class_of(name: str = "Ann", words: str = "I see.") -> ClassSummary:
+    """A class that has answered two questions, one of them twice; one of its three students has handed in a report."""
+    room, walk = Classroom(8), Walkthrough(BOOK)
+    first = (walk.lesson.id, walk.step.id)
+    for student, choice in (("ann", 0), ("bo", 1), ("cy", 1)):
+        assert room.answer(walk, student, choice)
+    room.ballots.ask_again(first)
+    for student in ("ann", "bo"):
+        assert room.answer(walk, student, 2)
+    walk.go("lambda", 0)
+    assert room.draw(walk, "cy", ("lambda", walk.step.id), (0.5,) * CURVE)
+    assert room.answer(walk, "cy", 1)
+    own = Walkthrough(BOOK)
+    own.choose(0)
+    own.write(words)
+    (drift,) = (lesson for lesson in BOOK.lessons if lesson.id == "drift")
+    own.go("drift", next(i for i, step in enumerate(drift.steps) if step.challenge is not None))
+    own.done.attempts, own.done.passed = 2, True
+    assert room.hand_in(walk, "ann", name, own.to_json())
+    return room.summary(BOOK, 1_800_000_000.0)
+
+
+def page_of(summary: ClassSummary, language: Language = "en") -> str:
+    return class_report_bytes(summary, in_language(BOOK, language).lessons, language).decode()
+
+
+def rows_of(summary: ClassSummary) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(class_table_bytes(summary, BOOK.lessons).decode("utf-8-sig"))))
+
+
+def test_the_page_has_every_round_and_the_reports() -> None:
+    page = page_of(class_of())
+    text = HtmlReader(page).text
+    parts = ("Class report", "students who answered: 3", "reports handed in: 1", "Round 1: 3 answered · Round 2: 2 answered")
+    more = ("Answered both times: 2, another answer the second time: 2.", "1 drawn", "I see.", "✓ passed", "attempts: 2")
+    assert [part for part in (*parts, *more) if part not in text] == []
+    assert "bo" not in re.findall(r"\w+", text) and LOCKED in page
+
+
+def test_the_table_has_a_row_a_question_and_round_and_a_challenge() -> None:
+    summary = class_of()
+    rows = rows_of(summary)
+    place = {"lesson": "redundancy", "step": BOOK.lessons[0].steps[0].id}
+    first, second = (row for row in rows if row["lesson"] == "redundancy")
+    answers = [f"answer_{i}" for i in range(1, 5)]
+    assert place.items() <= first.items() and [first[key] for key in answers] == ["1", "2", "0", "0"]
+    assert [second[key] for key in ("kind", "round", "students", *answers)] == ["question", "2", "2", "0", "0", "2", "0"]
+    question = BOOK.lessons[0].steps[0].question
+    assert question is not None and second["right_answer"] == str(question.right + 1)
+    assert second["right"] == second[f"answer_{question.right + 1}"] and (first["Ann"], second["Ann"]) == ("1", "3")
+    (challenge,) = (row for row in rows if row["kind"] == "challenge")
+    assert (challenge["lesson"], challenge["passed"], challenge["Ann"]) == ("drift", "1", "1")
+    (drawn,) = (row for row in rows if row["lesson"] == "lambda")
+    assert (drawn["students"], drawn["drawn"], drawn["Ann"]) == ("1", "1", "")
+    for row in rows:
+        counts = [int(row[f"answer_{i}"]) for i in range(1, 7) if row[f"answer_{i}"]]
+        assert row["kind"] == "challenge" or sum(counts) <= int(row["students"])
+
+
+@given(st.text(max_size=80))
+def test_no_cell_is_a_formula(name: str) -> None:
+    cell = safe_cell(clean_name(name))
+    assert not cell.lstrip().startswith(("=", "+", "-", "@")) and cell.lstrip("'") == clean_name(name).lstrip("'")
+
+
+def test_names_that_would_be_computed_or_are_the_same_are_told_apart() -> None:
+    evil = ("=1+1", "+1", "-1", "@SUM(A1)", '=HYPERLINK("http://x","y")')
+    reports = tuple(HandIn(name, "") for name in (*evil, "Ann", "Ann", "", ""))
+    names = report_names(reports)
+    assert names[-4:] == ["Ann", "Ann (2)", "without a name 1", "without a name 2"] and len({*names}) == len(reports)
+    table = class_table_bytes(ClassSummary(0.0, 0, (), {}, reports), BOOK.lessons).decode("utf-8-sig")
+    (head,) = csv.reader(io.StringIO(table))
+    assert head[len(COLUMNS) :] == [*(f"'{name}" for name in evil), *names[-4:]]
+
+
+@given(st.text(min_size=1, max_size=60).filter(clean_name))
+@settings(max_examples=8, deadline=None)
+def test_no_text_of_a_student_becomes_a_tag(text: str) -> None:
+    page, plain = page_of(class_of(text, text)), page_of(class_of("a", "a"))
+    assert HtmlReader(page).tags == HtmlReader(plain).tags and page.count("<") == plain.count("<")
+
+
+def test_a_nasty_name_is_shown_as_it_was_typed_in_every_language() -> None:
+    for language in ("de", "sl"):
+        page = page_of(class_of(NASTY, NASTY), language)
+        assert HtmlReader(page).text.count(NASTY[:60]) == 2 and f'lang="{language}"' in page
+        assert words_of(language)("Reports handed in") in page and "Reports handed in" not in page
+
+
+def test_a_report_that_does_not_fit_the_lessons_is_left_out() -> None:
+    steps = '{"lesson": "redundancy", "step": "freedom", "choice": 77}, {"lesson": "x", "step": "y"}'
+    strange = HandIn("Ann", f'{{"version": 1, "steps": [{steps}]}}')
+    assert from_json(strange.progress).steps
+    page = page_of(ClassSummary(0.0, 0, (), {}, (strange, HandIn("Bo", "no JSON"))))
+    assert "Ann" in page and "Bo" in page
+
+
+def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
+    path = tmp_path / "class.html"
+    path.write_text(page_of(class_of(NASTY)), encoding="utf-8")
+    page = page_at(820, 1000)
+    page.goto(path.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    bars = page.locator(".duet-poll .round div > div")
+    # Two rounds of four answers: the second stands below the first, on the same scale.
+    assert bars.count() == 8 and len({bars.nth(i).locator("xpath=..").bounding_box()["width"] for i in range(8)}) == 1  # type: ignore[index]
+    screenshot(page, "class-report")
+    assert 2 <= len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True))) <= 4

@@ -1,0 +1,117 @@
+"""The page in worker processes: tabs are spread over them, stay at theirs, and outlive it."""
+
+import os
+import signal
+import subprocess
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from app.hosting.door import tab_of
+from tests.app.runtime.processes import gone, until
+from tests.app.served import Serve, Served
+from tests.blocking_client import BlockingClient
+
+
+def come(served: Served, number: int, query: str = "autopilot=0") -> BlockingClient:
+    """A tab whose page is whole."""
+    visitor = BlockingClient(served.url, query=f"{query}&resume={number:032d}")
+    visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/j7") for n in list(v.mirror.nodes)), 60.0)
+    return visitor
+
+
+def peers_of(pid: int, visitor: BlockingClient) -> bool:
+    """Whether a process holds the other end of a visitor's connection."""
+    port = visitor.local_port
+    inodes = {os.readlink(link) for link in Path(f"/proc/{pid}/fd").iterdir() if link.is_symlink() and link.exists()}
+    rows = [row.split() for row in Path("/proc/net/tcp").read_text(encoding="utf-8").splitlines()[1:]]
+    return any(row[2].endswith(f":{port:04X}") and f"socket:[{row[9]}]" in inodes for row in rows)
+
+
+def worker_of(served: Served, visitor: BlockingClient) -> int:
+    found = [pid for pid in served.workers if peers_of(pid, visitor)]
+    assert len(found) == 1
+    return found[0]
+
+
+@pytest.mark.parametrize(
+    ("line", "tab"),
+    [
+        (b"GET /?resume=0123456789abcdef HTTP/1.1\r", "0123456789abcdef"),
+        (b"GET /?scene=ball&resume=0123456789abcdef&window=800x600 HTTP/1.1\r", "0123456789abcdef"),
+        (b"GET /?noresume=0123456789abcdef HTTP/1.1\r", ""),
+        (b"GET /?resume=short HTTP/1.1\r", ""),
+        (b"GET /?resume=0123456789ABCDEF HTTP/1.1\r", ""),
+        (b"GET /healthz HTTP/1.1\r", ""),
+        (b"\x16\x03\x01 no HTTP at all", ""),
+        (b"", ""),
+    ],
+)
+def test_the_tab_is_found_in_the_first_line_of_a_request(line: bytes, tab: str) -> None:
+    assert tab_of(line) == tab
+
+
+def test_tabs_are_spread_over_the_workers_and_stay_at_theirs(serve: Serve) -> None:
+    served = serve("--workers", "2", "--sessions", "6")
+    assert len(served.workers) == 1, "one worker is enough for the first"
+    with ExitStack() as opened:
+        visitors = [opened.enter_context(come(served, number)) for number in range(5)]
+        until(lambda: len(served.workers) == 2)
+        visitors.append(opened.enter_context(come(served, 5)))
+        places = [worker_of(served, visitor) for visitor in visitors]
+        assert set(places) == set(served.workers), "both have tabs"
+        until(lambda: served.health()["clients"] == 6)
+        # Every worker knows that all places are taken, in whichever a request arrives.
+        until(lambda: not served.health()["room"])
+        visitors[0].close()
+        until(lambda: served.health()["room"])
+        visitors[0] = opened.enter_context(come(served, 0))
+        assert worker_of(served, visitors[0]) == places[0]
+    ended = [served.process.pid, *served.workers]
+    served.process.send_signal(signal.SIGINT)
+    assert served.process.wait(60.0) == 130
+    assert all(gone(pid) for pid in ended) and "Traceback" not in served.said()
+
+
+def test_a_worker_that_is_killed_is_replaced_and_its_tabs_go_on(serve: Serve) -> None:
+    served = serve("--workers", "2")
+    with ExitStack() as opened:
+        visitors = [opened.enter_context(come(served, number)) for number in range(4)]
+        until(lambda: len(served.workers) == 2)
+        visitors.append(opened.enter_context(come(served, 4)))
+        first = visitors[0]
+        places = [worker_of(served, visitor) for visitor in visitors]
+        assert places[0] != places[-1]
+        frames = first.received.frames
+        os.kill(places[-1], signal.SIGKILL)
+        until(lambda: len(served.workers) == 2 and places[-1] not in served.workers)
+        with come(served, 4) as back:
+            assert worker_of(served, back) not in places
+        first.wait_for(lambda v: v.received.frames > frames, 60.0)
+        assert worker_of(served, first) == places[0] and "another one takes its place" in served.said()
+
+
+def test_workers_are_renewed_and_their_tabs_go_on(serve: Serve) -> None:
+    served = serve("--workers", "2")
+    with ExitStack() as opened:
+        visitors = [opened.enter_context(come(served, number)) for number in range(5)]
+        before = served.workers
+        assert len(before) == 2
+        served.process.send_signal(signal.SIGUSR1)
+        for number, visitor in enumerate(visitors):
+            visitor.wait_for(lambda v: v.closed is not None, 60.0)
+            visitors[number] = opened.enter_context(come(served, number))
+        until(lambda: len(served.workers) == 2 and not set(served.workers) & set(before))
+        assert {worker_of(served, visitor) for visitor in visitors} == set(served.workers)
+    assert served.process.poll() is None and "has ended with code" not in served.said()
+
+
+def test_a_server_that_cannot_start_says_so_in_one_line(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", "memory", "--workers", "2"]
+    ended = subprocess.run(
+        [*command, "--law-file", str(tmp_path / "none.py")], capture_output=True, text=True, timeout=120.0, check=False
+    )
+    assert ended.returncode == 2 and ended.stdout == ""
+    assert ended.stderr.count("\n") == 1 and "there is no such file" in ended.stderr
