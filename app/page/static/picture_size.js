@@ -17,7 +17,8 @@ addEventListener("DOMContentLoaded", () => {
     plots = document.querySelector("[data-floating-window]:has(.duet-plots)") ?? (plots?.isConnected ? plots : null);
     plots ??= document.querySelector("[data-floating-window]");
     const picture = scene.canvas.getBoundingClientRect();
-    const covered = plots ? Math.max(picture.bottom - plots.getBoundingClientRect().top, 0) : 0;
+    const { top, height } = plots?.getBoundingClientRect() ?? picture;
+    const covered = plots && height > 0 ? Math.max(picture.bottom - top, 0) : 0;
     const now = [innerWidth, picture.width, picture.height, covered].map(Math.round).join(" ");
     if (now === said) return;
     said = now;
