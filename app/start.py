@@ -61,12 +61,19 @@ class App:
         while not self._closed.wait(0.5):
             pass
 
-    def close(self) -> None:
-        """Stop the frames and all background jobs, close every connection and release the port."""
+    def close(self, goes_on: bool = False) -> None:
+        """Stop the frames and all background jobs, close every connection and release the port.
+
+        Args:
+            goes_on: whether a lecture goes on with the next server.
+        """
         if self._preparation is not None:
             self._preparation.close()
         self._loop.stop()
-        self.host.close()
+        if isinstance(self.host, LectureHost):
+            self.host.close(goes_on)
+        else:
+            self.host.close()
         self.context.jobs.close()
         self.context.sources.close()
         self.server.stop()

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from math import inf
 from time import time
 
 import viser
@@ -86,11 +87,15 @@ class LectureHost:
         """The breakout sessions, by client id."""
         return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
-    def close(self) -> None:
+    def close(self, goes_on: bool = False) -> None:
+        """Close every session. `goes_on`: whether the lecture is left to the next server, as if this one had broken off."""
         self.admission.close()
+        if goes_on:
+            self._recorder.save(inf)
+        else:
+            self._recorder.close()
         for session in (self.session, *self.sessions.values()):
             session.close()
-        self._recorder.close()
         self._context.store.close()
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from app.hosting.door import Door
 from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import chosen_key
 from app.hosting.worker_process import WorkerStart
-from app.runtime.terminal import INTERRUPTED, ending_at_once
+from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
 from app.web.listening import listen, url_of
 from controllers.errors import BadSetting
@@ -86,7 +86,7 @@ class Serve:
 
 
 def serve(command: Serve) -> int:
-    """Serve the page until Ctrl+C; return the exit code.
+    """Serve the page until Ctrl+C or SIGTERM; return the exit code.
 
     Raises:
         BadSetting, BadInputFile, PortInUse, StoreInUse: before anything is served.
@@ -164,7 +164,7 @@ def _serve_alone(command: Serve, key: str | None, served: Mapping[str, Any], nam
         _announce(command, key, app.server.get_port(), app.context.workload.places)
         app.wait()
     finally:
-        app.close()
+        app.close(terminated())
 
 
 def _serve_with_workers(command: Serve, key: str | None, served: Mapping[str, Any], named: tuple[Any, ...], most: int) -> None:
@@ -188,7 +188,7 @@ def _serve_with_workers(command: Serve, key: str | None, served: Mapping[str, An
         try:
             door.run(lambda places: _announce(command, key, port, places))
         finally:
-            door.close()
+            door.close(terminated())
 
 
 def _announce(command: Serve, key: str | None, port: int, places: int) -> None:

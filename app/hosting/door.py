@@ -83,11 +83,11 @@ class Door:
         with suppress(OSError):
             self._ringing.send(b"r")
 
-    def close(self) -> None:
-        """Stop to listen, and end the workers when they have saved everything."""
+    def close(self, goes_on: bool = False) -> None:
+        """Stop to listen, and end the workers when they have saved everything. `goes_on`: see `Stop`."""
         for end in (self._listener, self._bell, self._ringing, *self._unread):
             end.close()
-        self._group.close()
+        self._group.close(goes_on)
         self._selector.close()
 
     def _renew(self) -> None:

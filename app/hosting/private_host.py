@@ -38,8 +38,11 @@ class PrivateHost:
         return {client_id: visitor.session for client_id, visitor in list(self.visitors.items())}
 
     def close(self) -> None:
-        """Close every session, also of visitors who are away."""
+        """Keep what every visitor has done, and close every session, also of visitors who are away."""
         self.admission.close()
+        for visitor in self.visitors.values():
+            if not visitor.superseded:
+                visitor.save()
         for session in self.sessions.values():
             session.close()
         self._context.store.close()

@@ -82,11 +82,11 @@ class WorkerGroup:
         self.workers: list[WorkerProcess] = []
         self._begin(0)
 
-    def close(self) -> None:
-        """Let the workers save everything, and end them."""
+    def close(self, goes_on: bool = False) -> None:
+        """Let the workers save everything, and end them. `goes_on`: see `Stop`."""
         every = [*self.workers, *([] if self._successor is None else [self._successor[1]])]
         for worker in every:
-            worker.send(Stop())
+            worker.send(Stop(goes_on))
         until = monotonic() + PATIENCE
         for worker in every:
             worker.close(max(until - monotonic(), 0.1))

@@ -105,7 +105,9 @@ class Replaced(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """A worker is to save everything and to end."""
+    """A worker is to save everything and to end. `goes_on`: whether a lecture goes on with the next server."""
+
+    goes_on: bool = False
 
 
 class WorkerProcess:

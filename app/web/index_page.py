@@ -23,8 +23,9 @@ KEY_LATER = "duet: one key a second"
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
-MARK = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32" fill="none" stroke-width="4.5" stroke-linecap="round"
- stroke-linejoin="round"><path d="M6 28V18l7-8 4 5" stroke="#f26a0a"/><path d="M26 28V16l-5-11-4 5" stroke="#8a9099"/></svg>"""
+MARK = (STATIC / "mark.svg").read_text(encoding="utf-8").strip()
+"""Our mark, as SVG."""
+
 _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
 
 

@@ -10,7 +10,7 @@ import msgspec
 import zstandard
 from websockets.asyncio.server import ServerConnection
 
-from app.web.viser_internals import Message, MessageBuffer, append_aligned_buffers
+from app.web.viser_internals import Message, MessageBuffer, append_aligned_buffers, content_of
 
 STAMP = 0.0
 """When a window is sent, as the page reads it [s]. viser's page goes by this clock and holds back what comes early, to even out a
@@ -21,7 +21,7 @@ def pack(messages: Sequence[Message]) -> bytes:
     """Return messages as one websocket message, in viser's format: two sizes, zstd-compressed msgpack, raw arrays."""
     arrays: list[memoryview] = []
     content = {
-        "messages": tuple(message.as_serializable_dict(arrays) for message in messages),
+        "messages": tuple(content_of(message, arrays) for message in messages),
         "timestampSec": STAMP,
         "binaryBufferLengths": tuple(array.nbytes for array in arrays),
     }

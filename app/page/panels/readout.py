@@ -58,7 +58,7 @@ class Readout:
 
     def show(self, frame: Frame) -> None:
         """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests."""
-        if frame.state == self._shown or (frame.now < self._next and not frame.pace.paused):
+        if (frame.now < self._next and not frame.pace.paused) or frame.state == self._shown:
             return
         self._shown, self._next = frame.state, frame.now + PERIOD
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
